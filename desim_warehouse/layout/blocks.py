@@ -1,0 +1,84 @@
+"""The block generator: blocks of goods with one-way aisles around each (the paper's section II)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import networkx as nx
+
+from desim_warehouse.layout.layout import StoragePlace
+from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.layout.spec import Directions
+
+if TYPE_CHECKING:
+    from desim_warehouse.layout.spec import Blocks
+
+
+def directions(blocks: Blocks) -> Directions:
+    """The one-way rule as a direction for every row (top first) and column (left first).
+
+    `alternating`: east, west, east, ... and north, south, north, ...
+    `ring`: the outer aisles run clockwise round the warehouse (top row east, right column south, bottom
+    row west, left column north), inner rows alternate from the bottom up and inner columns from the left,
+    so that every size is strongly connected.
+    """
+    if isinstance(blocks.directions, Directions):
+        return blocks.directions
+    high, wide = blocks.rows + 1, blocks.columns + 1
+    columns = ["south" if c % 2 else "north" for c in range(wide)]
+    if blocks.directions == "alternating":
+        rows = ["west" if r % 2 else "east" for r in range(high)]
+    else:
+        rows = ["west" if (high - 1 - r) % 2 == 0 else "east" for r in range(high)]
+        rows[0], columns[-1] = "east", "south"
+    return Directions.model_validate({"rows": tuple(rows), "columns": tuple(columns)})
+
+
+def highways(blocks: Blocks) -> nx.DiGraph:
+    """The Highways between the blocks; at every node the row's successor comes before the column's."""
+    names = block_nodes(blocks.columns, blocks.rows)
+    cross = blocks.cross_aisle_width or blocks.aisle_width
+    dx = blocks.block_width * blocks.goods_size + blocks.aisle_width
+    dy = blocks.block_depth * blocks.goods_size + cross
+    rule = directions(blocks)
+    graph = nx.DiGraph()
+    for r, row in enumerate(names):
+        for c, name in enumerate(row):
+            graph.add_node(name, x=blocks.aisle_width / 2 + c * dx, y=cross / 2 + r * dy)
+    for row, way in zip(names, rule.rows, strict=True):
+        _chain(graph, row if way == "east" else row[::-1], dx)
+    for column, way in zip(zip(*names, strict=True), rule.columns, strict=True):
+        _chain(graph, column if way == "south" else column[::-1], dy)
+    return graph
+
+
+def _chain(graph: nx.DiGraph, names: list[str] | tuple[str, ...], length: float) -> None:
+    for source, target in zip(names, names[1:], strict=False):
+        graph.add_edge(source, target, length=float(length), speed=math.inf)
+
+
+def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
+    """All goods, numbered block by block (down a block column, then the next), in a block row by row.
+
+    A good on the left of its block is picked from the aisle on the block's left, one on the right from
+    the aisle on its right, at the height of its own centre. A block one good wide is picked from its left.
+    """
+    names = block_nodes(blocks.columns, blocks.rows)
+    cross = blocks.cross_aisle_width or blocks.aisle_width
+    places: list[StoragePlace] = []
+    for column in range(blocks.columns):
+        for row in range(blocks.rows):
+            for i in range(blocks.block_width * blocks.block_depth):
+                deep, side = divmod(i, blocks.block_width)
+                upper, lower = names[row][column + side], names[row + 1][column + side]
+                down = cross / 2 + (deep + 0.5) * blocks.goods_size
+                away = (0.5 - side) * blocks.goods_size + (0.5 - side) * blocks.aisle_width
+                length = graph.nodes[lower]["y"] - graph.nodes[upper]["y"]
+                if graph.has_edge(upper, lower):
+                    edge, offset = (upper, lower), down
+                else:
+                    edge, offset = (lower, upper), length - down
+                x, y = graph.nodes[upper]["x"] + away, graph.nodes[upper]["y"] + down
+                places.append(StoragePlace(len(places), edge, offset, x, y))
+    return tuple(places)

@@ -1,0 +1,79 @@
+"""From the layout section of a model file to a Layout."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import networkx as nx
+
+from desim_warehouse.errors import LayoutError
+from desim_warehouse.layout import blocks as generator
+from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
+
+if TYPE_CHECKING:
+    from desim_warehouse.layout.spec import LayoutSpec, Places, Storage
+
+
+def build(spec: LayoutSpec) -> Layout:
+    """The Layout that a layout section describes; raises LayoutError where two things claim one node."""
+    if spec.blocks is not None:
+        graph = generator.highways(spec.blocks)
+        storage = generator.storage(spec.blocks, graph)
+        size = spec.blocks.goods_size
+    else:
+        graph = _drawn(spec)
+        storage = tuple(_place(graph, number, item) for number, item in enumerate(spec.storage))
+        size = 0.0
+    bays = {
+        node: BayPlaces(name, node, bay.places, bay.chargers)
+        for name, bay in spec.bays.items()
+        for node in places_of(graph, bay)
+    }
+    stations = {
+        node: StationPlaces(name, node, station.places, station.servers)
+        for name, station in spec.stations.items()
+        for node in places_of(graph, station)
+    }
+    _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
+    _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
+    return Layout(graph, storage, bays, stations, size)
+
+
+def places_of(graph: nx.DiGraph, places: Places) -> list[str]:
+    """The nodes a zone stands at: those named, then every n-th along its side (west to east, north to south)."""
+    nodes = list(places.at)
+    if places.along is not None:
+        axis, pick = {"north": ("y", min), "south": ("y", max), "west": ("x", min), "east": ("x", max)}[
+            places.along
+        ]
+        edge_of_floor = pick(data[axis] for _, data in graph.nodes(data=True))
+        other = "x" if axis == "y" else "y"
+        side = [name for name, data in graph.nodes(data=True) if data[axis] == edge_of_floor]
+        side.sort(key=lambda name: graph.nodes[name][other])
+        nodes += side[:: places.every]
+    return nodes
+
+
+def _only_once(what: str, nodes: list[str]) -> None:
+    doubled = sorted({node for node in nodes if nodes.count(node) > 1})
+    if doubled:
+        raise LayoutError([f"layout: node {node} has more than one {what}; give it one" for node in doubled])
+
+
+def _drawn(spec: LayoutSpec) -> nx.DiGraph:
+    graph = nx.DiGraph()
+    for name, (x, y) in spec.nodes.items():
+        graph.add_node(name, x=x, y=y)
+    for edge in spec.edges:
+        straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
+        graph.add_edge(
+            edge.source, edge.target, length=edge.length or straight, speed=edge.speed or math.inf
+        )
+    return graph
+
+
+def _place(graph: nx.DiGraph, number: int, item: Storage) -> StoragePlace:
+    bare = Layout(graph, (), {}, {})
+    x, y = bare.position(item.edge, item.offset)
+    return StoragePlace(number, item.edge, item.offset, x, y, item.popularity)

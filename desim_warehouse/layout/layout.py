@@ -1,0 +1,73 @@
+"""The Layout: the Highways as a networkx digraph, and what stands beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Edge = tuple[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class StoragePlace:
+    """Where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre."""
+
+    number: int
+    edge: Edge
+    offset: float
+    x: float
+    y: float
+    popularity: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class BayPlaces:
+    """Parking places beside a node, `chargers` of them with a charger; None: as many as robots start there."""
+
+    zone: str
+    node: str
+    places: int | None
+    chargers: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class StationPlaces:
+    """An unloading station beside a node: `places` robots inside, `servers` served at a time."""
+
+    zone: str
+    node: str
+    places: int
+    servers: int
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A warehouse floor.
+
+    `graph` is the Highways: nodes have x and y, edges have length and speed (limit, inf if none).
+    The order of a node's successors is the order in which Algorithm 1 tries them.
+    """
+
+    graph: nx.DiGraph
+    storage: tuple[StoragePlace, ...]
+    bays: dict[str, BayPlaces]
+    stations: dict[str, StationPlaces]
+    goods_size: float = 0.0
+
+    def position(self, edge: Edge, offset: float) -> tuple[float, float]:
+        """The point `offset` length units along an edge drawn straight."""
+        source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
+        part = offset / self.graph.edges[edge]["length"]
+        return (
+            source["x"] + part * (target["x"] - source["x"]),
+            source["y"] + part * (target["y"] - source["y"]),
+        )
+
+    def heading(self, edge: Edge) -> float:
+        """Direction of an edge in radians, 0 along x, growing towards y."""
+        source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
+        return math.atan2(target["y"] - source["y"], target["x"] - source["x"])

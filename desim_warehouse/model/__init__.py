@@ -1,0 +1,8 @@
+"""Model files: reading, checking, overriding; a frozen `Model` comes out, or every problem with its place."""
+
+from __future__ import annotations
+
+from desim_warehouse.model.reading import json_schema, load, parse_assignment
+from desim_warehouse.model.schema import Model
+
+__all__ = ["Model", "json_schema", "load", "parse_assignment"]

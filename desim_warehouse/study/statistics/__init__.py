@@ -1,0 +1,98 @@
+"""What the runs of a study say, and how sure that is: pure functions of numbers, no simulation and no files.
+
+| question of a planner                          | answer                                     |
+|------------------------------------------------|--------------------------------------------|
+| what is the mean, how sure?                    | `estimate`                                 |
+| how many replications?                         | `replications_needed`, `check_precision`   |
+| does a design differ from today's?             | `paired`, `compare`                        |
+| which design is best?                          | `kn`                                       |
+| what is the smallest fleet that does it?       | `smallest_meeting`, `parse_target`         |
+| where does more stop paying?                   | `knee`, `smallest_within`                  |
+| when does the warm-up end?                     | `mser`                                     |
+| which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
+
+`kn` and `smallest_meeting` choose the next run from the runs before. Each also comes as steps (`kn_steps`,
+`smallest_meeting_steps`): a generator that asks for a batch of runs and is sent their values, so that the
+batch can be spread over workers.
+"""
+
+from __future__ import annotations
+
+from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
+from desim_warehouse.study.statistics.intervals import Estimate, estimate
+from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
+from desim_warehouse.study.statistics.precision import (
+    Precision,
+    PrecisionRule,
+    check_precision,
+    replications_needed,
+)
+from desim_warehouse.study.statistics.procedure import Procedure, Run, follow
+from desim_warehouse.study.statistics.screening import (
+    FirstOrder,
+    MainEffect,
+    MainEffects,
+    first_order,
+    main_effects,
+)
+from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
+from desim_warehouse.study.statistics.sizing import (
+    Decision,
+    Sizing,
+    smallest_meeting,
+    smallest_meeting_steps,
+)
+from desim_warehouse.study.statistics.sobol import (
+    Between,
+    SaltelliDesign,
+    SobolIndices,
+    saltelli_design,
+    saltelli_indices,
+    sobol,
+)
+from desim_warehouse.study.statistics.targets import Target, parse_target
+from desim_warehouse.study.statistics.warmup import WarmUp, mser
+
+__all__ = [
+    "Between",
+    "Comparison",
+    "Decision",
+    "Difference",
+    "Estimate",
+    "FirstOrder",
+    "Knee",
+    "MainEffect",
+    "MainEffects",
+    "Precision",
+    "PrecisionRule",
+    "Procedure",
+    "Run",
+    "SaltelliDesign",
+    "Selection",
+    "Sizing",
+    "SobolIndices",
+    "Stage",
+    "Target",
+    "WarmUp",
+    "check_precision",
+    "compare",
+    "estimate",
+    "first_order",
+    "follow",
+    "holm",
+    "kn",
+    "kn_constants",
+    "kn_steps",
+    "knee",
+    "main_effects",
+    "mser",
+    "paired",
+    "parse_target",
+    "replications_needed",
+    "saltelli_design",
+    "saltelli_indices",
+    "smallest_meeting",
+    "smallest_meeting_steps",
+    "smallest_within",
+    "sobol",
+]

@@ -1,0 +1,51 @@
+"""What every statistic asks of its input: finite numbers, enough of them, a confidence between 0 and 1."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+ROUNDING = 1e-12  # a spread below this share of the values is floating point, not randomness
+
+
+def finite(values: Sequence[float] | NDArray[np.float64], what: str = "values") -> NDArray[np.float64]:
+    """The values of an indicator as a one-dimensional float array, none missing.
+
+    Raises:
+        StudyError: if there are none, or one is not a finite number (a failed run): which ones.
+    """
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 1:
+        raise StudyError(f"{what}: expected one row of numbers, got an array of shape {array.shape}")
+    if array.size == 0:
+        raise StudyError(f"{what}: no values, expected at least one run")
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        where = ", ".join(str(i) for i in bad[:5]) + (", ..." if bad.size > 5 else "")  # noqa: PLR2004
+        raise StudyError(f"{what}: not a finite number at position {where} (failed runs must be left out)")
+    return array
+
+
+def check_confidence(confidence: float) -> None:
+    """Refuse a confidence that is no probability strictly between 0 and 1.
+
+    Raises:
+        StudyError: with a hint if it looks like a percentage.
+    """
+    if not 0.0 < confidence < 1.0:
+        hint = f", did you mean {confidence / 100:g}?" if 1.0 < confidence < 100.0 else ""  # noqa: PLR2004
+        raise StudyError(f"confidence {confidence!r}: expected a number between 0 and 1{hint}")
+
+
+def is_constant(values: NDArray[np.float64], scale: float | None = None) -> bool:
+    """Whether values differ by no more than floating-point rounding of numbers of size `scale`."""
+    size = float(np.abs(values).max()) if scale is None else scale
+    return float(np.ptp(values)) <= ROUNDING * size

@@ -1,0 +1,183 @@
+"""Designs against a baseline under common random numbers: paired differences, all intervals valid at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import check_confidence, finite
+from desim_warehouse.study.statistics.intervals import Estimate, estimate, t_p_value
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+D = TypeVar("D", bound="Hashable")
+Method = Literal["bonferroni", "holm"]
+
+STATEMENTS = {
+    "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %); "
+    "p-values times {m}",
+    "holm": "{m} differences, p-values by Holm's step-down, wrong about any with at most {a:g} %; "
+    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %), so Holm may tell a difference whose "
+    "interval contains 0",
+}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One design minus the baseline, in the indicator's unit.
+
+    `estimate.interval` is simultaneous with those of the other designs. `missing` counts replications left
+    out because either run failed. `differs` is None where it cannot be told (one pair). Where the difference
+    is the same in every replication there is no p-value and `differs` says whether it is not zero.
+    """
+
+    design: Hashable
+    estimate: Estimate
+    missing: int
+    p_value: float | None
+    p_adjusted: float | None
+    differs: bool | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All designs against one baseline; `statement` says in words what the intervals and p-values promise."""
+
+    baseline: Hashable
+    method: Method
+    confidence: float
+    differences: tuple[Difference, ...]
+    statement: str
+
+
+def paired(
+    values: Sequence[float] | NDArray[np.float64],
+    baseline_values: Sequence[float] | NDArray[np.float64],
+    confidence: float = 0.95,
+) -> Estimate:
+    """A design minus the baseline, replication by replication, with its t interval.
+
+    Replication r of both must have used the same random numbers, which makes the difference far less noisy
+    than the two means. Shapes (n,) and (n,), in the indicator's unit.
+
+    Raises:
+        StudyError: different numbers of replications, or a value that is not finite.
+
+    Source: Law (2015), section 10.2.1 (paired t) and 11.2 (common random numbers).
+    Assumes: the differences, not the values, are independent and near normal; variances may be unequal.
+    """
+    ours, base = finite(values, "design"), finite(baseline_values, "baseline")
+    if ours.size != base.size:
+        raise StudyError(f"paired: {ours.size} replications against {base.size} of the baseline")
+    scale = float(max(np.abs(ours).max(), np.abs(base).max()))
+    return estimate(ours - base, confidence, scale=scale)
+
+
+def compare(
+    table: Mapping[D, Sequence[float] | NDArray[np.float64]],
+    baseline: D,
+    method: Method = "bonferroni",
+    confidence: float = 0.95,
+) -> Comparison:
+    """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
+
+    Args: table: design -> values by replication number, in the indicator's unit; nan is a failed run. Designs
+        may have different numbers of replications: a difference uses those that both have. baseline: the
+        design to compare with. method: "bonferroni", or "holm", whose p-values are never larger; the
+        intervals are Bonferroni's in both, as Holm's step-down has no two-sided ones of its own. confidence:
+        that all statements are right.
+
+    Raises:
+        StudyError: unknown baseline or method, no other design, no replication in common.
+
+    Source: Law (2015), section 10.3.1 (all against a standard, Bonferroni); Holm (1979), Scandinavian J. of
+    Statistics 6(2), 65-70.
+    Assumes: as `paired`; nothing about how the differences depend on one another. Runs fail independently of
+    the indicator's value: a design that fails under load looks better than it is.
+    """
+    check_confidence(confidence)
+    if method not in STATEMENTS:
+        raise StudyError(f"method {method!r}: expected bonferroni or holm")
+    if baseline not in table:
+        raise StudyError(f"baseline {baseline!r}: expected one of {', '.join(map(repr, table))}")
+    others = [design for design in table if design != baseline]
+    if not others:
+        raise StudyError(f"nothing to compare with the baseline {baseline!r}: the only design")
+    m = len(others)
+    each = 1.0 - (1.0 - confidence) / m
+    pairs = {d: _common(d, table[d], table[baseline]) for d in others}
+    estimates = {d: paired(ours, base, each) for d, (ours, base, _) in pairs.items()}
+    p_values = {d: _p_value(e) for d, e in estimates.items()}
+    tested = [d for d in others if p_values[d] is not None]
+    raw = [p_values[d] or 0.0 for d in tested]
+    adjusted = dict(
+        zip(tested, holm(raw, m) if method == "holm" else [min(1.0, m * p) for p in raw], strict=True)
+    )
+    differences = tuple(
+        Difference(
+            design=d,
+            estimate=e,
+            missing=pairs[d][2],
+            p_value=p_values[d],
+            p_adjusted=adjusted.get(d),
+            differs=adjusted[d] <= 1.0 - confidence if d in adjusted else _differs_exactly(e, *pairs[d][:2]),
+        )
+        for d, e in estimates.items()
+    )
+    statement = STATEMENTS[method].format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
+    return Comparison(baseline, method, confidence, differences, statement)
+
+
+def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
+    """Holm's adjusted p-values, in the order given: reject where <= α, and no more than α of families err.
+
+    `family` is the number of hypotheses if some have no p-value; default: as many as given.
+
+    Source: Holm (1979): sorted upwards, the i-th (from 0) times family - i, never below the one before, at
+    most 1.
+    """
+    m = len(p_values) if family is None else family
+    order = np.argsort(p_values, kind="stable")
+    adjusted = [0.0] * len(p_values)
+    highest = 0.0
+    for rank, index in enumerate(order.tolist()):
+        highest = max(highest, min(1.0, (m - rank) * p_values[index]))
+        adjusted[index] = highest
+    return adjusted
+
+
+def _common(
+    design: Hashable,
+    ours: Sequence[float] | NDArray[np.float64],
+    base: Sequence[float] | NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """The replications that both designs have, and how many only one of them has or both failed."""
+    a, b = np.asarray(ours, dtype=float), np.asarray(base, dtype=float)
+    n = min(a.size, b.size)
+    both = np.isfinite(a[:n]) & np.isfinite(b[:n])
+    if not both.any():
+        raise StudyError(f"design {design!r} has no finished replication in common with the baseline")
+    return a[:n][both], b[:n][both], max(a.size, b.size) - int(both.sum())
+
+
+def _p_value(difference: Estimate) -> float | None:
+    """Two-sided p-value that the mean difference is zero, None where the differences do not vary."""
+    if difference.half_width is None or not difference.sd:
+        return None
+    return t_p_value(difference.n - 1, difference.mean / (difference.sd / math.sqrt(difference.n)))
+
+
+def _differs_exactly(
+    difference: Estimate, ours: NDArray[np.float64], base: NDArray[np.float64]
+) -> bool | None:
+    """Whether a difference that is the same in every replication is not zero; None for one random pair."""
+    if not difference.deterministic:
+        return None
+    return not np.allclose(ours, base, rtol=1e-12, atol=0.0)

@@ -1,0 +1,102 @@
+"""Where more robots stop paying: the knee of a throughput curve, and the smallest fleet near its maximum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import finite
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Knee:
+    """The shape of a curve that rises and levels off; sizes and outputs in their own units.
+
+    `at` is the size at the knee, None where the curve has none (a straight line: every robot pays the same).
+    `maximum_at` is the smallest size with the largest output; beyond it the floor is congested, not empty.
+    `prominence` is how far the knee stands above the chord from first to maximum, both axes from 0 to 1.
+    """
+
+    at: float | None
+    output: float | None
+    prominence: float
+    maximum_at: float
+    maximum: float
+
+
+def knee(
+    sizes: Sequence[float] | NDArray[np.float64],
+    outputs: Sequence[float] | NDArray[np.float64],
+    sensitivity: float = 1.0,
+) -> Knee:
+    """The knee of mean output (throughput per hour, say) over size (robots, say).
+
+    Args: sizes: strictly rising, shape (n,). outputs: mean output at each, shape (n,). sensitivity: how far,
+            in mean steps of size, the curve must fall back to the chord for a knee to count; larger is
+            stricter.
+
+    Raises:
+        StudyError: different lengths, fewer than 3 sizes, not rising, or a value that is not finite.
+
+    Source: Satopaa, Albrecht, Irwin & Raghavan (2011), Finding a "kneedle" in a haystack, ICDCS Workshops,
+    sections III-IV: the largest local maximum of normalised output minus normalised size, if confirmed by a
+    fall below the threshold. Here without their smoothing (the points are means), and only up to the maximum.
+    Assumes: noise small against the bend; the knee moves with the range of sizes shown.
+    """
+    x, y = _curve(sizes, outputs)
+    top = int(np.argmax(y))
+    maximum_at, maximum = float(x[top]), float(y[top])
+    if top < 2 or not y[0] < maximum:  # noqa: PLR2004
+        return Knee(None, None, 0.0, maximum_at, maximum)
+    across = (x[: top + 1] - x[0]) / (x[top] - x[0])
+    above = (y[: top + 1] - y[0]) / (maximum - y[0]) - across
+    at = int(np.argmax(above))
+    threshold = above[at] - sensitivity / top  # 1 / top: mean step of the normalised sizes
+    prominence = float(max(above[at], 0.0))
+    if above[at] <= 0.0 or not (above[at + 1 :] < threshold).any():
+        return Knee(None, None, prominence, maximum_at, maximum)
+    return Knee(float(x[at]), float(y[at]), prominence, maximum_at, maximum)
+
+
+def smallest_within(
+    sizes: Sequence[float] | NDArray[np.float64],
+    outputs: Sequence[float] | NDArray[np.float64],
+    share: float = 0.05,
+) -> float:
+    """The smallest size whose mean output is within `share` (0.05: 5 %) of the largest.
+
+    Raises:
+        StudyError: as `knee`, a share outside 0..1, or an output below zero.
+
+    Assumes: means are taken as exact; for a size that meets a number with confidence use `smallest_meeting`.
+    """
+    x, y = _curve(sizes, outputs, least=1)
+    if not 0.0 <= share < 1.0:
+        raise StudyError(f"share {share!r}: expected at least 0 and less than 1")
+    if y.min() < 0.0:
+        raise StudyError(
+            f"output {y.min():g}: expected none below 0, or a share of the maximum means nothing"
+        )
+    return float(x[np.argmax(y >= (1.0 - share) * y.max())])
+
+
+def _curve(
+    sizes: Sequence[float] | NDArray[np.float64],
+    outputs: Sequence[float] | NDArray[np.float64],
+    least: int = 3,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sizes and outputs as arrays, checked."""
+    x, y = finite(sizes, "sizes"), finite(outputs, "outputs")
+    if x.size != y.size or x.size < least:
+        raise StudyError(f"{x.size} sizes with {y.size} outputs: expected as many of each, at least {least}")
+    if (np.diff(x) <= 0.0).any():
+        raise StudyError("sizes: expected in strictly rising order")
+    return x, y

@@ -1,0 +1,52 @@
+"""Procedures that choose the next runs from the runs before: ask for a batch, be sent its values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Sequence
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+
+from desim_warehouse.errors import StudyError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+T = TypeVar("T")
+Run: TypeAlias = tuple[int, int]
+"""Design number and replication number, both from 0."""
+
+Procedure: TypeAlias = Generator[list[Run], Sequence[float], T]
+"""Yields the runs it wants, is sent their values in the same order, returns the result."""
+
+
+def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
+    """Carry out a procedure by simulating every run it asks for, one after the other.
+
+    `sample(design, replication)` returns the indicator. To use many workers, do what this function does,
+    but simulate the runs of a batch together: the result is the same.
+
+    Raises:
+        StudyError: a run gave a value that is not finite.
+    """
+    values: Sequence[float] | None = None
+    while True:
+        try:
+            runs = next(procedure) if values is None else procedure.send(values)
+        except StopIteration as end:
+            return cast("T", end.value)
+        values = [float(sample(design, replication)) for design, replication in runs]
+
+
+def request(runs: list[Run]) -> Generator[list[Run], Sequence[float], Sequence[float]]:
+    """Ask for runs within a procedure and check what comes back: one finite number for each.
+
+    Raises:
+        StudyError: the wrong number of values, or one that is not finite, with its design and replication.
+    """
+    values = yield runs
+    if len(values) != len(runs):
+        raise StudyError(f"asked for {len(runs)} runs, got {len(values)} values")
+    for (design, replication), value in zip(runs, values, strict=True):
+        if not math.isfinite(value):
+            raise StudyError(f"design {design}, replication {replication}: {value!r} is not a finite number")
+    return values

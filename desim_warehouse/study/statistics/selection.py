@@ -1,0 +1,218 @@
+"""The best of several designs: the KN procedure drops the clearly worse ones as replications come in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import check_confidence, is_constant
+from desim_warehouse.study.statistics.procedure import Procedure, follow, request
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from numpy.typing import NDArray
+
+    from desim_warehouse.study.statistics.procedure import Run
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The designs still in the race after `replications` of each; recorded whenever one drops out."""
+
+    replications: int
+    survivors: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The design chosen, and how the race went; designs by number from 0, `means` in the indicator's unit.
+
+    `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
+    was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
+    `best` is then only the best mean of `survivors`. `deterministic`: no difference varied in the first
+    stage.
+    """
+
+    best: int
+    survivors: tuple[int, ...]
+    history: tuple[Stage, ...]
+    eliminated_at: tuple[int | None, ...]
+    means: tuple[float, ...]
+    samples: tuple[int, ...]
+    guaranteed: bool
+    deterministic: bool
+    delta: float
+    confidence: float
+    note: str
+
+
+def kn(
+    sample: Callable[[int, int], float],
+    k: int,
+    delta: float,
+    confidence: float = 0.95,
+    n0: int = 10,
+    *,
+    maximise: bool = True,
+    cap: int = 1000,
+    ahead: int = 1,
+) -> Selection:
+    """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
+
+    Args: sample: (design 0..k-1, replication 0..) -> the indicator of that run. k: number of designs, at
+            least 2. delta: indifference zone, in the indicator's unit: a smaller difference does not matter
+            to the user. confidence: probability of a right choice, more than 1/k. n0: replications of every
+            design in the first stage, at least 2; 10 or more is advised. maximise: the largest mean is best,
+            or else the smallest. cap: most replications of one design; `guaranteed` is False when it ends the
+            race. ahead: replications of each survivor to ask for at a time. More keeps many workers busy at
+            the price of some runs too many; the choice is the same.
+
+    Raises:
+        StudyError: arguments outside these ranges, or a run whose value is not finite.
+
+    Source: Kim & Nelson (2001), A fully sequential procedure for indifference-zone selection in simulation,
+    ACM TOMACS 11(3), 251-273, with c = 1.
+    Assumes: replications independent, jointly normal over the designs, unknown and unequal variances. Runs of
+    the same replication may depend on one another: common random numbers make the variance of the
+    differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
+    leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
+    chosen.
+    """
+    steps = kn_steps(k, delta, confidence, n0, maximise=maximise, cap=cap, ahead=ahead)
+    return follow(steps, sample)
+
+
+def kn_constants(k: int, confidence: float, n0: int) -> tuple[float, float]:
+    """The constants η and h² of KN for c = 1.
+
+    Source: Kim & Nelson (2001), section 3.1: η = ½ [(2α / (k-1))^(-2/(n0-1)) - 1], h² = 2 c η (n0-1).
+
+    Raises:
+        StudyError: fewer than two designs or first replications, or a confidence that pure chance gives.
+    """
+    check_confidence(confidence)
+    if k < 2 or n0 < 2:  # noqa: PLR2004
+        raise StudyError(f"selection among {k} designs from {n0} replications: expected at least 2 of each")
+    if confidence <= 1.0 / k:
+        raise StudyError(f"confidence {confidence:g}: expected more than 1/{k}, which drawing lots gives")
+    eta = 0.5 * ((2.0 * (1.0 - confidence) / (k - 1)) ** (-2.0 / (n0 - 1)) - 1.0)
+    return eta, 2.0 * eta * (n0 - 1)
+
+
+def kn_steps(
+    k: int,
+    delta: float,
+    confidence: float = 0.95,
+    n0: int = 10,
+    *,
+    maximise: bool = True,
+    cap: int = 1000,
+    ahead: int = 1,
+) -> Procedure[Selection]:
+    """The steps of `kn`: yields the runs it needs next, is sent their values, returns the Selection."""
+    _, h2 = kn_constants(k, confidence, n0)
+    if not delta > 0.0:
+        raise StudyError(f"indifference zone {delta!r}: expected a number above 0, in the indicator's unit")
+    if cap < n0 or ahead < 1:
+        raise StudyError(f"cap {cap}, ahead {ahead}: expected a cap of at least n0 = {n0}, and ahead >= 1")
+    race = _Race(k, 1.0 if maximise else -1.0)
+    yield from race.run(n0)
+    variances = race.difference_variances()
+    slack = h2 * variances / delta**2  # N_il of the paper, before rounding down
+    race.screen(slack, delta)
+    while not race.over(slack) and race.r < cap:
+        yield from race.run(1, ahead=min(ahead, cap - race.r))
+        race.screen(slack, delta)
+    guaranteed = race.over(slack)
+    deterministic = not variances.any()
+    return Selection(
+        best=race.leader(),
+        survivors=race.alive,
+        history=tuple(race.history),
+        eliminated_at=tuple(race.eliminated_at),
+        means=tuple(race.means()),
+        samples=tuple(len(row) for row in race.data),
+        guaranteed=guaranteed,
+        deterministic=deterministic,
+        delta=delta,
+        confidence=confidence,
+        note=_note(guaranteed, deterministic, race, delta, confidence),
+    )
+
+
+class _Race:
+    """The designs still in, what they have returned, and when the others dropped out."""
+
+    def __init__(self, k: int, sign: float) -> None:
+        self.sign = sign  # +1: the largest mean is best, -1: the smallest
+        self.data: list[list[float]] = [[] for _ in range(k)]
+        self.totals = np.zeros(k)
+        self.judged_on = np.zeros(k, dtype=int)
+        self.r = 0  # replications of every survivor judged so far
+        self.alive = tuple(range(k))
+        self.history: list[Stage] = []
+        self.eliminated_at: list[int | None] = [None] * k
+
+    def run(self, more: int, ahead: int = 1) -> Generator[list[Run], Sequence[float], None]:
+        """Judge the survivors on `more` further replications, asking for runs where none are in hand."""
+        have, want = len(self.data[self.alive[0]]), self.r + more
+        if have < want:
+            runs = [(i, rep) for rep in range(have, have + max(more, ahead)) for i in self.alive]
+            for (design, _), value in zip(runs, (yield from request(runs)), strict=True):
+                self.data[design].append(value)
+        for i in self.alive:
+            self.totals[i] += sum(self.data[i][self.r : want])
+            self.judged_on[i] = want
+        self.r = want
+
+    def difference_variances(self) -> NDArray[np.float64]:
+        """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k)."""
+        first = np.array(self.data)
+        scale = float(np.abs(first).max())
+        result = np.zeros((len(first), len(first)))
+        for i, j in combinations(range(len(first)), 2):
+            differences = first[i] - first[j]
+            if not is_constant(differences, scale):
+                result[i, j] = result[j, i] = differences.var(ddof=1)
+        return result
+
+    def screen(self, slack: NDArray[np.float64], delta: float) -> None:
+        """Drop designs whose mean is more than W_il(r) = max(0, δ/2r (N_il - r)) below another survivor's."""
+        ids = np.array(self.alive)
+        means = self.sign * self.means()[ids]
+        width = np.maximum(0.0, delta / (2 * self.r) * (slack[np.ix_(ids, ids)] - self.r))
+        np.fill_diagonal(width, 0.0)
+        kept = tuple(ids[(means[:, None] >= means[None, :] - width).all(axis=1)].tolist())
+        for i in set(self.alive) - set(kept):
+            self.eliminated_at[i] = self.r
+        if not self.history or kept != self.alive:
+            self.history.append(Stage(self.r, kept))
+        self.alive = kept
+
+    def over(self, slack: NDArray[np.float64]) -> bool:
+        """Whether one design is left, or r is the largest N_il + 1: then only equal means are."""
+        return all(self.r >= int(slack[i, j]) + 1 for i, j in combinations(self.alive, 2))
+
+    def means(self) -> NDArray[np.float64]:
+        return self.totals / self.judged_on
+
+    def leader(self) -> int:
+        """The survivor with the best mean; of equals the one with the lowest number."""
+        means = self.sign * self.means()
+        return max(self.alive, key=lambda i: (means[i], -i))
+
+
+def _note(guaranteed: bool, deterministic: bool, race: _Race, delta: float, confidence: float) -> str:
+    """What the choice promises, in one sentence."""
+    if not guaranteed:
+        return f"cap of {race.r} replications reached with {len(race.alive)} designs left: best mean, no guarantee"
+    if deterministic:
+        return (
+            f"no difference varied in {race.history[0].replications} replications: compared as exact numbers"
+        )
+    return f"best with {100 * confidence:g} % if it leads by at least {delta:g} (KN, Kim & Nelson 2001)"

@@ -1,0 +1,209 @@
+"""The smallest design that meets a target: halve the range, replicate each probe until its mean is clear."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.study.statistics.intervals import estimate, t_quantile
+from desim_warehouse.study.statistics.procedure import Procedure, follow, request
+from desim_warehouse.study.statistics.targets import Target, parse_target
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from desim_warehouse.study.statistics.procedure import Run
+
+V = TypeVar("V")
+Verdict = Literal["meets", "fails", "undecided"]
+
+
+@dataclass(frozen=True)
+class Decision(Generic[V]):
+    """What was found out about one design.
+
+    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
+    are `deterministic` and the mean is exact.
+    """
+
+    value: V
+    verdict: Verdict
+    n: int
+    mean: float
+    low: float | None
+    high: float | None
+    level: float
+    deterministic: bool
+
+
+@dataclass(frozen=True)
+class Sizing(Generic[V]):
+    """The answer, every design looked at in the order of the search, and what may be wrong with it.
+
+    `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour:
+    that it "fails" makes the answer the smallest; "undecided" says so in `note`; None if there is no
+    neighbour. `falls` lists pairs of probed values between which the response clearly moves away from the
+    target: then it is not monotone, and only search="scan" can be trusted.
+    """
+
+    smallest: V | None
+    target: Target
+    below: Decision[V] | None
+    decisions: tuple[Decision[V], ...]
+    falls: tuple[tuple[V, V], ...]
+    runs: int
+    confidence: float
+    note: str
+
+
+def smallest_meeting(
+    sample: Callable[[V, int], float],
+    values: Sequence[V],
+    target: Target | str,
+    confidence: float = 0.95,
+    n0: int = 10,
+    cap: int = 320,
+    *,
+    search: Literal["bisection", "scan"] = "bisection",
+    deterministic: bool = False,
+) -> Sizing[V]:
+    """The first of `values` (fleet sizes, say) whose mean indicator meets the target, with confidence.
+
+    Args:
+        sample: (value, replication) -> the indicator of that run.
+        values: the designs to choose from, smallest (cheapest) first.
+        target: as "throughput_per_hour >= 220".
+        confidence: that every "meets" and "fails" of the search is right.
+        n0: replications at the first look at a design; every further look doubles them.
+        cap: most replications of a design; a mean not clear by then is "undecided" and taken as not meeting.
+        search: "bisection", or "scan" through the values from the smallest, which needs no monotone response.
+        deterministic: the model has no randomness: one run of a design is exact.
+
+    Raises:
+        StudyError: no or repeated values, arguments out of range, a bad target, a run whose value is not
+            finite.
+
+    Source: one-sided t bounds (Law 2015, section 4.5). Looking several times and at several designs would add
+    up the chances to err, so each bound is held at 1 - α / (designs on the path · looks), Bonferroni.
+    Assumes: as `estimate`; for "bisection" that a larger design never does worse (congestion breaks this: see
+    `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided.
+    """
+    steps = smallest_meeting_steps(
+        values, target, confidence, n0, cap, search=search, deterministic=deterministic
+    )
+    return follow(steps, lambda design, replication: sample(values[design], replication))
+
+
+def smallest_meeting_steps(
+    values: Sequence[V],
+    target: Target | str,
+    confidence: float = 0.95,
+    n0: int = 10,
+    cap: int = 320,
+    *,
+    search: Literal["bisection", "scan"] = "bisection",
+    deterministic: bool = False,
+) -> Procedure[Sizing[V]]:
+    """The steps of `smallest_meeting`: yields (position in `values`, replication), returns the Sizing."""
+    goal = parse_target(target) if isinstance(target, str) else target
+    check_confidence(confidence)
+    if not values or any(a == b for i, a in enumerate(values) for b in values[:i]):
+        raise StudyError(f"values to search {list(values)!r}: expected at least one, none twice")
+    if not 2 <= n0 <= cap or search not in {"bisection", "scan"}:  # noqa: PLR2004
+        raise StudyError(
+            f"n0 {n0}, cap {cap}, search {search!r}: expected 2 <= n0 <= cap, and bisection or scan"
+        )
+    looks = [1] if deterministic else _looks(n0, cap)
+    path = len(values).bit_length() if search == "bisection" else len(values)
+    level = 1.0 - (1.0 - confidence) / (path * len(looks))
+    data: dict[int, list[float]] = {}
+    verdicts: dict[int, Decision[V]] = {}
+    failing, meeting = -1, len(values)  # the answer lies above `failing`, at most at `meeting`
+    while meeting - failing > 1:
+        probe = failing + 1 if search == "scan" else (failing + meeting) // 2
+        data[probe] = []
+        verdict = yield from _decide(probe, data[probe], goal, looks, level)
+        verdicts[probe] = _decision(values[probe], verdict, data[probe], level, deterministic)
+        if verdict == "meets":
+            meeting = probe
+        else:
+            failing = probe
+    smallest = values[meeting] if meeting < len(values) else None
+    falls = tuple((values[i], values[j]) for i, j in _falls(data, goal.sign, confidence))
+    below = verdicts.get(meeting - 1)
+    note = _note(goal, smallest, below, falls, search)
+    runs = sum(map(len, data.values()))
+    return Sizing(smallest, goal, below, tuple(verdicts.values()), falls, runs, confidence, note)
+
+
+def _looks(n0: int, cap: int) -> list[int]:
+    """Replications at each look: n0, 2 n0, 4 n0, ..., cap."""
+    looks = [n0]
+    while looks[-1] < cap:
+        looks.append(min(2 * looks[-1], cap))
+    return looks
+
+
+def _decide(
+    design: int, data: list[float], target: Target, looks: list[int], level: float
+) -> Generator[list[Run], Sequence[float], Verdict]:
+    """Replicate one design until its bound clears the target or the looks are used up; fills `data`."""
+    for n in looks:
+        data += yield from request([(design, r) for r in range(len(data), n)])
+        now = estimate(data, deterministic=n == 1)
+        if now.deterministic:
+            return "meets" if target.met_by(now.mean) else "fails"
+        distance = target.sign * (now.mean - target.value)
+        if abs(distance) > _margin(data, level):
+            return "meets" if distance > 0.0 else "fails"
+    return "undecided"
+
+
+def _margin(data: Sequence[float], level: float) -> float:
+    """What a one-sided t bound takes off the mean."""
+    return t_quantile(len(data) - 1, level) * float(np.std(data, ddof=1)) / math.sqrt(len(data))
+
+
+def _decision(
+    value: V, verdict: Verdict, data: list[float], level: float, deterministic: bool
+) -> Decision[V]:
+    now = estimate(data, deterministic=deterministic)
+    margin = None if now.deterministic else _margin(data, level)
+    low, high = (None, None) if margin is None else (now.mean - margin, now.mean + margin)
+    return Decision(value, verdict, now.n, now.mean, low, high, level, now.deterministic)
+
+
+def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list[tuple[int, int]]:
+    """Probed neighbours whose larger one is worse, by paired one-sided t bounds (Bonferroni)."""
+    probed = sorted(data)
+    level = 1.0 - (1.0 - confidence) / max(1, len(probed) - 1)
+    falls = []
+    for i, j in pairwise(probed):
+        n = min(len(data[i]), len(data[j]))
+        gains = sign * (np.array(data[j][:n]) - np.array(data[i][:n]))
+        margin = _margin(gains.tolist(), level) if n > 1 else 0.0
+        if gains.mean() + margin < 0.0:
+            falls.append((i, j))
+    return falls
+
+
+def _note(
+    target: Target, smallest: V | None, below: Decision[V] | None, falls: tuple[tuple[V, V], ...], search: str
+) -> str:
+    """The answer in words, with every reservation."""
+    if smallest is None:
+        parts = [f"no design was shown to meet {target}"]
+    else:
+        parts = [f"{smallest} is the smallest shown to meet {target}"]
+    if below is not None and below.verdict == "undecided":
+        parts.append(f"{below.value} is too close to tell after {below.n} replications")
+    if falls and search == "bisection":
+        pairs = ", ".join(f"{a} to {b}" for a, b in falls)
+        parts.append(f"the response is not monotone (worse from {pairs}): repeat with search='scan'")
+    return "; ".join(parts)

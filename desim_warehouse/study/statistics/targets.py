@@ -1,0 +1,65 @@
+"""What a planner wants reached, as in "throughput_per_hour >= 220"."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Literal, cast
+
+from desim_warehouse.errors import StudyError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+Sense = Literal[">=", "<=", ">", "<"]
+
+_TARGET = re.compile(
+    r"\s*(?P<indicator>[A-Za-z_][\w.]*)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
+    r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A bound on the mean of an indicator, in the indicator's unit."""
+
+    indicator: str
+    sense: Sense
+    value: float
+
+    @property
+    def sign(self) -> float:
+        """+1 where more is better, -1 where less is."""
+        return 1.0 if self.sense in (">=", ">") else -1.0
+
+    def met_by(self, mean: float) -> bool:
+        """Whether a mean that is known exactly meets the target."""
+        gap = self.sign * (mean - self.value)
+        return gap >= 0.0 if self.sense in (">=", "<=") else gap > 0.0
+
+    def __str__(self) -> str:
+        return f"{self.indicator} {self.sense} {self.value:.15g}"
+
+
+def parse_target(text: str, known: Collection[str] | None = None) -> Target:
+    """Read a target such as "throughput_per_hour >= 220" or "T < 95.5".
+
+    With `known`, the indicator must be one of these names.
+
+    Raises:
+        StudyError: the text, what was expected, and the nearest known name.
+    """
+    match = _TARGET.fullmatch(text)
+    if match is None:
+        raise StudyError(
+            f"target {text!r}: expected an indicator, one of >= <= > <, and a number, "
+            "as in 'throughput_per_hour >= 220'"
+        )
+    indicator = match["indicator"]
+    if known is not None and indicator not in known:
+        near = get_close_matches(indicator, known, n=1)
+        hint = f", did you mean {near[0]!r}?" if near else f", expected one of {', '.join(sorted(known))}"
+        raise StudyError(f"target {text!r}: unknown indicator {indicator!r}{hint}")
+    sense = cast("Sense", {"≥": ">=", "≤": "<="}.get(match["sense"], match["sense"]))
+    return Target(indicator, sense, float(match["value"]))

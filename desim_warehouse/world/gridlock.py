@@ -1,0 +1,106 @@
+"""Never stalled: full rings of waiting robots are found when they close, and turned.
+
+A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection
+it claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work
+can only stop where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they
+do: the ring turns by one place, and each member is nearer to where it is going.
+
+A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto
+the intersection and waits on it; this leaves a gap behind it, and the rings on either side turn one by one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import GridlockError
+
+if TYPE_CHECKING:
+    from desim_warehouse.world.body import Body
+    from desim_warehouse.world.traffic import Traffic
+
+
+class Gridlock:
+    """Finds rings and turns them; `rotate` False: a ring is an error, for fleets that cannot turn."""
+
+    def __init__(self, traffic: Traffic, rotate: bool) -> None:
+        self.traffic = traffic
+        self.rotate = rotate
+        self.rotations = 0
+        self._mark = 0
+
+    def blocker(self, robot: Body) -> Body | None:
+        """The one robot that a blocked robot waits for; None: it is not blocked, or only time keeps it waiting."""
+        if robot.waiting_behind is not None:
+            return robot.ahead
+        claim = robot.claim
+        if claim is None:
+            return None
+        holder = claim.node.holder
+        if holder is not None and holder is not robot:
+            return holder
+        lane = claim.lane
+        if lane is None or lane.entering or lane.last is None or self.traffic.has_room(robot, lane):
+            return None
+        return lane.last
+
+    def check(self, robot: Body) -> None:
+        """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one."""
+        self._mark += 1
+        mark = self._mark
+        member: Body | None = robot
+        while member is not None and member.mark != mark:
+            member.mark = mark
+            member = self.blocker(member)
+        if member is None:
+            return
+        ring = [member]
+        while (after := self.blocker(ring[-1])) is not member:
+            assert after is not None
+            ring.append(after)
+        if self._is_open(ring):
+            self._turn(ring)
+
+    def _is_open(self, ring: list[Body]) -> bool:
+        """Whether no intersection within the ring is still closing behind a robot; if one is, it is looked at again."""
+        traffic = self.traffic
+        for robot in ring:
+            claim = robot.claim
+            if claim is not None and claim.node.holder is None:
+                now = traffic.env.now + 1e-6
+                if claim.node.open_at > now and traffic.opens_at(robot, claim.node, claim.via) > now:
+                    traffic.reopen_later(claim.node)
+                    return False
+        return True
+
+    def _turn(self, ring: list[Body]) -> None:
+        heads = [robot for robot in ring if robot.claim is not None]
+        now = self.traffic.env.now
+        if not self.rotate:
+            raise GridlockError(_describe(ring, now))
+        self.rotations += 1
+        self.traffic.log.rotation(now, ring)
+        seen = set()
+        for robot in heads:
+            claim = robot.claim
+            assert claim is not None
+            if claim.node.holder is None and claim.node in seen:
+                self.traffic.award(claim, None)
+                return
+            seen.add(claim.node)
+        # Robots that wait for room come first: a node that its holder leaves goes to the next in the ring.
+        for robot in sorted(heads, key=lambda r: r.claim.node.holder not in (None, r)):
+            claim = robot.claim
+            follows = claim.node.holder not in (None, robot)
+            lane = claim.lane
+            if follows and lane is not None and not self.traffic.has_room(robot, lane):
+                lane = None
+            self.traffic.award(claim, lane)
+
+
+def _describe(ring: list[Body], now: float) -> str:
+    members = "; ".join(f"robot {robot.number} {robot.place()}" for robot in ring)
+    return (
+        f"gridlock at time {now:g}: {len(ring)} robots wait for each other in a ring ({members}); "
+        "traffic.gridlock: rotate lets such rings turn"
+    )

@@ -1,0 +1,143 @@
+"""What robots reserve: lanes (the one-way edges) and intersections (the nodes between them)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simpy.events import Event
+
+if TYPE_CHECKING:
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.world.body import Body
+
+EPS = 1e-6
+"""Lengths and times closer than this are the same: ties do not count as waiting."""
+
+
+class Lane:
+    """A one-way edge of the Highways: robots queue on it in order, none overtakes.
+
+    A *short* lane has no place to stand clear of both its ends (length < 2 D): a robot on it holds its end.
+    An *inside* lane joins two nodes of one intersection.
+    """
+
+    __slots__ = (
+        "blocked",
+        "edge",
+        "end",
+        "entering",
+        "goal",
+        "heading",
+        "inside",
+        "last",
+        "length",
+        "limit",
+        "number",
+        "passages",
+        "short",
+        "start",
+        "stop_line",
+        "target",
+        "waits",
+    )
+
+    def __init__(self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
+        self.number = number
+        self.edge = edge
+        self.length = length
+        self.limit = limit
+        self.heading = heading
+        self.start: Intersection
+        self.end: Intersection
+        self.stop_line = 0.0
+        self.short = self.inside = False
+        self.last: Body | None = None
+        self.entering = False
+        self.passages = self.waits = 0
+        self.blocked = 0.0
+
+
+class Intersection:
+    """One node, or several nodes too close together to be used at once; one robot holds it at a time.
+
+    After the holder has left, it stays closed to robots whose path would come too close to the one that left:
+    the robot left at `left_at` from one lane to another at a pace; from `open_at` it is open to everybody.
+    """
+
+    __slots__ = ("blocked", "claims", "holder", "left_at", "left_from", "left_on", "left_pace", "name", "nodes", "open_at", "reopens", "waits")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.nodes = [name]
+        self.holder: Body | None = None
+        self.claims: list[Claim] = []
+        self.left_at = self.open_at = -math.inf
+        self.left_on: Lane | None = None
+        self.left_from: Lane | None = None
+        self.left_pace = 1.0
+        self.reopens = math.inf
+        self.waits = 0
+        self.blocked = 0.0
+
+
+class Claim(Event):
+    """A robot's wish for an intersection and, with it or not at all, for room on the lane beyond.
+
+    It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone.
+    `via` is the lane by which it comes (None: from the bay beside it).
+    """
+
+    def __init__(self, env: Environment, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> None:
+        super().__init__(env)
+        self.robot = robot
+        self.node = node
+        self.lane = lane
+        self.via = via
+
+
+def closing_distance(angle: float, theta: float, contact: float, approach: float) -> float:
+    """How far a robot must be beyond a node before the next may start towards it from `approach` before it.
+
+    `angle` is between the heading of the one that comes and of the one that leaves (radians), `contact` is D.
+    The one that comes would stop if the other were nearer than D and within theta of its heading. With x to
+    go and the other y beyond the node this happens for some x on the way iff x + y < g, by the law of sines
+    g = D cos(angle/2 - a) / cos(angle/2) with a = min(theta, angle/2); at right angles g = D (cos a + sin a).
+    Never more than D: there the leaving robot may stand, and is clear of the node.
+    """
+    half = min(abs(angle), math.pi) / 2
+    if half > math.pi / 2 - 1e-3:
+        return contact
+    gap = contact * math.cos(half - min(theta, half)) / math.cos(half)
+    return min(max(gap - approach, 0.0), contact)
+
+
+def turn(one: float, other: float) -> float:
+    """The angle between two headings, 0..pi."""
+    return abs((one - other + math.pi) % (2 * math.pi) - math.pi)
+
+
+def network(layout: Layout, contact: float) -> tuple[dict[tuple[str, str], Lane], dict[str, Intersection]]:
+    """Lanes by edge and intersections by node, for robots that keep `contact` (D) apart.
+
+    Nodes joined by an edge shorter than D cannot both be occupied and become one intersection.
+    """
+    nodes = {name: Intersection(name) for name in layout.graph}
+    edges = list(layout.graph.edges(data=True))
+    for source, target, data in edges:
+        one, other = nodes[source], nodes[target]
+        if data["length"] < contact - EPS and one is not other:
+            one.nodes += other.nodes
+            for name in other.nodes:
+                nodes[name] = one
+    lanes = {}
+    for number, (source, target, data) in enumerate(edges):
+        lane = Lane(number, (source, target), data["length"], data["speed"], layout.heading((source, target)))
+        lane.start, lane.end = nodes[source], nodes[target]
+        lane.short = lane.length < 2 * contact - EPS
+        lane.inside = lane.short and lane.start is lane.end
+        lane.stop_line = 0.0 if lane.short else lane.length - contact
+        lanes[source, target] = lane
+    return lanes, nodes
