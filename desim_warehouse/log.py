@@ -26,11 +26,16 @@ class Log:
     def event(self, time: float, kind: str, robot: Any, task: int, node: str | None = None, value: float | None = None) -> None:
         self.append((time, kind, -1 if robot is None else robot.number, task, node, None, value, None, None))
 
-    def enter(self, time: float, robot: Any) -> None:
-        self.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, None))
+    def cross(self, now: float, robot: Any, lane: Any, clear: float) -> None:
+        number, task = robot.number, robot.task
+        if self.everything and lane is not None:
+            self.append((now, "drive", number, task, None, lane.edge, lane.length, robot.since, None))
+        self.append((clear, "enter", number, task, None, robot.lane.edge, None, None, None))
+        if self.everything:
+            self.append((robot.since, "drive", number, task, None, robot.lane.edge, robot.target, robot.until, None))
 
-    def drive(self, time: float, robot: Any, target: float, until: float) -> None:
-        self.append((time, "drive", robot.number, robot.task, None, robot.lane.edge, target, until, None))
+    def drive(self, robot: Any) -> None:
+        self.append((robot.since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, None))
 
     def collision(self, time: float, robot: Any, other: Any, place: Any, duration: float) -> None:
         other = None if other is None else other.number

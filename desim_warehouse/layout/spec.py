@@ -1,14 +1,16 @@
-"""What a model file says about a layout: blocks to generate, or nodes and edges one by one, and what stands there."""
+"""What a model file says about a layout: blocks to generate, or nodes and edges, and what stands there."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
-from pydantic.annotated_handlers import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
+
+if TYPE_CHECKING:
+    from pydantic.annotated_handlers import GetCoreSchemaHandler, GetJsonSchemaHandler
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -32,12 +34,12 @@ class Part(BaseModel):
 
 
 class FrozenMap(dict[Key, Value]):
-    """A dict that cannot be changed: it can be compared, hashed, printed, pickled and copied. Its order counts."""
+    """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
 
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, FrozenMap):
@@ -70,7 +72,7 @@ Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
 
 
 class Says:
-    """What a key with several forms expects, in words for people, and forms that reading turns into the others.
+    """What a key with several forms expects, in words, and forms that reading turns into the others.
 
     The words go into the JSON Schema as `errorMessage`, which editors show, and from there into our messages.
     """
@@ -79,9 +81,7 @@ class Says:
         self.text = text
         self.forms = forms
 
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Add the words and the other forms to the schema of the annotated type."""
         schema = handler(core)
         more = [
@@ -127,7 +127,7 @@ class Blocks(Part):
         Says("'ring', 'alternating', or a section with rows and columns"),
     ] = Field(
         "ring",
-        description="ring: outer aisles run clockwise, inner ones alternate; alternating; or rows and columns by hand",
+        description="ring: outer aisles clockwise, inner ones alternate; alternating; or rows and columns by hand",
     )
 
 
@@ -182,14 +182,14 @@ class Bay(Places):
 
 
 class Station(Places):
-    """Unloading stations beside nodes: `places` robots can be inside, `servers` of them are served at a time."""
+    """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
     places: Count = Field(4, description="robots that can be inside, a node")
     servers: Count = Field(1, description="robots served at a time, a node")
 
 
 class LayoutSpec(Part):
-    """The layout section: either `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
+    """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
 
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Number, Number]] = Field(FrozenMap(), description="name: [x, y], y downwards")

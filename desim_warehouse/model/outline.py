@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.places import Keys, dotted
 from desim_warehouse.model.schema import Model
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
 Node = dict[str, Any]
-_LONG = 8
+_OPEN: Node = {"additionalProperties": True}  # below the parameters of a policy anything can stand
 
 
 @cache
 def schema() -> Node:
     """The JSON Schema of model files; shared, so not to be changed."""
     made = Model.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made, "title": "desim-warehouse model"}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **made,
+        "title": "desim-warehouse model",
+    }
 
 
 def spoken(words: Iterable[str], last: str = "and") -> str:
@@ -45,7 +51,7 @@ def known(keys: Keys) -> bool:
 
 def is_list(keys: Keys) -> bool:
     """Whether a list can stand there."""
-    return any("items" in form or "prefixItems" in form for form in _at(keys))
+    return any("items" in form or "prefixItems" in form or form == _OPEN for form in _at(keys))
 
 
 def choices(keys: Keys) -> list[str]:
@@ -87,14 +93,16 @@ def _node(keys: Keys) -> Node:
 
 
 def _step(node: Node, key: str | int) -> Iterator[Node]:
-    if isinstance(key, int):
+    if node == _OPEN:
+        yield _OPEN
+    elif isinstance(key, int):
         if "items" in node:
             yield node["items"]
         yield from node.get("prefixItems", [])[key : key + 1]
     elif key in node.get("properties", {}):
         yield node["properties"][key]
     elif node.get("additionalProperties") is True:
-        yield {"additionalProperties": True}
+        yield _OPEN
     elif node.get("additionalProperties"):
         yield node["additionalProperties"]
 
@@ -120,7 +128,7 @@ def _every_key() -> tuple[str, ...]:
 
 
 def _words(node: Node) -> list[Any]:
-    return node.get("enum", [node["const"]] if "const" in node else [])
+    return list(node.get("enum", [node["const"]] if "const" in node else []))
 
 
 def _said(node: Node) -> str:
@@ -129,7 +137,7 @@ def _said(node: Node) -> str:
     return spoken(dict.fromkeys(_one(form) for form in _forms(node)), "or")
 
 
-def _one(form: Node) -> str:
+def _one(form: Node) -> str:  # noqa: PLR0911 - a return for each kind of form
     """One form in words, for a single value."""
     if _words(form):
         return spoken([f"'{word}'" for word in _words(form)], "or")

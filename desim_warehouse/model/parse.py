@@ -16,7 +16,7 @@ _MOST = 1_000_000  # values in a file, aliases counted at every use
 
 @dataclass
 class Document:
-    """What a YAML text says: plain values, where each stands, and what is wrong although the text can be read."""
+    """What a YAML text says: plain values, where each stands, and what is wrong with them."""
 
     data: Any
     places: Places
@@ -88,7 +88,7 @@ class _Reader:
             return self.scalar(node, tag, keys)
         self.around.append(node)
         if tag not in {"map", "seq"}:
-            self.tag(node, tag, keys)
+            self.tag(tag, keys)
         made = self.mapping(node, keys) if kind == "mapping" else self.sequence(node, keys)
         self.around.pop()
         return made
@@ -102,10 +102,9 @@ class _Reader:
             key = self.key(key_node, keys)
             here, place = (*keys, key), self.place(key_node)
             if key in made:
-                first = self.places.keys[here]
-                problem = Problem((*here,), f"given twice (first in line {first.line}), expected once")
+                text = f"given twice (first in line {self.places.keys[here].line}), expected once"
+                self.problems.append(Problem(here, text, at_key=True))
                 self.places.keys[here] = place
-                self.problems.append(Problem(problem.keys, problem.text, at_key=True))
                 continue
             self.places.keys[here] = place
             made[key] = self.value(item, here)
@@ -119,11 +118,15 @@ class _Reader:
             return key
         name = str(node.value)
         self.problems.append(
-            Problem((*keys, name), f"not a name (got {got(key)}), expected a name, in quotes: '{name}'", at_key=True)
+            Problem(
+                (*keys, name),
+                f"not a name (got {got(key)}), expected a name; write it in quotes: '{name}'",
+                at_key=True,
+            )
         )
         return name
 
-    def scalar(self, node: Any, tag: str, keys: Keys) -> Any:
+    def scalar(self, node: Any, tag: str, keys: Keys) -> Any:  # noqa: PLR0911 - a return for each kind
         text = str(node.value)
         try:
             match tag:
@@ -139,13 +142,12 @@ class _Reader:
                     return _fraction(text)
         except ValueError:
             return text
-        self.tag(node, tag, keys)
+        self.tag(tag, keys)
         return text
 
-    def tag(self, node: Any, tag: str, keys: Keys) -> None:
+    def tag(self, tag: str, keys: Keys) -> None:
         name = tag if tag.startswith("!") else f"!!{tag}"
         self.problems.append(Problem(keys, f"unknown tag (got {name}), expected a value without a tag"))
-        del node
 
 
 def _whole(text: str) -> int:
@@ -161,7 +163,7 @@ def _fraction(text: str) -> float:
 
 
 def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:
-    """A value given from Python as a file could have it; numbers of NumPy become numbers, tuples become lists."""
+    """A value given from Python as a file could have it: tuples become lists, NumPy's numbers plain ones."""
     if value is None or type(value) in (str, int, float, bool):
         return value
     if hasattr(value, "tolist"):

@@ -31,6 +31,7 @@ class Place:
 
 
 _OVERRIDES = 1_000_000
+_PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A, B]
 
 
 @dataclass
@@ -52,6 +53,8 @@ class Places:
             known = self.keys if at_key or size < len(keys) else self.values
             if part in known:
                 return known[part]
+            if part and part[-1] in _PAIR and (*part[:-1], _PAIR[part[-1]]) in known:
+                return known[*part[:-1], _PAIR[part[-1]]]
         return Place(0, 0, 0, self.source)
 
     def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
@@ -64,7 +67,7 @@ class Places:
         """From here on, the value at `keys` was set by an override."""
         self._overrides[keys] = Place(_OVERRIDES + len(self._overrides), 0, 0, said)
 
-    def table(self, file: str) -> int:
+    def table(self) -> int:
         """Rank of a table that is read next."""
         self._tables += 1
         return self._tables

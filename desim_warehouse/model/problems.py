@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _LONGEST = 50
+_LARGE = 1e15
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Problem:
     keys: Keys
     text: str
     at_key: bool = False  # the key is wrong, not its value
+    meant: str = ""  # the key that was probably meant
 
     @classmethod
     def of(cls, keys: Keys, wrong: str, value: Any, expected: str) -> Problem:
@@ -47,13 +49,15 @@ def got(value: Any) -> str:
     return said if len(said) <= _LONGEST else f"{said[: _LONGEST - 4]} ..."
 
 
-def _flow(value: Any) -> str:
+def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
     if value is None:
         return "nothing"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if isinstance(value, float) and value.is_integer() and abs(value) < _LARGE:
+        return str(int(value))
     if isinstance(value, int) and abs(value) >= 10**_LONGEST:
         return f"a number of {len(str(abs(value)))} digits"
     if isinstance(value, Mapping):
@@ -67,7 +71,7 @@ def _flow(value: Any) -> str:
 def from_pydantic(error: ValidationError, under: Keys = ()) -> list[Problem]:
     """The problems that pydantic found, in our words."""
     found = [_problem(item, under) for item in error.errors(include_url=False, include_context=False)]
-    meant = {problem.text.rpartition("did you mean '")[2][:-2] for problem in found if problem.at_key}
+    meant = {problem.meant for problem in found}
     return [p for p in found if not (p.text.startswith("missing") and dotted(p.keys) in meant)]
 
 
@@ -118,12 +122,14 @@ def _bad_value(keys: Keys, wrong: str, value: Any) -> Problem:
         if near is not None:
             expected += f"; did you mean '{near}'?"
         elif wrong.endswith("number") and _numeric(value):
-            expected += ", written without quotes"
+            expected += "; write it without quotes"
         elif wrong == "not a list" and value:
-            expected += f", such as [{value}]"
+            expected += f"; write [{value}]"
     elif wrong == "not text" and not isinstance(value, list | tuple | Mapping):
         wrong = "not a name" if expected == "a name" else wrong
-        expected += f", in quotes: '{_flow(value)}'"
+        expected += f"; write it in quotes: '{_flow(value)}'"
+    elif wrong == "not a whole number" and isinstance(value, float):
+        return Problem(keys, f"{wrong} (got {value!r}), expected {expected}")
     elif wrong == "not a number" and type(value) is int:
         wrong = "too large a number"
     return Problem.of(keys, wrong, value, expected)
@@ -141,7 +147,6 @@ def unknown_key(keys: Keys) -> Problem:
     """A key that no model has, with the nearest one that can be."""
     near = outline.meant(keys)
     if near is not None:
-        return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True)
-    return Problem(
-        keys, f"unknown key, expected one of {outline.spoken(outline.keys_at(keys[:-1]))}", at_key=True
-    )
+        return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True, meant=near)
+    known = outline.spoken(outline.keys_at(keys[:-1]), "or")
+    return Problem(keys, f"unknown key, expected {known}", at_key=True)

@@ -1,65 +1,164 @@
-"""First working draft; error places follow."""
+"""From a model file, or a mapping, to a Model: every problem at once, each with its place."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model import outline
+from desim_warehouse.model.checks import check, check_policies
+from desim_warehouse.model.overrides import override
+from desim_warehouse.model.parse import Document, plain, read_yaml
+from desim_warehouse.model.places import Keys, Places
+from desim_warehouse.model.problems import Problem, from_pydantic, got, report
 from desim_warehouse.model.schema import Model
+from desim_warehouse.model.tables import resolve
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return value
+def load(
+    source: str | Path | Mapping[str, Any],
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    named: str = "override",
+) -> Model:
+    """Read a model and check it.
 
+    Args:
+        source: a model file, or its content as a mapping.
+        overrides: dotted keys and their values, such as `{"fleet.size": 3, "tasks.goods": [11, 8]}`, in any
+            order: sections are set before what lies in them. An entry of a list is named by its rank, as in
+            `fleet.start.0`, a parameter of a policy by its name, as in `policies.charging.margin`.
+        named: how messages call an override; the command line says `--set`.
 
-def load(source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Model:
-    """Read a model from a file or a mapping."""
+    Returns:
+        The model, complete by itself: tables it names are read here, relative to the model file.
+
+    Raises:
+        ModelError: with every problem of the file and the overrides, in the order of the file.
+    """
     if isinstance(source, Mapping):
-        data = _plain(source)
+        document, folder = _from_mapping(source, "<mapping>"), Path()
     else:
-        from ruamel.yaml import YAML
-
-        data = YAML(typ="safe", pure=True).load(Path(source).read_text(encoding="utf-8"))
-    for key, value in (overrides or {}).items():
-        node = data
-        *parents, last = key.split(".")
-        for part in parents:
-            if isinstance(node, list):
-                node = node[int(part)]
-            else:
-                child = node.setdefault(part, {})
-                if isinstance(child, str):
-                    child = node[part] = {"name": child}
-                node = child
-        if isinstance(node, list):
-            node[int(last)] = copy.deepcopy(value)
-        else:
-            node[last] = copy.deepcopy(value)
-    try:
-        return Model.model_validate(data)
-    except ValidationError as error:
-        raise ModelError([f"{source}: {'.'.join(map(str, e['loc']))}: {e['msg']} (got {e['input']!r})" for e in error.errors()]) from None
+        document, folder = _from_file(Path(source), str(source)), Path(source).parent
+    return _made(document, overrides or {}, folder, named)
 
 
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """Split `KEY=VALUE`."""
-    from ruamel.yaml import YAML
-
-    key, sep, value = text.partition("=")
-    if not sep:
-        raise ModelError([f"--set {text}: no '='"])
-    return key.strip(), YAML(typ="safe", pure=True).load(value)
+def changed(model: Model, overrides: Mapping[str, Any]) -> Model:
+    """A copy of the model with overrides; see `Model.replace`."""
+    return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override")
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of model files."""
-    return Model.model_json_schema()
+    """The JSON Schema (2020-12) of model files, for editors."""
+    return copy.deepcopy(outline.schema())
+
+
+def _from_mapping(source: Mapping[str, Any], name: str) -> Document:
+    problems: list[Problem] = []
+    return Document(plain(source, (), problems), Places(name), problems)
+
+
+def _from_file(path: Path, name: str) -> Document:
+    whole = "a model with layout, fleet and tasks"
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        near = outline.nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
+        hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
+        raise ModelError([f"{name}: no such file, expected a model file{hint}"]) from None
+    except (OSError, ValueError) as error:
+        said = getattr(error, "strerror", None) or str(error)
+        raise ModelError([f"{name}: cannot be read ({said}), expected a model file"]) from None
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        wrong = (
+            f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
+        )
+        raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
+    document = read_yaml(text, name)
+    if document.data is None:
+        raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
+    if not isinstance(document.data, dict):
+        raise ModelError(
+            [f"{document.places.of(()).said}: not a mapping (got {got(document.data)}), expected {whole}"]
+        )
+    return document
+
+
+def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named: str) -> Model:
+    data, places, problems = document.data, document.places, document.problems
+    problems += override(data, overrides, places, named)
+    problems += resolve(data, folder, places)
+    model, found = _validated(data, [problem.keys for problem in problems])
+    problems += found
+    if model is None or problems:
+        if not places.values:
+            places.number(data)
+        raise ModelError(report(problems, places))
+    return model
+
+
+def _validated(data: dict[str, Any], wrong: list[Keys]) -> tuple[Model | None, list[Problem]]:
+    """The model, if one can be made, and its problems; what depends on wrong values is not checked."""
+    problems: list[Problem] = []
+    for _ in range(3):
+        try:
+            model = Model.model_validate(data)
+        except ValidationError as error:
+            found = from_pydantic(error)
+            problems += found
+            data = mended(data, [tuple(item["loc"]) for item in error.errors()])
+        else:
+            problems += check(model, [*wrong, *(problem.keys for problem in problems)])
+            if not problems:
+                problems += [Problem(tuple(key.split(".")), text) for key, text in check_policies(model)]
+            return model, problems
+    return None, problems
+
+
+_ANY: dict[Any, Any] = {
+    "name": "",
+    "description": "",
+    "units": {},
+    "layout": {
+        "blocks": {
+            "columns": 1,
+            "rows": 1,
+            "block_depth": 1,
+            "goods_size": 1,
+            "aisle_width": 1,
+        },
+    },
+    "fleet": {"size": 1, "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0},
+    "battery": {"capacity": 1, "threshold": 0, "consumption": 0, "charge_rate": 1},
+    "traffic": {},
+    "policies": {},
+    "run": {},
+    "cost": {},
+}
+"""Valid values for what must be there."""
+
+
+def mended(data: dict[str, Any], wrong: Iterable[Keys]) -> dict[str, Any]:
+    """A copy with wrong values left out, or replaced by valid ones, so that the others can be checked."""
+    made = copy.deepcopy(data)
+    for keys in wrong:
+        section: dict[Any, Any] = made
+        spare, key = _ANY, keys[0]
+        for below in keys[1:]:
+            if not isinstance(section.get(key), dict) or not isinstance(spare.get(key), dict):
+                break
+            section, spare, key = section[key], spare[key], below
+        section.pop(key, None)
+        if key in spare:
+            section[key] = copy.deepcopy(spare[key])
+    return made

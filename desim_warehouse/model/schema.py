@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Discriminator, Field
+from pydantic import Discriminator, Field
 
 from desim_warehouse.layout.spec import (
     Count,
@@ -25,6 +24,7 @@ from desim_warehouse.layout.spec import (
     Whole,
     tagged,
 )
+from desim_warehouse.model.policy import Policies, PolicySpec
 
 
 class Units(Part):
@@ -63,9 +63,7 @@ class Fleet(Part):
     first_exit_time: NotNegative = Field(
         0.0, description="from the start of a run to standing at the start node"
     )
-    exit_time: NotNegative = Field(
-        0.0, description="from being sent out of a bay to standing at its node"
-    )
+    exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
 
 
 class Good(Part):
@@ -118,7 +116,7 @@ class AbcClass(Part):
 
 
 class Popularity(Part):
-    """Which storage places are asked for: ABC classes (places in order of number), or a weight for each place."""
+    """Which storage places are asked for: ABC classes (in order of number), or a weight for each."""
 
     classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
     weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
@@ -189,7 +187,7 @@ def _consumption_form(value: Any) -> str:
 
 
 class Taper(Part):
-    """A charge curve: full rate up to `start` (a fraction of capacity), then falling linearly to `end_rate` when full."""
+    """A charge curve: full rate up to `start`, then falling linearly to `end_rate` when full."""
 
     start: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(description="fraction of capacity")
     end_rate: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
@@ -221,52 +219,6 @@ class Traffic(Part):
     gridlock: Literal["rotate", "stop"] = Field("rotate", description="what a full ring of robots does")
 
 
-def _frozen(value: Any) -> Any:
-    """Parameters that nobody can change, their names in one order."""
-    if isinstance(value, Mapping):
-        return FrozenMap({key: _frozen(value[key]) for key in sorted(value)})
-    if isinstance(value, list | tuple):
-        return tuple(_frozen(item) for item in value)
-    return value
-
-
-class PolicySpec(Part):
-    """A policy by name (ours), `module:Class` or `file.py:Class` (yours), with its parameters beside it."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-    name: Name = Field(description="a policy of ours, module:Class or file.py:Class")
-
-    @property
-    def params(self) -> Mapping[str, Any]:
-        """The parameters: every key but the name."""
-        return self.__pydantic_extra__ or FrozenMap()
-
-    def model_post_init(self, _context: Any, /) -> None:
-        """Freeze the parameters."""
-        object.__setattr__(self, "__pydantic_extra__", _frozen(self.__pydantic_extra__ or {}))
-
-
-def _named_policy(value: Any) -> Any:
-    return {"name": value} if isinstance(value, str) else value
-
-
-Policy = Annotated[
-    PolicySpec,
-    BeforeValidator(_named_policy),
-    Says("the name of a policy, or a section with name and parameters", {"type": "string", "minLength": 1}),
-]
-
-
-class Policies(Part):
-    """Who decides what."""
-
-    allocation: Policy = Field(PolicySpec(name="in-order"), description="which robot fetches which good")
-    routing: Policy = Field(PolicySpec(name="highways"), description="which way a robot takes")
-    charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
-    parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
-
-
 class Run(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
@@ -280,6 +232,27 @@ class Cost(Part):
     distance: NotNegative = Field(1.0, description="w_d, for each length unit driven")
     time: NotNegative = Field(1.0, description="w_t, for each time unit of T")
     collisions: NotNegative = Field(1.0, description="w_c, for each collision")
+
+
+_EXACT = 2.0**53  # up to here every whole number is a float
+
+
+def _plain(value: Any) -> Any:
+    """A value of the model as JSON knows it; whole numbers without a fraction, so that 4 and 4.0 are one."""
+    if isinstance(value, PolicySpec):
+        return {"name": value.name, **_plain(value.params)} if value.params else value.name
+    if isinstance(value, Part):
+        return {
+            field.alias or name: _plain(getattr(value, name))
+            for name, field in type(value).model_fields.items()
+        }
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
+        return int(value)
+    return value
 
 
 class Model(Part):
@@ -301,8 +274,8 @@ class Model(Part):
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values in one form: equal models, equal content.
 
-        Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in the order
-        of the file, which numbers them. `load` reads it back.
+        Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
+        the order of the file, which numbers them. `load` reads it back.
         """
         return {key: _plain(getattr(self, key)) for key in type(self).model_fields}
 
@@ -322,24 +295,3 @@ class Model(Part):
         from desim_warehouse.model.reading import changed
 
         return changed(self, overrides)
-
-
-def _plain(value: Any) -> Any:
-    """A value of the model as JSON knows it; whole numbers without a fraction, so that 4 and 4.0 are one."""
-    if isinstance(value, PolicySpec):
-        return {"name": value.name, **_plain(value.params)} if value.params else value.name
-    if isinstance(value, Part):
-        return {
-            field.alias or name: _plain(getattr(value, name))
-            for name, field in type(value).model_fields.items()
-        }
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
-        return int(value)
-    return value
-
-
-_EXACT = 2.0**53

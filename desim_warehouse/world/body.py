@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -14,19 +15,19 @@ class Body:
     """A robot on the floor.
 
     It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
-    intersection, whose `held` it is, at the end of the lane that it came by. `target` is the position on
-    the lane that it is sure to reach without asking for more, `until` the time when it is there; it drives
-    there from `origin` at `since`. `trailing` is an intersection behind it that it has not yet cleared.
+    intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
+    last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
+    at `since` and is there at `until`. `trailing` is an intersection behind it that it has not yet cleared.
+    From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
     """
 
     __slots__ = (
         "ahead",
         "at",
         "behind",
-        "came_by",
         "claim",
         "crossings",
-        "distance",
+        "driven",
         "gap",
         "granted",
         "held",
@@ -34,11 +35,10 @@ class Body:
         "mark",
         "moves",
         "number",
-        "origin",
         "pace",
         "pos",
         "rear_ends",
-        "recalled",
+        "recall_at",
         "since",
         "speed",
         "target",
@@ -56,35 +56,38 @@ class Body:
         self.gap = gap
         self.at = at
         self.lane: Lane | None = None
-        self.came_by: Lane | None = None
         self.held: Intersection | None = None
         self.trailing: Intersection | None = None
         self.granted: Lane | None = None
         self.ahead: Body | None = None
         self.behind: Body | None = None
-        self.pos = self.target = self.origin = 0.0
-        self.since = self.until = 0.0
+        self.pos = self.target = 0.0
+        self.since = self.until = -math.inf
         self.claim: Claim | None = None
         self.waiting_behind: Event | None = None
         self.waiting_since = 0.0
-        self.recalled = False
+        self.recall_at = math.inf
         self.mark = 0
         self.task = -1
-        self.moves = 0
-        self.distance = 0.0
-        self.waited = 0.0
-        self.rear_ends = self.crossings = 0
+        self.moves = self.rear_ends = self.crossings = 0
+        self.driven = self.waited = 0.0
 
     def passes(self, position: float) -> float:
         """The time at which it passes `position` on its lane, no farther than its target; the past if it has."""
-        if position <= self.origin:
-            return self.since if self.since > 0 and position > self.pos else 0.0
-        return self.since + (position - self.origin) / self.pace
+        if position <= self.pos:
+            return self.since if position == self.pos else -math.inf
+        return self.until - (self.target - position) / self.pace
+
+    def distance(self, now: float) -> float:
+        """Length driven so far."""
+        if now >= self.until:
+            return self.driven + self.target
+        return self.driven + max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def place(self) -> str:
         """Where it is, in words."""
         if self.lane is None:
             return f"in the bay at {self.at.name}"
-        if self.held is not None and self.pos >= self.lane.length:
+        if self.held is not None and self.target >= self.lane.length:
             return f"on node {self.lane.edge[1]}"
-        return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.pos:g}"
+        return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.target:g}"

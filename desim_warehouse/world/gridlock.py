@@ -17,13 +17,13 @@ from desim_warehouse.errors import GridlockError
 
 if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.traffic import Traffic
+    from desim_warehouse.world.reservations import Reservations
 
 
 class Gridlock:
     """Finds rings and turns them; `rotate` False: a ring is an error, for fleets that cannot turn."""
 
-    def __init__(self, traffic: Traffic, rotate: bool) -> None:
+    def __init__(self, traffic: Reservations, rotate: bool) -> None:
         self.traffic = traffic
         self.rotate = rotate
         self.rotations = 0
@@ -66,11 +66,9 @@ class Gridlock:
         traffic = self.traffic
         for robot in ring:
             claim = robot.claim
-            if claim is not None and claim.node.holder is None:
-                now = traffic.env.now + 1e-6
-                if claim.node.open_at > now and traffic.opens_at(robot, claim.node, claim.via) > now:
-                    traffic.reopen_later(claim.node)
-                    return False
+            if claim is not None and claim.node.holder is None and not traffic.is_open(robot, claim.node, claim.via):
+                traffic.reopen_later(claim.node)
+                return False
         return True
 
     def _turn(self, ring: list[Body]) -> None:

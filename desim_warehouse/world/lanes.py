@@ -20,31 +20,35 @@ EPS = 1e-6
 class Lane:
     """A one-way edge of the Highways: robots queue on it in order, none overtakes.
 
-    A *short* lane has no place to stand clear of both its ends (length < 2 D): a robot on it holds its end.
-    An *inside* lane joins two nodes of one intersection.
+    `last` is the robot that entered last and is still on it. `entering` is set while a robot that was granted
+    room has not yet set out for it. A *short* lane has no place to stand clear of both its ends (length < 2 D):
+    a robot on it holds its end. An *inside* lane joins two nodes of one intersection.
     """
 
     __slots__ = (
         "blocked",
+        "closing",
         "edge",
         "end",
         "entering",
-        "goal",
         "heading",
         "inside",
         "last",
         "length",
         "limit",
         "number",
+        "out_at",
+        "out_pace",
         "passages",
         "short",
         "start",
         "stop_line",
-        "target",
         "waits",
     )
 
-    def __init__(self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
+    def __init__(
+        self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float
+    ) -> None:
         self.number = number
         self.edge = edge
         self.length = length
@@ -56,28 +60,44 @@ class Lane:
         self.short = self.inside = False
         self.last: Body | None = None
         self.entering = False
+        self.out_at = -math.inf
+        self.out_pace = 1.0
         self.passages = self.waits = 0
         self.blocked = 0.0
 
 
 class Intersection:
-    """One node, or several nodes too close together to be used at once; one robot holds it at a time.
+    """One node, or several nodes too close together to be used at once.
 
-    After the holder has left, it stays closed to robots whose path would come too close to the one that left:
-    the robot left at `left_at` from one lane to another at a pace; from `open_at` it is open to everybody.
+    A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at`
+    (known as soon as it sets out, so often in the future) for the lane `left_on` at a pace; until then it is
+    closed to all others, and afterwards to those whose path would come too close; from `clear_at` it is open.
     """
 
-    __slots__ = ("blocked", "claims", "holder", "left_at", "left_from", "left_on", "left_pace", "name", "nodes", "open_at", "reopens", "waits")
+    __slots__ = (
+        "blocked",
+        "claims",
+        "clear_at",
+        "holder",
+        "left_at",
+        "left_on",
+        "left_pace",
+        "name",
+        "nodes",
+        "reopens",
+        "user",
+        "waits",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.nodes = [name]
         self.holder: Body | None = None
+        self.user: Body | None = None
         self.claims: list[Claim] = []
-        self.left_at = self.open_at = -math.inf
-        self.left_on: Lane | None = None
-        self.left_from: Lane | None = None
+        self.left_at = self.clear_at = -math.inf
         self.left_pace = 1.0
+        self.left_on: Lane | None = None
         self.reopens = math.inf
         self.waits = 0
         self.blocked = 0.0
@@ -90,7 +110,9 @@ class Claim(Event):
     `via` is the lane by which it comes (None: from the bay beside it).
     """
 
-    def __init__(self, env: Environment, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> None:
+    def __init__(
+        self, env: Environment, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None
+    ) -> None:
         super().__init__(env)
         self.robot = robot
         self.node = node
@@ -108,7 +130,7 @@ def closing_distance(angle: float, theta: float, contact: float, approach: float
     Never more than D: there the leaving robot may stand, and is clear of the node.
     """
     half = min(abs(angle), math.pi) / 2
-    if half > math.pi / 2 - 1e-3:
+    if half > math.pi / 2 - 1e-3:  # turning back
         return contact
     gap = contact * math.cos(half - min(theta, half)) / math.cos(half)
     return min(max(gap - approach, 0.0), contact)

@@ -28,7 +28,7 @@ class Robot(Body):
         place = self.world.layout.storage[self.good]
         if self.lane is not None and (self.lane.edge == place.edge or (self.lane.edge[1] == place.edge[0] and self.pos >= self.lane.length)):
             return
-        self.world.goods.insert(0, self.good); self.good = None; self.recalled = True
+        self.world.goods.insert(0, self.good); self.good = None
         self.world.poke()
 
     def life(self):
@@ -41,7 +41,8 @@ class Robot(Body):
             if not first: w.C += 1
             self.good = w.goods.pop(0)
             b.draw(env.now, m.battery.consumption)
-            self.outing += 1; outing = self.outing; self.recalled = False; self.committed = False
+            self.outing += 1; outing = self.outing; self.committed = False
+            self.recall_at = env.now + b.time_to(env.now, m.battery.threshold)
             Timeout(env, b.time_to(env.now, m.battery.threshold)).callbacks.append(lambda _, o=outing: self.low(o))
             yield Timeout(env, m.fleet.first_exit_time if first else m.fleet.exit_time)
             first = False
@@ -50,18 +51,18 @@ class Robot(Body):
                 place = w.layout.storage[self.good]
                 ok = yield from w.traffic.drive(self, [*w.path(at, place.edge[0]), w.traffic.lanes[place.edge]], place.offset)
                 if not ok: break
-                self.committed = True
+                self.committed = True; rec = self.recall_at; self.recall_at = math.inf
                 yield Timeout(env, m.tasks.load_time)
                 u = m.tasks.unload_at[0]
                 yield from w.traffic.drive(self, w.path(place.edge[1], u))
                 yield Timeout(env, m.tasks.unload_time)
                 w.done += 1
-                self.committed = False
+                self.committed = False; self.recall_at = rec
                 at = u
                 self.good = w.goods.pop(0) if w.goods and b.level(env.now) > m.battery.threshold else None
                 if w.done == w.total: w.poke()
                 yield Timeout(env, m.tasks.clear_time)
-            self.recalled = False
+            self.recall_at = math.inf
             at = self.lane.edge[1]
             yield from w.traffic.drive(self, w.path(at, self.home))
             w.traffic.into_bay(self)

@@ -1,38 +1,38 @@
-"""Collision waiting as contention: how robots drive along lanes and over intersections, and who waits for whom.
+"""Collision waiting as contention: how robots drive along lanes and over intersections.
 
-The rules are those of docs/why.md: a robot commits to a target on its lane that keeps it D behind the target
-of the robot ahead, drives there in one timeout and looks again; before an intersection it claims, in one step,
-the intersection and room to stand beyond it. Nothing polls: a waiting robot is woken by whoever made way.
+A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in
+one timeout and looks again. At the stop line, D before an intersection, it claims in one step the intersection
+and room to stand beyond it; as both are then its own until it is through, the same timeout takes it over the
+intersection and on to its next target: one event an edge where nobody is in the way. Nothing polls: a waiting
+robot is woken by whoever made way.
 """
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
-from desim_warehouse.world.gridlock import Gridlock
-from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
+from desim_warehouse.world.lanes import EPS
+from desim_warehouse.world.reservations import Reservations
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from simpy import Environment
+    from simpy.events import Event
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.lanes import Intersection
+    from desim_warehouse.world.lanes import Intersection, Lane
+    from desim_warehouse.world.reservations import Steps
 
-    Steps = Generator[Event, object, bool]
+Route = "Sequence[Lane]"
 
 
-class Traffic:
-    """The Highways in use.
-
-    `contact` is D, the distance robots keep (the largest pair's); `theta` the collision angle in radians.
-    """
+class Traffic(Reservations):
+    """The Highways in use; `node_time` is spent at every node reached (turning and re-planning)."""
 
     def __init__(
         self,
@@ -45,209 +45,276 @@ class Traffic:
         node_time: float,
         rotate: bool = True,
     ) -> None:
-        self.env = env
-        self.log = log
-        self.contact = contact
-        self.theta = theta
+        super().__init__(env, layout, log, contact=contact, theta=theta, rotate=rotate)
         self.node_time = node_time
-        self.lanes, self.nodes = network(layout, contact)
-        self.gridlock = Gridlock(self, rotate)
-        self._closings: dict[tuple[Lane | None, Lane, bool], float] = {}
 
-    # Driving
-
-    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Steps:  # noqa: C901, PLR0912
+    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Steps:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
         Returns True there, False if the robot was recalled: it then stands on the node it came to next.
-        The hot path of every run, so the two ever-repeated steps stand here in one piece.
+        This is the hot path of every run.
         """
         env = self.env
+        contact = self.contact
         index, count = 0, len(route)
-        lane = robot.lane
-        if lane is None:
-            yield from self._leave_bay(robot, route)
-        elif robot.held is not None and robot.pos < lane.length - EPS:
-            yield from self._to_centre(robot, lane)
         while True:
-            if robot.held is None:
-                # On a lane: as far as the robot ahead allows, to the own stop or the stop line.
-                final = index == count and stop is not None
-                goal = min(stop, lane.stop_line) if final else lane.stop_line
-                while True:
-                    if robot.target > robot.pos:
-                        yield Timeout(env, robot.until - env._now)
-                        robot.pos = robot.target
-                    if robot.pos >= goal - EPS:
-                        break
-                    limit = goal
-                    ahead = robot.ahead
-                    if ahead is not None:
-                        room = ahead.target - ahead.gap - robot.gap
-                        if room < limit:
-                            limit = room
-                    if limit > robot.pos + EPS:
-                        self.commit(robot, limit)
-                        if robot.trailing is not None:
-                            self._clear_trailing(robot)
-                    else:
-                        yield from self._wait_behind(robot)
-                if final and stop <= lane.stop_line + EPS:
-                    return True
-                # At the stop line: claim the intersection, and room beyond it.
-                wanted = self._beyond(route, index) if index < count and not robot.recalled else None
-                node = lane.end
-                if not node.claims and self.can_grant(robot, node, wanted, lane):
-                    self.grant(robot, node, wanted)
-                else:
-                    yield from self._claim(robot, node, wanted, lane)
-                if final:
-                    self.commit(robot, stop)
-                    yield Timeout(env, robot.until - env._now)
-                    robot.pos = stop
-                    return True
-                self.commit(robot, lane.length)
-                yield Timeout(env, robot.until - env._now + self.node_time)
-                robot.pos = lane.length
-            # On an intersection, at the end of the lane that it came by.
-            if robot.recalled:
-                self._give_back(robot)
-                return False
-            if index == count:
-                return True
-            lane = route[index]
-            index += 1
-            if lane.short:
-                yield from self._over_short(robot, lane, route, index, stop)
-                if index == count and stop is not None:
-                    return True
-                continue
-            if robot.granted is not lane:
-                yield from self._claim(robot, robot.held, lane, robot.lane)
-            node = robot.held
-            ahead = lane.last
+            if robot.lane is None or robot.held is not None:
+                arrived, index = yield from self._from_node(robot, route, index, stop)
+                if arrived is not None:
+                    return arrived
+            # Along the lane: as far as the robot ahead allows, to the own stop or to the stop line.
+            lane = robot.lane
             goal = lane.stop_line
             if index == count and stop is not None and stop < goal:
                 goal = stop
-            if ahead is not None:
-                room = ahead.target - ahead.gap - robot.gap
-                if room < goal:
-                    goal = room
-            self.enter(robot, lane)
-            lane.entering = False
-            robot.granted = robot.held = None
-            self.commit(robot, goal)
-            if goal >= self.contact - EPS:
-                self._leave(robot, node)
+            while True:
+                if robot.until > env._now:
+                    yield Timeout(env, robot.until - env._now)
+                robot.pos = robot.target
+                if robot.pos >= goal - EPS:
+                    break
+                ahead = robot.ahead
+                limit = goal if ahead is None else min(goal, ahead.target - ahead.gap - robot.gap)
+                if limit > robot.pos + EPS:
+                    self.commit(robot, limit)
+                else:
+                    yield from self.wait_behind(robot)
+            if index == count:
+                if stop is not None and stop <= goal + EPS:
+                    return True
+                onward = None
             else:
-                robot.trailing = node
+                onward = route[index]
+            # At the stop line: the intersection, and room beyond it, or neither.
+            clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
+            if (
+                onward is not None
+                and not onward.short
+                and robot.recall_at > clear
+                and (index < count - 1 or stop is None or stop >= contact)
+            ):
+                node = lane.end
+                last = onward.last
+                if (
+                    node.claims
+                    or node.holder is not None
+                    or node.clear_at > env._now + EPS
+                    and not self.is_open(robot, node, lane)
+                    or onward.entering
+                    or last is not None
+                    and last.target - last.gap - robot.gap < contact - EPS
+                ):
+                    yield from self.claim(robot, node, onward, lane)
+                    clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
+                if robot.recall_at > clear:
+                    index += 1
+                    self.cross(robot, onward, clear, stop if index == count else None)
+                    continue
+            if (yield from self._to_node(robot, route, index, stop)):
+                return True
 
-    def _leave_bay(self, robot: Body, route: Sequence[Lane]) -> Steps:
-        """Out of the bay onto its node, with room on the lane it will take."""
-        yield from self._claim(robot, robot.at, self._beyond(route, 0), None)
-        return True
-
-    def _to_centre(self, robot: Body, lane: Lane) -> Steps:
-        """From a stop close before an intersection that it holds, onto the intersection."""
-        self.commit(robot, lane.length)
-        self._clear_trailing(robot)
-        yield Timeout(self.env, robot.until - self.env._now + self.node_time)
-        robot.pos = lane.length
-        return True
-
-    def _over_short(
-        self, robot: Body, lane: Lane, route: Sequence[Lane], index: int, stop: float | None
-    ) -> Steps:
-        """Over a lane too short to stand on clear of its ends: it holds the lane's end before it sets off."""
-        node = robot.held
-        assert node is not None
-        if not lane.inside:
-            wanted = self._beyond(route, index) if index < len(route) else None
-            yield from self._claim(robot, lane.end, wanted, lane)
-        self.enter(robot, lane)
-        robot.held = lane.end
-        halt = stop if index == len(route) else None
-        self.commit(robot, lane.length if halt is None else halt)
-        if not lane.inside:
-            robot.trailing = node
-            if robot.target >= self.contact - EPS:
-                self._clear_trailing(robot)
-        yield Timeout(self.env, robot.until - self.env._now + (self.node_time if halt is None else 0.0))
-        robot.pos = robot.target
-        return True
-
-    @staticmethod
-    def _beyond(route: Sequence[Lane], index: int) -> Lane | None:
-        """The lane on which a robot needs room to pass the next intersection; None: it stands on the intersection."""
-        lane = route[index]
-        while lane.inside:
-            index += 1
-            if index == len(route):
-                return None
-            lane = route[index]
-        return None if lane.short else lane
+    def cross(self, robot: Body, onward: Lane, clear: float, stop: float | None) -> None:
+        """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
+        lane = robot.lane
+        behind = robot.behind
+        ahead = onward.last
+        pace = robot.speed if robot.speed < onward.limit else onward.limit
+        target = onward.stop_line if stop is None or stop > onward.stop_line else stop
+        until = clear + target / pace
+        if ahead is not None:
+            gap = ahead.gap + robot.gap
+            if ahead.target - gap < target:
+                target = ahead.target - gap
+                until = clear + target / pace
+            if ahead.until > until:
+                late = ahead.passes(target + gap) - until
+                if late > EPS:
+                    self.count_wait(robot, ahead, onward, late)
+                    clear += late
+                    until += late
+            ahead.behind = robot
+        if lane is not None:
+            robot.driven += lane.length
+            lane.out_at = clear - self.node_time
+            lane.out_pace = robot.pace
+        robot.lane = onward
+        robot.ahead = ahead
+        robot.behind = robot.held = robot.granted = None
+        robot.pace = pace
+        robot.pos = 0.0
+        robot.target = target
+        robot.since = clear
+        robot.until = until
+        robot.moves += 1
+        onward.last = robot
+        onward.entering = False
+        onward.passages += 1
+        node = onward.start
+        node.holder = None
+        node.user = robot
+        node.left_at = clear
+        node.left_on = onward
+        node.left_pace = pace
+        node.clear_at = clear + self.contact / pace
+        if self.log.moves:
+            self.log.cross(self.env._now, robot, lane, clear)
+        # Wake whoever gains: the robot behind, or whoever waits for room on the lane left; then the node's claims.
+        if behind is not None:
+            behind.ahead = None
+            if behind.waiting_behind is not None:
+                behind.waiting_behind.succeed()
+                behind.waiting_behind = None
+        elif lane is not None:
+            lane.last = None
+            if lane.start.claims:
+                self.serve(lane.start)
+        if node.claims:
+            self.reopen_later(node)
 
     def commit(self, robot: Body, target: float) -> None:
-        """Let a robot drive to `target`, and wake whoever gains by it.
+        """Let a robot drive on to `target` on its lane, and wake whoever gains by it.
 
         Behind a slower robot it sets off later, so that it comes no closer on the way.
         """
+        lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
         ahead = robot.ahead
-        if ahead is not None and ahead.until > until:
-            clear = ahead.passes(target + ahead.gap + robot.gap)
-            if clear > until + EPS:
-                self._count_wait(robot, ahead, robot.lane, clear - until)
-                since += clear - until
-                until = clear
+        free = until
+        if ahead is None:
+            if lane.out_at > until:
+                free = lane.out_at - (lane.length - self.contact - target) / lane.out_pace
+        elif ahead.until > until:
+            free = ahead.passes(target + ahead.gap + robot.gap)
+        if free > until + EPS:
+            self.count_wait(robot, ahead, lane, free - until)
+            since += free - until
+            until = free
         robot.since = since
         robot.until = until
-        robot.origin = robot.pos
-        robot.distance += target - robot.pos
         robot.target = target
         if self.log.everything:
-            self.log.drive(since, robot, target, until)
+            self.log.drive(robot)
+        if robot.trailing is not None and target >= self.contact - EPS:
+            self._leave(robot, robot.trailing)
+            robot.trailing = None
         behind = robot.behind
         if behind is not None:
             if behind.waiting_behind is not None:
                 behind.waiting_behind.succeed()
                 behind.waiting_behind = None
-        elif robot.lane.start.claims:
-            self.serve(robot.lane.start)
+        elif lane.start.claims:
+            self.serve(lane.start)
 
-    def enter(self, robot: Body, lane: Lane) -> None:
-        """Move a robot's centre from where it is onto the start of a lane, behind the last robot there."""
-        self.unlink(robot)
-        ahead = lane.last
-        robot.ahead = ahead
-        if ahead is not None:
-            ahead.behind = robot
+    # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
+
+    def rests_beyond(self, route: Sequence[Lane], index: int, stop: float | None) -> Lane | None:
+        """The lane on which a robot can next stand clear of the intersection before `route[index]`, if any."""
+        for i in range(index, len(route)):
+            lane = route[i]
+            if not lane.inside:
+                near = i == len(route) - 1 and stop is not None and stop < self.contact - EPS
+                return None if lane.short or near else lane
+        return None
+
+    def _to_node(self, robot: Body, route: Sequence[Lane], index: int, stop: float | None) -> Steps:
+        """From the stop line to stand on the intersection, or at a stop close before it (then: True)."""
+        lane = robot.lane
+        final = index == len(route) and stop is not None
+        if robot.held is None:
+            wanted = self.rests_beyond(route, index, stop) if robot.recall_at > self.env._now else None
+            yield from self.claim(robot, lane.end, wanted, lane)
+        yield from self._advance(robot, stop if final else lane.length)
+        return final
+
+    def _advance(self, robot: Body, target: float) -> Generator[Event, object, None]:
+        """Along the lane to `target`, nothing more to ask for; at its end the node's time is spent."""
+        self.commit(robot, target)
+        pause = self.node_time if target == robot.lane.length else 0.0
+        yield Timeout(self.env, robot.until - self.env._now + pause)
+        robot.pos = target
+
+    def _from_node(
+        self, robot: Body, route: Sequence[Lane], index: int, stop: float | None
+    ) -> Generator[Event, object, tuple[bool | None, int]]:
+        """From a bay or an intersection onto the next lane where it can stand.
+
+        Returns whether the drive is over (True: there, False: recalled, None: no) and how far on the route it is.
+        """
+        if robot.held is None:
+            yield from self.claim(robot, robot.at, self.rests_beyond(route, index, stop), None)
+        elif robot.lane is not None and robot.pos < robot.lane.length:
+            yield from self._advance(robot, robot.lane.length)
+        while True:
+            if robot.recall_at <= self.env._now:
+                self._give_back(robot)
+                return False, index
+            if index == len(route):
+                return True, index
+            onward = route[index]
+            if self.rests_beyond(route[index : index + 1], 0, stop if index + 1 == len(route) else None):
+                if robot.granted is not onward:
+                    yield from self.claim(robot, robot.held, onward, robot.lane)
+                index += 1
+                self.cross(robot, onward, self.env._now, stop if index == len(route) else None)
+                return None, index
+            index += 1
+            if (yield from self._over_short(robot, onward, route, index, stop)):
+                return True, index
+
+    def _over_short(
+        self, robot: Body, onward: Lane, route: Sequence[Lane], index: int, stop: float | None
+    ) -> Steps:
+        """Over a lane too short to stand on, or to a stop close behind the node; True at the own stop."""
+        node = robot.held
+        if not onward.short:
+            yield from self.claim(robot, node, onward, robot.lane)
+        elif not onward.inside:
+            yield from self.claim(robot, onward.end, self.rests_beyond(route, index, stop), onward)
+        self._enter(robot, onward)
+        robot.held = onward.end if onward.short else None
+        if not onward.short:
+            onward.entering = False
+            robot.granted = None
+        if not onward.inside:
+            robot.trailing = node
+        final = index == len(route) and stop is not None
+        yield from self._advance(robot, stop if final else onward.length)
+        return final
+
+    def _enter(self, robot: Body, lane: Lane) -> None:
+        """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
+        self._unlink(robot)
+        robot.ahead = lane.last
+        if lane.last is not None:
+            lane.last.behind = robot
+        came_by = robot.lane
         lane.last = robot
         lane.passages += 1
-        robot.came_by = robot.lane
         robot.lane = lane
         robot.pos = robot.target = 0.0
         robot.moves += 1
-        robot.pace = robot.speed if robot.speed < lane.limit else lane.limit
+        robot.pace = min(robot.speed, lane.limit)
         if self.log.moves:
-            self.log.enter(self.env._now, robot)
+            self.log.cross(self.env._now, robot, None, self.env._now)
 
-    @staticmethod
-    def unlink(robot: Body) -> None:
-        """Take a robot, the first of its lane, off its lane."""
+    def _unlink(self, robot: Body) -> None:
+        """Take a robot that stands at the end of its lane off the lane."""
+        lane = robot.lane
+        if lane is None:
+            return
+        robot.driven += lane.length
+        lane.out_at = self.env._now
         behind = robot.behind
         if behind is not None:
-            behind.ahead = None
-            robot.behind = None
-        elif robot.lane is not None:
-            robot.lane.last = None
+            behind.ahead = robot.behind = None
+        else:
+            lane.last = None
 
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""
         node = robot.held
-        assert node is not None
-        self.unlink(robot)
+        self._unlink(robot)
         robot.lane = robot.held = robot.ahead = None
         robot.at = node
         robot.pos = robot.target = 0.0
@@ -256,149 +323,21 @@ class Traffic:
         if node.claims:
             self.serve(node)
 
-    # Claims
-
-    def can_grant(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> bool:
-        """Whether a robot that comes `via` a lane (None: a bay) may have an intersection and room beyond, now."""
-        holder = node.holder
-        if holder is None:
-            now = self.env._now + EPS
-            if node.open_at > now and self.opens_at(robot, node, via) > now:
-                return False
-        elif holder is not robot:
-            return False
-        return lane is None or self.has_room(robot, lane)
-
-    def has_room(self, robot: Body, lane: Lane) -> bool:
-        """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
-        if lane.entering:
-            return False
-        last = lane.last
-        return last is None or last.target - last.gap - robot.gap >= self.contact - EPS
-
-    def opens_at(self, robot: Body, node: Intersection, via: Lane | None) -> float:
-        """When an intersection that was just left is open to a robot that comes `via` a lane."""
-        left_on = node.left_on
-        if left_on is None or (via is node.left_from and not via.short):
-            return -math.inf
-        ratio = 1.0 if via is None else min(1.0, node.left_pace / min(robot.speed, via.limit))
-        key = (via, left_on, ratio)
-        distance = self._closings.get(key)
-        if distance is None:
-            distance = self._closings[key] = self._closing(via, left_on, ratio)
-        return node.left_at + distance / node.left_pace
-
-    def _closing(self, via: Lane | None, left_on: Lane, ratio: float) -> float:
-        if via is None:
-            return self.contact
-        approach = via.length if via.short else self.contact
-        angle = turn(via.heading, left_on.heading)
-        return closing_distance(angle, self.theta, self.contact, approach * ratio)
-
-    def grant(self, robot: Body, node: Intersection, lane: Lane | None) -> None:
-        """Give a robot what it claimed."""
-        node.holder = robot
-        robot.held = node
-        if lane is not None:
-            lane.entering = True
-            robot.granted = lane
-
-    def award(self, claim: Claim, lane: Lane | None) -> None:
-        """Grant a waiting claim and wake its robot."""
-        claim.node.claims.remove(claim)
-        claim.robot.claim = None
-        self.grant(claim.robot, claim.node, lane)
-        claim.succeed()
-
-    def serve(self, node: Intersection) -> None:
-        """Grant the first of the waiting claims that can be granted now; if none can, see that it re-opens in time."""
-        for claim in node.claims:
-            if self.can_grant(claim.robot, node, claim.lane, claim.via):
-                self.award(claim, claim.lane)
-                return
-        if node.holder is None and node.open_at > self.env._now + EPS:
-            self.reopen_later(node)
-
-    def reopen_later(self, node: Intersection) -> None:
-        """Serve an intersection's claims again when the first of them is past the closing time."""
-        now = self.env._now
-        times = [self.opens_at(claim.robot, node, claim.via) for claim in node.claims]
-        when = min((time for time in times if time > now + EPS), default=math.inf)
-        if when < node.reopens:
-            node.reopens = when
-            Timeout(self.env, when - now).callbacks.append(lambda _: self._reopen(node))
-
-    def _reopen(self, node: Intersection) -> None:
-        node.reopens = math.inf
-        if not node.claims:
-            return
-        self.serve(node)
-        if node.holder is None:
-            for claim in list(node.claims):
-                self.gridlock.check(claim.robot)
-
     def _leave(self, robot: Body, node: Intersection) -> None:
-        """A robot's centre has left an intersection for the lane that it is now on, at its last commitment."""
+        """A robot that stood on an intersection, or close behind it, sets off along its lane."""
         if node.holder is robot:
             node.holder = None
-        lane = robot.lane
-        node.left_on = lane
-        node.left_from = robot.came_by
+        node.user = robot
+        node.left_on = robot.lane
         node.left_pace = robot.pace
-        node.left_at = robot.since - robot.origin / robot.pace
-        node.open_at = node.left_at + self.contact / robot.pace
+        node.left_at = robot.since - robot.pos / robot.pace
+        node.clear_at = node.left_at + self.contact / robot.pace
         if node.claims:
             self.serve(node)
 
-    def _clear_trailing(self, robot: Body) -> None:
-        trailing, robot.trailing = robot.trailing, None
-        if trailing is not None:
-            self._leave(robot, trailing)
-
-    def _give_back(self, robot: Body) -> None:
+    @staticmethod
+    def _give_back(robot: Body) -> None:
         """A recalled robot stays on the intersection and leaves the room beyond it to others."""
         if robot.granted is not None:
             robot.granted.entering = False
             robot.granted = None
-
-    # Waiting
-
-    def _claim(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> Steps:
-        """Claim an intersection and room beyond it, and wait until both are granted."""
-        if not node.claims and self.can_grant(robot, node, lane, via):
-            self.grant(robot, node, lane)
-            return True
-        claim = robot.claim = Claim(self.env, robot, node, lane, via)
-        node.claims.append(claim)
-        other = node.holder
-        self.serve(node)
-        if robot.claim is not None:
-            self.gridlock.check(robot)
-        robot.waiting_since = since = self.env._now
-        yield claim
-        if self.env._now > since + EPS:
-            self._count_wait(robot, other, node, self.env._now - since)
-        return True
-
-    def _wait_behind(self, robot: Body) -> Steps:
-        """Wait until the robot ahead makes way."""
-        event = robot.waiting_behind = Event(self.env)
-        robot.waiting_since = since = self.env._now
-        other = robot.ahead
-        self.gridlock.check(robot)
-        yield event
-        if self.env._now > since + EPS:
-            self._count_wait(robot, other, robot.lane, self.env._now - since)
-        return True
-
-    def _count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
-        """One collision: a waiting episode of the active robot, at the place where it happened."""
-        place.waits += 1
-        place.blocked += duration
-        robot.waited += duration
-        if isinstance(place, Lane):
-            robot.rear_ends += 1
-        else:
-            robot.crossings += 1
-        if self.log.everything:
-            self.log.collision(self.env._now, robot, other, place, duration)

@@ -24,8 +24,8 @@ STATEMENTS = {
     "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %); "
     "p-values times {m}",
     "holm": "{m} differences, p-values by Holm's step-down, wrong about any with at most {a:g} %; "
-    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %), so Holm may tell a difference whose "
-    "interval contains 0",
+    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %), so Holm may tell a difference "
+    "whose interval contains 0",
 }
 
 
@@ -61,11 +61,14 @@ def paired(
     values: Sequence[float] | NDArray[np.float64],
     baseline_values: Sequence[float] | NDArray[np.float64],
     confidence: float = 0.95,
+    *,
+    deterministic: bool = False,
 ) -> Estimate:
     """A design minus the baseline, replication by replication, with its t interval.
 
     Replication r of both must have used the same random numbers, which makes the difference far less noisy
     than the two means. Shapes (n,) and (n,), in the indicator's unit.
+    `deterministic`: the model has no randomness, so that one pair gives the exact difference.
 
     Raises:
         StudyError: different numbers of replications, or a value that is not finite.
@@ -77,7 +80,7 @@ def paired(
     if ours.size != base.size:
         raise StudyError(f"paired: {ours.size} replications against {base.size} of the baseline")
     scale = float(max(np.abs(ours).max(), np.abs(base).max()))
-    return estimate(ours - base, confidence, scale=scale)
+    return estimate(ours - base, confidence, deterministic=deterministic, scale=scale)
 
 
 def compare(
@@ -85,14 +88,19 @@ def compare(
     baseline: D,
     method: Method = "bonferroni",
     confidence: float = 0.95,
+    *,
+    deterministic: bool = False,
 ) -> Comparison:
     """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
 
-    Args: table: design -> values by replication number, in the indicator's unit; nan is a failed run. Designs
-        may have different numbers of replications: a difference uses those that both have. baseline: the
-        design to compare with. method: "bonferroni", or "holm", whose p-values are never larger; the
-        intervals are Bonferroni's in both, as Holm's step-down has no two-sided ones of its own. confidence:
-        that all statements are right.
+    Args:
+        table: design -> values by replication number, in the indicator's unit; nan is a failed run. Designs
+            may have different numbers of replications: a difference uses those that both have.
+        baseline: the design to compare with.
+        method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in
+            both, as Holm's step-down has no two-sided ones of its own.
+        confidence: that all statements are right.
+        deterministic: the model has no randomness, so that one replication gives exact differences.
 
     Raises:
         StudyError: unknown baseline or method, no other design, no replication in common.
@@ -113,19 +121,17 @@ def compare(
     m = len(others)
     each = 1.0 - (1.0 - confidence) / m
     pairs = {d: _common(d, table[d], table[baseline]) for d in others}
-    estimates = {d: paired(ours, base, each) for d, (ours, base, _) in pairs.items()}
-    p_values = {d: _p_value(e) for d, e in estimates.items()}
-    tested = [d for d in others if p_values[d] is not None]
-    raw = [p_values[d] or 0.0 for d in tested]
-    adjusted = dict(
-        zip(tested, holm(raw, m) if method == "holm" else [min(1.0, m * p) for p in raw], strict=True)
-    )
+    estimates = {
+        d: paired(ours, base, each, deterministic=deterministic) for d, (ours, base, _) in pairs.items()
+    }
+    p_values = {d: p for d, e in estimates.items() if (p := _p_value(e)) is not None}
+    adjusted = _adjusted(p_values, method, m)
     differences = tuple(
         Difference(
             design=d,
             estimate=e,
             missing=pairs[d][2],
-            p_value=p_values[d],
+            p_value=p_values.get(d),
             p_adjusted=adjusted.get(d),
             differs=adjusted[d] <= 1.0 - confidence if d in adjusted else _differs_exactly(e, *pairs[d][:2]),
         )
@@ -151,6 +157,13 @@ def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:
         highest = max(highest, min(1.0, (m - rank) * p_values[index]))
         adjusted[index] = highest
     return adjusted
+
+
+def _adjusted(p_values: Mapping[D, float], method: Method, m: int) -> dict[D, float]:
+    """The p-values of a family of `m` differences by the method chosen."""
+    if method == "holm":
+        return dict(zip(p_values, holm(list(p_values.values()), m), strict=True))
+    return {design: min(1.0, m * p) for design, p in p_values.items()}
 
 
 def _common(

@@ -21,8 +21,8 @@ class Knee:
     """The shape of a curve that rises and levels off; sizes and outputs in their own units.
 
     `at` is the size at the knee, None where the curve has none (a straight line: every robot pays the same).
-    `maximum_at` is the smallest size with the largest output; beyond it the floor is congested, not empty.
-    `prominence` is how far the knee stands above the chord from first to maximum, both axes from 0 to 1.
+    `maximum_at` is the smallest size with the largest output. `prominence`, 0..1, is how far the knee stands
+    above the chord from the first size to the maximum at the last, both axes scaled to 0..1.
     """
 
     at: float | None
@@ -39,29 +39,30 @@ def knee(
 ) -> Knee:
     """The knee of mean output (throughput per hour, say) over size (robots, say).
 
-    Args: sizes: strictly rising, shape (n,). outputs: mean output at each, shape (n,). sensitivity: how far,
-            in mean steps of size, the curve must fall back to the chord for a knee to count; larger is
-            stricter.
+    Args:
+        sizes: strictly rising, shape (n,).
+        outputs: mean output at each, shape (n,).
+        sensitivity: how far, in mean steps of size, the knee must stand above the chord; larger is stricter.
 
     Raises:
         StudyError: different lengths, fewer than 3 sizes, not rising, or a value that is not finite.
 
     Source: Satopaa, Albrecht, Irwin & Raghavan (2011), Finding a "kneedle" in a haystack, ICDCS Workshops,
-    sections III-IV: the largest local maximum of normalised output minus normalised size, if confirmed by a
-    fall below the threshold. Here without their smoothing (the points are means), and only up to the maximum.
-    Assumes: noise small against the bend; the knee moves with the range of sizes shown.
+    the highest point of normalised output over normalised size, if the curve then falls
+    below a threshold. Here without their smoothing (the points are means), and on the running maximum:
+    whoever has more robots than the best number can park some.
+    Assumes: noise small against the bend. The knee moves with the range of sizes shown, and few sizes show
+    none.
     """
     x, y = _curve(sizes, outputs)
     top = int(np.argmax(y))
     maximum_at, maximum = float(x[top]), float(y[top])
-    if top < 2 or not y[0] < maximum:  # noqa: PLR2004
+    if not y[0] < maximum:
         return Knee(None, None, 0.0, maximum_at, maximum)
-    across = (x[: top + 1] - x[0]) / (x[top] - x[0])
-    above = (y[: top + 1] - y[0]) / (maximum - y[0]) - across
+    above = (np.maximum.accumulate(y) - y[0]) / (maximum - y[0]) - (x - x[0]) / (x[-1] - x[0])
     at = int(np.argmax(above))
-    threshold = above[at] - sensitivity / top  # 1 / top: mean step of the normalised sizes
-    prominence = float(max(above[at], 0.0))
-    if above[at] <= 0.0 or not (above[at + 1 :] < threshold).any():
+    prominence = float(above[at])  # at least 0: the curve starts on the chord
+    if prominence <= sensitivity / (x.size - 1):  # the chord's end, at 0, is not below the threshold
         return Knee(None, None, prominence, maximum_at, maximum)
     return Knee(float(x[at]), float(y[at]), prominence, maximum_at, maximum)
 

@@ -66,8 +66,8 @@ def replications_needed(
     At least the pilot's own number; None if more than `cap` (always so for a mean of zero, or for a pilot
     of one random replication).
 
-    Source: Law (2015), section 9.4.1: the smallest i >= n with t(i-1, 1-α/2) · sqrt(S²(n) / i) <= relative ·
-    |mean|.
+    Source: Law (2015), section 9.4.1: the smallest i >= n with t(i-1, 1-α/2) · sqrt(S²(n) / i) <=
+    relative · |mean|.
     Assumes: the pilot's mean and variance are those of the model.
     """
     pilot = estimate(values, confidence)

@@ -147,7 +147,7 @@ def _levels(column: pd.Series[Any], bins: int) -> pd.Series[Any]:
 
 
 def _share(y: pd.Series[Any], levels: pd.Series[Any], corrected: bool) -> float:
-    """η², or with the correction ε²: variance between the levels over variance in all, nan if there is none."""
+    """η², or with the correction ε²: variance between the levels over variance in all, or nan."""
     total = float(((y - y.mean()) ** 2).sum())
     if total == 0.0:
         return math.nan

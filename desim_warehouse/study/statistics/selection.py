@@ -64,13 +64,16 @@ def kn(
 ) -> Selection:
     """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
 
-    Args: sample: (design 0..k-1, replication 0..) -> the indicator of that run. k: number of designs, at
-            least 2. delta: indifference zone, in the indicator's unit: a smaller difference does not matter
-            to the user. confidence: probability of a right choice, more than 1/k. n0: replications of every
-            design in the first stage, at least 2; 10 or more is advised. maximise: the largest mean is best,
-            or else the smallest. cap: most replications of one design; `guaranteed` is False when it ends the
-            race. ahead: replications of each survivor to ask for at a time. More keeps many workers busy at
-            the price of some runs too many; the choice is the same.
+    Args:
+        sample: (design 0..k-1, replication 0..) -> the indicator of that run.
+        k: number of designs, at least 2.
+        delta: indifference zone, in the indicator's unit: a smaller difference does not matter to the user.
+        confidence: probability of a right choice, more than 1/k.
+        n0: replications of every design in the first stage, at least 2; 10 or more is advised.
+        maximise: the largest mean is best, or else the smallest.
+        cap: most replications of one design; `guaranteed` is False when it ends the race.
+        ahead: replications of each survivor to ask for at a time. More keeps many workers busy at the price
+            of some runs too many; the choice is the same.
 
     Raises:
         StudyError: arguments outside these ranges, or a run whose value is not finite.
@@ -81,7 +84,7 @@ def kn(
     the same replication may depend on one another: common random numbers make the variance of the
     differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
     leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
-    chosen.
+    chosen. Differences equal in all n0 replications are taken as exact.
     """
     steps = kn_steps(k, delta, confidence, n0, maximise=maximise, cap=cap, ahead=ahead)
     return follow(steps, sample)
@@ -90,7 +93,7 @@ def kn(
 def kn_constants(k: int, confidence: float, n0: int) -> tuple[float, float]:
     """The constants η and h² of KN for c = 1.
 
-    Source: Kim & Nelson (2001), section 3.1: η = ½ [(2α / (k-1))^(-2/(n0-1)) - 1], h² = 2 c η (n0-1).
+    Source: Kim & Nelson (2001): η = ½ [(2α / (k-1))^(-2/(n0-1)) - 1], h² = 2 c η (n0-1).
 
     Raises:
         StudyError: fewer than two designs or first replications, or a confidence that pure chance gives.
@@ -135,7 +138,7 @@ def kn_steps(
         survivors=race.alive,
         history=tuple(race.history),
         eliminated_at=tuple(race.eliminated_at),
-        means=tuple(race.means()),
+        means=tuple(race.means().tolist()),
         samples=tuple(len(row) for row in race.data),
         guaranteed=guaranteed,
         deterministic=deterministic,
@@ -210,9 +213,7 @@ class _Race:
 def _note(guaranteed: bool, deterministic: bool, race: _Race, delta: float, confidence: float) -> str:
     """What the choice promises, in one sentence."""
     if not guaranteed:
-        return f"cap of {race.r} replications reached with {len(race.alive)} designs left: best mean, no guarantee"
+        return f"cap of {race.r} replications, {len(race.alive)} designs left: best mean, no guarantee"
     if deterministic:
-        return (
-            f"no difference varied in {race.history[0].replications} replications: compared as exact numbers"
-        )
+        return f"no difference varied in {race.r} replications: compared as exact numbers"
     return f"best with {100 * confidence:g} % if it leads by at least {delta:g} (KN, Kim & Nelson 2001)"

@@ -67,9 +67,9 @@ def smallest_meeting(
     values: Sequence[V],
     target: Target | str,
     confidence: float = 0.95,
+    *,
     n0: int = 10,
     cap: int = 320,
-    *,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
 ) -> Sizing[V]:
@@ -92,10 +92,11 @@ def smallest_meeting(
     Source: one-sided t bounds (Law 2015, section 4.5). Looking several times and at several designs would add
     up the chances to err, so each bound is held at 1 - α / (designs on the path · looks), Bonferroni.
     Assumes: as `estimate`; for "bisection" that a larger design never does worse (congestion breaks this: see
-    `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided.
+    `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided. Values equal in all
+    the first n0 replications are taken as exact.
     """
     steps = smallest_meeting_steps(
-        values, target, confidence, n0, cap, search=search, deterministic=deterministic
+        values, target, confidence, n0=n0, cap=cap, search=search, deterministic=deterministic
     )
     return follow(steps, lambda design, replication: sample(values[design], replication))
 
@@ -104,9 +105,9 @@ def smallest_meeting_steps(
     values: Sequence[V],
     target: Target | str,
     confidence: float = 0.95,
+    *,
     n0: int = 10,
     cap: int = 320,
-    *,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
 ) -> Procedure[Sizing[V]]:

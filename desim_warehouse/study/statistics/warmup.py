@@ -44,9 +44,11 @@ class WarmUp:
 def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64], batch: int = 5) -> WarmUp:
     """The truncation point of an indicator observed over time, by MSER-5.
 
-    Args: values: observations in order of time and equally spaced (the n-th task time, the throughput of the
-        n-th hour), shape (n,), or (replications, n): then the replications are averaged first. Observations
-        behind the last full batch are not used. batch: observations per batch, 5 in MSER-5.
+    Args:
+        values: observations in order of time and equally spaced (the n-th task time, the throughput of the
+            n-th hour), shape (n,), or (replications, n): then the replications are averaged first. Observations
+            behind the last full batch are not used.
+        batch: observations per batch, 5 in MSER-5.
 
     Raises:
         StudyError: fewer than 6 batches, or a value that is not finite.

@@ -1,0 +1,168 @@
+"""Reservations: who may have an intersection and room beyond it, and who is next when one opens.
+
+Claims are served first come, first served among those that can be granted now; but a claim that only waits
+for the intersection to clear is not passed over, so that a stream of robots cannot starve a crossing one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.world.gridlock import Gridlock
+from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.log import Log
+    from desim_warehouse.world.body import Body
+    from desim_warehouse.world.lanes import Intersection
+
+    Steps = Generator[Event, object, bool]
+
+
+class Reservations:
+    """The Highways as a set of lanes and intersections that robots reserve.
+
+    `contact` is D, the distance that robots keep (the largest pair's); `theta` the collision angle in radians.
+    """
+
+    def __init__(
+        self, env: Environment, layout: Layout, log: Log, *, contact: float, theta: float, rotate: bool = True
+    ) -> None:
+        self.env = env
+        self.log = log
+        self.contact = contact
+        self.theta = theta
+        self.lanes, self.nodes = network(layout, contact)
+        self.gridlock = Gridlock(self, rotate)
+        self._closings: dict[tuple[Lane | None, Lane, float], float] = {}
+
+    def has_room(self, robot: Body, lane: Lane) -> bool:
+        """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
+        if lane.entering:
+            return False
+        last = lane.last
+        return last is None or last.target - last.gap - robot.gap >= self.contact - EPS
+
+    def is_open(self, robot: Body, node: Intersection, via: Lane | None) -> bool:
+        """Whether an intersection is clear for a robot that comes `via` a lane (None: a bay)."""
+        holder = node.holder
+        return holder is robot or (
+            holder is None and self.opens_at(robot, node, via) <= self.env._now + EPS
+        )
+
+    def opens_at(self, robot: Body, node: Intersection, via: Lane | None) -> float:
+        """When the robot that passed last is far enough beyond an intersection for one that comes `via` a lane."""
+        left_on = node.left_on
+        if left_on is None:
+            return -math.inf
+        ratio = 1.0 if via is None else min(1.0, node.left_pace / min(robot.speed, via.limit))
+        key = (via, left_on, ratio)
+        distance = self._closings.get(key)
+        if distance is None:
+            distance = self._closings[key] = self._closing(via, left_on, ratio)
+        return node.left_at + distance / node.left_pace
+
+    def _closing(self, via: Lane | None, left_on: Lane, ratio: float) -> float:
+        if via is None:
+            return self.contact
+        approach = via.length if via.short else self.contact
+        angle = turn(via.heading, left_on.heading)
+        return closing_distance(angle, self.theta, self.contact, approach * ratio)
+
+    def claim(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> Steps:
+        """Claim an intersection and room beyond it, and wait until both are granted."""
+        if (
+            not node.claims
+            and self.is_open(robot, node, via)
+            and (lane is None or self.has_room(robot, lane))
+        ):
+            self._grant(robot, node, lane)
+            return True
+        claim = robot.claim = Claim(self.env, robot, node, lane, via)
+        node.claims.append(claim)
+        other = node.holder or node.user
+        self.serve(node)
+        if robot.claim is not None:
+            self.gridlock.check(robot)
+        robot.waiting_since = since = self.env._now
+        yield claim
+        if self.env._now > since + EPS:
+            self.count_wait(robot, other, node, self.env._now - since)
+        return True
+
+    def _grant(self, robot: Body, node: Intersection, lane: Lane | None) -> None:
+        node.holder = robot
+        robot.held = node
+        robot.granted = lane
+        if lane is not None:
+            lane.entering = True
+
+    def award(self, claim: Claim, lane: Lane | None) -> None:
+        """Grant a waiting claim, with room on `lane`, and wake its robot."""
+        claim.node.claims.remove(claim)
+        claim.robot.claim = None
+        self._grant(claim.robot, claim.node, lane)
+        claim.succeed()
+
+    def serve(self, node: Intersection) -> None:
+        """Grant the first of the waiting claims that can be granted now, or see that they are looked at in time."""
+        for claim in node.claims:
+            if claim.lane is None or self.has_room(claim.robot, claim.lane):
+                if self.is_open(claim.robot, node, claim.via):
+                    self.award(claim, claim.lane)
+                    return
+                if node.holder is None:
+                    break
+        if node.holder is None:
+            self.reopen_later(node)
+
+    def reopen_later(self, node: Intersection) -> None:
+        """Look at an intersection's claims again when the first of them is past the closing time."""
+        now = self.env._now
+        when = math.inf
+        for claim in node.claims:
+            time = self.opens_at(claim.robot, node, claim.via)
+            if now + EPS < time < when:
+                when = time
+        if when < node.reopens:
+            node.reopens = when
+            Timeout(self.env, when - now).callbacks.append(lambda _: self._reopen(node))
+
+    def _reopen(self, node: Intersection) -> None:
+        node.reopens = math.inf
+        if node.claims:
+            self.serve(node)
+            if node.holder is None:
+                for claim in list(node.claims):
+                    self.gridlock.check(claim.robot)
+
+    def wait_behind(self, robot: Body) -> Steps:
+        """Wait until the robot ahead makes way."""
+        event = robot.waiting_behind = Event(self.env)
+        robot.waiting_since = since = self.env._now
+        other = robot.ahead
+        self.gridlock.check(robot)
+        yield event
+        if self.env._now > since + EPS:
+            self.count_wait(robot, other, robot.lane, self.env._now - since)
+        return True
+
+    def count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
+        """One collision: a waiting episode of the active robot, at the place where it happened."""
+        place.waits += 1
+        place.blocked += duration
+        robot.waited += duration
+        if isinstance(place, Lane):
+            robot.rear_ends += 1
+        else:
+            robot.crossings += 1
+        if self.log.everything:
+            self.log.collision(self.env._now, robot, other, place, duration)
