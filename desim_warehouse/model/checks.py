@@ -66,8 +66,11 @@ def _goods(model: Model) -> Iterator[Problem]:
         listed = isinstance(item, Good)
         keys: Keys = ("tasks", "goods", rank, "good") if listed else ("tasks", "goods", rank)
         good = item.good if isinstance(item, Good) else item
-        if good >= places:
-            yield Problem.of(keys, "no such good", good, f"a number from 0 to {places - 1}")
+        if good >= places > 0:
+            expected = (
+                f"a number from 0 to {places - 1}" if places > 1 else "0, as there is one storage place"
+            )
+            yield Problem.of(keys, "no such good", good, expected)
 
 
 def _due(model: Model) -> Iterator[Problem]:

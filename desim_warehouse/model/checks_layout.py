@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Model
 
 _SHOWN = 12  # node names in a message
+_COMPARED = 1000  # node names in which one like another is looked for
 
 
 def node_names(layout: LayoutSpec) -> tuple[str, ...]:
@@ -40,18 +41,16 @@ def node_problems(layout: LayoutSpec, keys: Keys, named: Iterable[str]) -> Itera
     known: dict[str, None] | None = None
     for rank, name in enumerate(named):
         known = dict.fromkeys(node_names(layout)) if known is None else known
-        if name not in known:
+        if known and name not in known:
             yield Problem.of((*keys, rank), "no such node", name, _a_node(name, tuple(known)))
 
 
 def _a_node(name: str, names: tuple[str, ...]) -> str:
-    if not names:
-        return "a node, but the layout has none"
     if len(names) <= _SHOWN:
         said = f"one of {spoken(names, 'or')}"
     else:
         said = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
-    near = nearest(name, names)
+    near = nearest(name, names) if len(names) <= _COMPARED else None
     return f"{said}; did you mean '{near}'?" if near else said
 
 
@@ -77,13 +76,12 @@ def _directions(model: Model) -> Iterator[Problem]:
     blocks = model.layout.blocks
     if blocks is None or not isinstance(blocks.directions, Directions):
         return
-    for key, what in (("rows", "one below the other"), ("columns", "side by side")):
+    for key in ("rows", "columns"):
         given, wanted = len(getattr(blocks.directions, key)), getattr(blocks, key) + 1
         if given != wanted:
             yield Problem(
                 ("layout", "blocks", "directions", key),
-                f"{given} directions for {wanted} {key} of nodes, expected one for each: "
-                f"one more than the {wanted - 1} blocks {what}",
+                f"{given} given for {wanted} {key} of nodes, expected one for each: {key} of blocks and one more",
             )
 
 
@@ -98,7 +96,7 @@ def _same_place(model: Model) -> Iterator[Problem]:
 
 def _edges(model: Model) -> Iterator[Problem]:
     layout = model.layout
-    if layout.blocks is not None:
+    if layout.blocks is not None or not layout.nodes:
         return
     seen: dict[tuple[str, str], int] = {}
     for rank, edge in enumerate(layout.edges):
@@ -122,7 +120,7 @@ def _edges(model: Model) -> Iterator[Problem]:
 
 def _storage(model: Model) -> Iterator[Problem]:
     layout = model.layout
-    if layout.blocks is not None:
+    if layout.blocks is not None or not layout.edges:
         return
     edges = {(edge.source, edge.target): edge for edge in layout.edges}
     for rank, place in enumerate(layout.storage):

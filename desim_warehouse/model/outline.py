@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 Node = dict[str, Any]
+_ALIKE, _VERY_ALIKE = 0.6, 0.8  # of 1, as difflib counts
+_LONG = 3  # letters that may stand for a longer word
 _OPEN: Node = {"additionalProperties": True}  # below the parameters of a policy anything can stand
 
 
@@ -35,8 +37,12 @@ def spoken(words: Iterable[str], last: str = "and") -> str:
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
     """The word most like the given one, if any is."""
-    near = difflib.get_close_matches(word, list(words), n=1, cutoff=0.6)
-    return near[0] if near else None
+    lower = {known.lower(): known for known in words}
+    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=_ALIKE)
+    if near:
+        return lower[near[0]]
+    longer = [known for known in lower if len(word) >= _LONG and known.startswith(word.lower())]
+    return lower[longer[0]] if longer else None
 
 
 def keys_at(keys: Keys) -> list[str]:
@@ -65,9 +71,14 @@ def meant(keys: Keys) -> str | None:
     beside = nearest(str(last), keys_at(tuple(parents)))
     if beside is not None:
         return dotted((*parents, beside))
-    whole = dotted(keys)
-    same = [key for key in _every_key() if key.split(".")[-1] == last]
-    return nearest(whole, same) or (same[0] if len(same) == 1 else nearest(whole, _every_key()))
+    leaves = [key.rpartition(".")[2] for key in _every_key()]
+    leaf = next(iter(difflib.get_close_matches(str(last), leaves, n=1, cutoff=_VERY_ALIKE)), None)
+    same = [key for key, name in zip(_every_key(), leaves, strict=True) if name == leaf]
+    return max(same, key=lambda key: _alike(key, dotted(keys)), default=None)
+
+
+def _alike(one: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, one, other).ratio()
 
 
 def expected(keys: Keys) -> str:

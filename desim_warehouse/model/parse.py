@@ -42,16 +42,36 @@ def read_yaml(text: str, source: str) -> Document:
         return _Reader(source).document(root)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        said = " ".join(str(part) for part in (error.problem, error.context) if part)
-        _refuse(source, mark.line + 1, mark.column + 1, f"not valid YAML: {said}")
+        _refuse(source, mark.line + 1, mark.column + 1, _syntax(error))
     except ReaderError as error:
         before = text[: error.position]
         column = error.position - before.rfind("\n")
-        _refuse(source, before.count("\n") + 1, column, f"not text (got character {error.character:#04x})")
+        text = f"not text (got character {error.character:#04x}), expected text without control characters"
+        _refuse(source, before.count("\n") + 1, column, text)
     except YAMLError as error:
         raise ModelError([f"{source}: not valid YAML: {' '.join(str(error).split())}"]) from None
     except RecursionError:
-        raise ModelError([f"{source}: too many values inside one another"]) from None
+        _refuse(source, 1, 1, "too many lists or sections inside one another, expected a model")
+
+
+_SYNTAX = {
+    r"found character '\t'": "a tab before a word, expected spaces",
+    "but found '<block mapping start>'": "indented further than the line before, expected the same indentation",
+    "expected <block end>": "indented otherwise than the lines before, expected the indentation of one of them",
+    "mapping values are not allowed": "a second ':' for one key, expected 'key: value', a space after every ':'",
+    "expected ',' or ']'": "a list without an end, expected ',' or ']'",
+    "expected ',' or '}'": "a mapping without an end, expected ',' or '}'",
+    "unexpected end of stream": "a text without an end, expected a closing quote",
+    "found another document": "a second document, expected one (--- begins a document)",
+    "could not find expected ':'": "a line without ':', expected 'key: value'",
+}
+"""Words of the YAML reader, and ours."""
+
+
+def _syntax(error: Any) -> str:
+    said = " ".join(str(part) for part in (error.problem, error.context) if part)
+    ours = next((text for theirs, text in _SYNTAX.items() if theirs in said), None)
+    return f"not valid YAML: {ours or said}"
 
 
 def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:

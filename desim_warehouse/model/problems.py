@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ class Problem:
     text: str
     at_key: bool = False  # the key is wrong, not its value
     meant: str = ""  # the key that was probably meant
+    missing: bool = False  # no such key is given; not reported where it is meant by an unknown one
 
     @classmethod
     def of(cls, keys: Keys, wrong: str, value: Any, expected: str) -> Problem:
@@ -35,9 +37,12 @@ class Problem:
 
 def report(problems: Iterable[Problem], places: Places) -> list[str]:
     """One line for each key with a problem, in the order of the file."""
+    found = list(problems)
+    meant = {problem.meant for problem in found}
     first: dict[Keys, Problem] = {}
-    for problem in problems:
-        first.setdefault(problem.keys, problem)
+    for problem in found:
+        if not (problem.missing and dotted(problem.keys) in meant):
+            first.setdefault(problem.keys, problem)
     lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
     return [f"{begin}: {text}" for _, begin, text in lines]
@@ -61,18 +66,24 @@ def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
     if isinstance(value, int) and abs(value) >= 10**_LONGEST:
         return f"a number of {len(str(abs(value)))} digits"
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{key}: {_flow(item)}" for key, item in list(value.items())[:_LONGEST])
+        inner = ", ".join(f"{key}: {_inner(item)}" for key, item in list(value.items())[:_LONGEST])
         return f"{{{inner}}}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_flow(item) for item in value[:_LONGEST])}]"
+        return f"[{', '.join(_inner(item) for item in value[:_LONGEST])}]"
     return repr(value)
+
+
+def _inner(value: Any) -> str:
+    """A value in a list or a mapping: a plain word needs no quotes."""
+    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value)
+    return str(value) if plain else _flow(value)
 
 
 def from_pydantic(error: ValidationError, under: Keys = ()) -> list[Problem]:
     """The problems that pydantic found, in our words."""
-    found = [_problem(item, under) for item in error.errors(include_url=False, include_context=False)]
-    meant = {problem.meant for problem in found}
-    return [p for p in found if not (p.text.startswith("missing") and dotted(p.keys) in meant)]
+    errors = error.errors(include_url=False, include_context=False)
+    # A list of which every entry is wrong is also too short to pydantic, which counts the right ones.
+    return [_problem(item, under) for item in errors if item["type"] != "too_short" or not item["input"]]
 
 
 _WRONG = {
@@ -91,7 +102,7 @@ _WRONG = {
     "greater_than_equal": "too small",
     "less_than": "too large",
     "less_than_equal": "too large",
-    "too_short": "too short a list",
+    "too_short": "an empty list",
     "too_long": "too long a list",
 }
 
@@ -107,7 +118,7 @@ def _problem(error: ErrorDetails, under: Keys) -> Problem:
     if kind == "missing" and isinstance(keys[-1], int):
         return Problem.of(keys[:-1], "too short a list", value, outline.expected(keys[:-1]))
     if kind == "missing":
-        return Problem(keys, f"missing, expected {outline.expected(keys)}")
+        return Problem(keys, f"missing, expected {outline.expected(keys)}", missing=True)
     if at_key:
         return Problem.of(keys, "not a name", value, "a name")
     return _bad_value(keys, _WRONG.get(kind, "not understood"), value)
@@ -117,6 +128,8 @@ def _bad_value(keys: Keys, wrong: str, value: Any) -> Problem:
     expected = outline.expected(keys)
     if value is None:
         return Problem(keys, f"empty, expected {expected}")
+    if wrong == "not a section" and not expected.startswith(("a section", "names")):
+        wrong = "not understood"
     if isinstance(value, str):
         near = outline.nearest(value, outline.choices(keys))
         if near is not None:

@@ -117,7 +117,8 @@ def _validated(data: dict[str, Any], wrong: list[Keys]) -> tuple[Model | None, l
             problems += found
             data = mended(data, [tuple(item["loc"]) for item in error.errors()])
         else:
-            problems += check(model, [*wrong, *(problem.keys for problem in problems)])
+            meant = [tuple(problem.meant.split(".")) for problem in problems]
+            problems += check(model, [*wrong, *meant, *(problem.keys for problem in problems)])
             if not problems:
                 problems += [Problem(tuple(key.split(".")), text) for key, text in check_policies(model)]
             return model, problems

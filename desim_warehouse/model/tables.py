@@ -122,8 +122,11 @@ class _Table:
         except OSError as error:
             text = f"cannot be read (got '{path}': {error.strerror}), expected a CSV file"
             raise _RefusedError(Problem(keys, text)) from None
-        except (UnicodeDecodeError, csv.Error) as error:
-            text = f"not a table (got '{path}': {error}), expected a CSV file in UTF-8"
+        except UnicodeDecodeError:
+            text = f"not UTF-8 text (got '{path}'), expected the file to be saved as UTF-8"
+            raise _RefusedError(Problem(keys, text)) from None
+        except csv.Error as error:
+            text = f"not a table (got '{path}': {error}), expected a CSV file"
             raise _RefusedError(Problem(keys, text)) from None
         for row in rows:
             if len(row.cells) < len(header):

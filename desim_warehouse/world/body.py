@@ -29,6 +29,7 @@ class Body:
         "crossings",
         "driven",
         "gap",
+        "goal",
         "granted",
         "held",
         "lane",
@@ -61,7 +62,7 @@ class Body:
         self.granted: Lane | None = None
         self.ahead: Body | None = None
         self.behind: Body | None = None
-        self.pos = self.target = 0.0
+        self.pos = self.target = self.goal = 0.0
         self.since = self.until = -math.inf
         self.claim: Claim | None = None
         self.waiting_behind: Event | None = None

@@ -144,16 +144,12 @@ class Reservations:
                 for claim in list(node.claims):
                     self.gridlock.check(claim.robot)
 
-    def wait_behind(self, robot: Body) -> Steps:
-        """Wait until the robot ahead makes way."""
+    def wait_behind(self, robot: Body) -> Event:
+        """Wait until the robot ahead makes way: the event is due when the robot has then moved up."""
         event = robot.waiting_behind = Event(self.env)
-        robot.waiting_since = since = self.env._now
-        other = robot.ahead
+        robot.waiting_since = self.env._now
         self.gridlock.check(robot)
-        yield event
-        if self.env._now > since + EPS:
-            self.count_wait(robot, other, robot.lane, self.env._now - since)
-        return True
+        return event
 
     def count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
         """One collision: a waiting episode of the active robot, at the place where it happened."""

@@ -78,7 +78,8 @@ class Traffic(Reservations):
                 if limit > robot.pos + EPS:
                     self.commit(robot, limit)
                 else:
-                    yield from self.wait_behind(robot)
+                    robot.goal = goal
+                    yield self.wait_behind(robot)
             if index == count:
                 if stop is not None and stop <= goal + EPS:
                     return True
@@ -158,12 +159,11 @@ class Traffic(Reservations):
         node.clear_at = clear + self.contact / pace
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
-        # Wake whoever gains: the robot behind, or whoever waits for room on the lane left; then the node's claims.
+        # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
         if behind is not None:
             behind.ahead = None
             if behind.waiting_behind is not None:
-                behind.waiting_behind.succeed()
-                behind.waiting_behind = None
+                self.pull(behind)
         elif lane is not None:
             lane.last = None
             if lane.start.claims:
@@ -172,10 +172,40 @@ class Traffic(Reservations):
             self.reopen_later(node)
 
     def commit(self, robot: Body, target: float) -> None:
-        """Let a robot drive on to `target` on its lane, and wake whoever gains by it.
+        """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
+        self._set_off(robot, target)
+        behind = robot.behind
+        if behind is not None:
+            if behind.waiting_behind is not None:
+                self.pull(behind)
+        elif robot.lane.start.claims:
+            self.serve(robot.lane.start)
 
-        Behind a slower robot it sets off later, so that it comes no closer on the way.
+    def pull(self, robot: Body | None) -> None:
+        """The waiting robot behind one that has made way sets off, then the next behind it, and so on.
+
+        Each is woken when it is at its new target: a queue moves up by one event a robot.
         """
+        env = self.env
+        while robot is not None and robot.waiting_behind is not None:
+            ahead = robot.ahead
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - ahead.gap - robot.gap)
+            if limit <= robot.pos + EPS:
+                return
+            event, robot.waiting_behind = robot.waiting_behind, None
+            if env._now > robot.waiting_since + EPS:
+                self.count_wait(robot, ahead, robot.lane, env._now - robot.waiting_since)
+            self._set_off(robot, limit)
+            event._ok = True
+            event._value = None
+            env.schedule(event, delay=robot.until - env._now)
+            lane = robot.lane
+            robot = robot.behind
+            if robot is None and lane.start.claims:
+                self.serve(lane.start)
+
+    def _set_off(self, robot: Body, target: float) -> None:
+        """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""
         lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
@@ -198,13 +228,6 @@ class Traffic(Reservations):
         if robot.trailing is not None and target >= self.contact - EPS:
             self._leave(robot, robot.trailing)
             robot.trailing = None
-        behind = robot.behind
-        if behind is not None:
-            if behind.waiting_behind is not None:
-                behind.waiting_behind.succeed()
-                behind.waiting_behind = None
-        elif lane.start.claims:
-            self.serve(lane.start)
 
     # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
 

@@ -46,8 +46,8 @@ def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float6
 
     Args:
         values: observations in order of time and equally spaced (the n-th task time, the throughput of the
-            n-th hour), shape (n,), or (replications, n): then the replications are averaged first. Observations
-            behind the last full batch are not used.
+            n-th hour), shape (n,), or (replications, n): then the replications are averaged first.
+            Observations behind the last full batch are not used.
         batch: observations per batch, 5 in MSER-5.
 
     Raises:

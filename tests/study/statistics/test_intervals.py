@@ -1,0 +1,103 @@
+"""A mean and its t interval: worked by hand, then laws, then what is refused."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import estimate
+
+NUMBERS = st.lists(st.integers(-1000, 1000).map(float), min_size=2, max_size=30)
+
+
+def test_three_replications_worked_by_hand():
+    # mean 10, variance (4 + 0 + 4) / 2 = 4, t(2 df, 0.975) = 4.302653, half-width 4.302653 * 2 / sqrt(3)
+    result = estimate([8, 10, 12])
+    assert (result.n, result.mean, result.sd, result.median) == (3, 10.0, 2.0, 10.0)
+    assert result.half_width == pytest.approx(4.968275, abs=1e-6)
+    assert result.interval == pytest.approx((5.031725, 14.968275), abs=1e-6)
+    assert result.relative_half_width == pytest.approx(0.4968275, abs=1e-7)
+    assert not result.deterministic
+    # linear interpolation: the 0.25 quantile of 3 values is half-way from the first to the second
+    assert result.quantiles == pytest.approx({0.05: 8.2, 0.25: 9.0, 0.75: 11.0, 0.95: 11.8})
+
+
+def test_the_example_of_the_textbook():
+    # Law (2015), section 4.5: ten observations, 90 % interval 1.34 ± 0.24
+    values = [1.20, 1.50, 1.68, 1.89, 0.95, 1.49, 1.58, 1.55, 0.50, 1.09]
+    result = estimate(values, confidence=0.90)
+    assert round(result.mean, 2) == 1.34
+    assert round(result.half_width, 2) == 0.24
+
+
+def test_equal_values_are_called_deterministic_not_infinitely_precise():
+    result = estimate([0.1 + 0.2, 0.3, 0.3])  # equal but for rounding
+    assert result.deterministic
+    assert result.half_width is None
+    assert result.interval is None
+    assert result.sd == 0.0
+    assert "deterministic" in str(result)
+
+
+def test_one_replication_has_no_interval_and_is_not_called_deterministic():
+    result = estimate([7.0])
+    assert (result.mean, result.half_width, result.sd, result.deterministic) == (7.0, None, None, False)
+    assert "one replication: no interval" in str(result)
+
+
+def test_one_replication_of_a_model_known_to_be_deterministic_is_exact():
+    result = estimate([7.0], deterministic=True)
+    assert (result.deterministic, result.half_width, result.sd) == (True, None, 0.0)
+
+
+def test_a_deterministic_model_with_differing_values_is_a_contradiction():
+    with pytest.raises(StudyError, match="deterministic model gave values from 1 to 2"):
+        estimate([1.0, 2.0], deterministic=True)
+
+
+def test_a_mean_of_zero_has_no_relative_precision():
+    assert estimate([-1.0, 1.0]).relative_half_width == math.inf
+
+
+def test_an_estimate_reads_as_a_sentence():
+    assert str(estimate([8, 10, 12])) == "10 ± 4.97 (95 %, n=3)"
+
+
+@pytest.mark.parametrize(
+    ("values", "confidence", "message"),
+    [
+        ([], 0.95, "no values"),
+        ([1.0, math.nan, math.inf], 0.95, "position 1, 2"),
+        ([[1.0, 2.0]], 0.95, r"shape \(1, 2\)"),
+        ([1.0, 2.0], 95, r"did you mean 0.95\?"),
+        ([1.0, 2.0], 1.0, "between 0 and 1"),
+    ],
+)
+def test_bad_input_is_refused_with_its_place(values, confidence, message):
+    with pytest.raises(StudyError, match=message):
+        estimate(values, confidence)
+
+
+@given(NUMBERS, st.integers(-100, 100), st.sampled_from([0.5, 2.0, 4.0]))
+def test_a_change_of_unit_changes_the_interval_alike(values, shift, scale):
+    before = estimate(values)
+    after = estimate([scale * v + shift for v in values])
+    assert after.deterministic == before.deterministic
+    assert after.mean == pytest.approx(scale * before.mean + shift, abs=1e-9)
+    assert (after.half_width or 0.0) == pytest.approx(scale * (before.half_width or 0.0), rel=1e-9)
+
+
+@given(NUMBERS)
+def test_more_confidence_is_a_wider_interval(values):
+    narrow, wide = estimate(values, 0.9), estimate(values, 0.99)
+    assert narrow.deterministic or narrow.half_width < wide.half_width
+
+
+@given(NUMBERS)
+def test_quantiles_rise_and_stay_within_the_values(values):
+    q = list(estimate(values).quantiles.values())
+    assert q == sorted(q)
+    assert min(values) <= q[0]
+    assert q[-1] <= max(values)

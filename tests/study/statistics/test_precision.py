@@ -1,0 +1,89 @@
+"""How many replications: predicted from a pilot, and as a rule that goes on until it is met."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import PrecisionRule, check_precision, estimate, replications_needed
+
+
+def test_replications_needed_worked_by_hand():
+    # mean 10, sd 2, wanted half-width 1: t(16) * 2 / sqrt(17) = 2.1199 * 0.48507 = 1.0283, not enough;
+    # t(17) * 2 / sqrt(18) = 2.1098 * 0.47140 = 0.9946, enough
+    assert replications_needed([8, 10, 12], relative=0.10) == 18
+
+
+def test_a_pilot_that_is_precise_enough_needs_no_more():
+    assert replications_needed([8, 10, 12], relative=0.50) == 3
+
+
+def test_none_where_the_cap_or_a_zero_mean_forbids():
+    assert replications_needed([8, 10, 12], relative=0.10, cap=17) is None
+    assert replications_needed([-1.0, 1.0], relative=0.10) is None
+    assert replications_needed([5.0], relative=0.10) is None
+
+
+def test_a_deterministic_model_needs_only_what_it_has():
+    assert replications_needed([5.0, 5.0], relative=0.01) == 2
+
+
+def test_the_first_batch_is_the_minimum():
+    rule = PrecisionRule(0.10, minimum=4, cap=20)
+    assert check_precision([], rule).more == 4
+    assert check_precision([9.0], rule).more == 3
+
+
+def test_the_next_batch_is_the_shortfall_but_at_most_doubles():
+    # 18 are predicted (above): 15 more, but 3 replications are at most doubled
+    rule = PrecisionRule(0.10, minimum=3, cap=100)
+    now = check_precision([8, 10, 12], rule)
+    assert (now.reached, now.more) == (False, 3)
+    # nine values, sd sqrt(24/8) = 1.732: t(13) * 1.732 / sqrt(14) = 1.0001, t(14) * 1.732 / sqrt(15) = 0.959
+    assert check_precision([8, 10, 12] * 3, rule).more == 15 - 9
+
+
+def test_the_cap_ends_it_unreached_and_says_so():
+    now = check_precision([8, 10, 12], PrecisionRule(0.10, minimum=2, cap=3))
+    assert (now.reached, now.more) == (False, 0)
+    assert "cap of 3" in now.note
+    assert "mean is zero" in check_precision([-1, 1], PrecisionRule(0.1, minimum=2, cap=2)).note
+
+
+def test_a_deterministic_model_is_done_at_the_minimum():
+    now = check_precision([5.0, 5.0], PrecisionRule(0.01, minimum=2))
+    assert (now.reached, now.more) == (True, 0)
+    assert "deterministic" in now.note
+
+
+def test_a_share_of_the_true_mean_asks_for_a_little_more():
+    # Law: 0.25 of the unknown mean is sure from 0.25 / 1.25 = 0.2 of the estimated one
+    assert PrecisionRule(0.25, of_true_mean=True).share == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"relative": 5}, "share between 0 and 1"),
+        ({"relative": 0.05, "minimum": 1}, "minimum <= cap"),
+        ({"relative": 0.05, "minimum": 20, "cap": 10}, "minimum <= cap"),
+        ({"relative": 0.05, "confidence": 95}, "did you mean 0.95"),
+    ],
+)
+def test_rules_that_make_no_sense_are_refused(arguments, message):
+    with pytest.raises(StudyError, match=message):
+        PrecisionRule(**arguments)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.02, 0.05, 0.2]), st.integers(2, 12))
+def test_following_the_rule_ends_within_the_cap_and_keeps_its_promise(seed, relative, minimum):
+    values = np.random.default_rng(seed).normal(10.0, 2.0, 150)
+    rule = PrecisionRule(relative, minimum=minimum, cap=150)
+    n = 0
+    while more := (now := check_precision(values[:n], rule)).more:
+        n += more
+    assert minimum <= n <= 150
+    half_width = estimate(values[:n]).half_width
+    assert now.reached == (half_width <= relative * abs(values[:n].mean()))
+    assert now.reached or n == 150

@@ -1,0 +1,147 @@
+"""The best of several designs by KN: constants and a race worked by hand, then laws, then what is refused."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import Stage, kn, kn_constants, kn_steps
+
+
+def race(differences, **options):
+    """Two designs that differ by `differences` in turn; 2α = 0.1 and n0 = 3 make h² = 18."""
+    table = [differences, [0.0] * len(differences)]
+    return kn(lambda design, r: table[design][r], 2, delta=2.0, n0=3, **options)
+
+
+def test_the_constants_by_their_formula():
+    # 2α/(k-1) = 0.1, exponent -2/(3-1) = -1: η = (10 - 1) / 2 = 4.5, h² = 2 * 4.5 * 2 = 18
+    assert kn_constants(2, 0.95, 3) == pytest.approx((4.5, 18.0))
+    # 2α/(k-1) = 0.1/10 = 0.01, exponent -2/(5-1) = -1/2: η = (10 - 1) / 2 = 4.5, h² = 9 * 4 = 36
+    assert kn_constants(11, 0.95, 5) == pytest.approx((4.5, 36.0))
+
+
+def test_a_clear_lead_ends_the_race_after_the_first_stage():
+    # differences 1 2 3: S² = 1, h² S² / δ² = 4.5; W(3) = 2/(2*3) * (4.5 - 3) = 0.5 < mean 2
+    result = race([1, 2, 3])
+    assert (result.best, result.survivors, result.samples) == (0, (0,), (3, 3))
+    assert result.eliminated_at == (None, 3)
+    assert result.history == (Stage(3, (0,)),)
+    assert result.means == (2.0, 0.0)
+    assert result.guaranteed
+
+
+def test_a_close_race_goes_on_until_the_band_has_closed():
+    # differences -1 0 1: S² = 1, limit 4.5. r = 3: mean 0, W = 0.5;
+    # r = 4: mean 0.4/4 = 0.1 < W = 2/8 * 0.5 = 0.125;
+    # r = 5 = floor(4.5) + 1: W = 0, mean (0.4 - 0.9)/5 = -0.1, so the first design drops out
+    result = race([-1, 0, 1, 0.4, -0.9])
+    assert (result.best, result.samples, result.eliminated_at) == (1, (5, 5), (5, None))
+    assert result.history == (Stage(3, (0, 1)), Stage(5, (1,)))
+    assert result.guaranteed
+
+
+def test_the_band_is_as_wide_as_the_formula_says():
+    # as above, but the fourth difference 0.6 makes the mean 0.15 > 0.125: over at r = 4
+    result = race([-1, 0, 1, 0.6])
+    assert (result.best, result.samples, result.eliminated_at) == (0, (4, 4), (None, 4))
+
+
+def test_the_smallest_mean_can_be_the_best():
+    assert race([1, 2, 3], maximise=False).best == 1
+
+
+def test_the_cap_ends_the_race_without_a_guarantee():
+    result = race([-1, 0, 1, 0.4], cap=4)
+    assert (result.best, result.survivors, result.guaranteed) == (0, (0, 1), False)
+    assert "no guarantee" in result.note
+
+
+def test_deterministic_designs_are_compared_as_numbers_and_equals_by_number():
+    result = kn(lambda design, r: [0.1, 0.3, 0.3][design], 3, delta=0.5)
+    assert (result.best, result.survivors, result.samples) == (1, (1, 2), (10, 10, 10))
+    assert result.deterministic
+    assert result.guaranteed
+    assert "exact" in result.note
+
+
+def test_the_steps_ask_for_the_first_stage_at_once():
+    steps = kn_steps(2, delta=2.0, n0=3)
+    assert next(steps) == [(0, 0), (1, 0), (0, 1), (1, 1), (0, 2), (1, 2)]
+    # values in that order: the first design 0 each time, the second -1 0 1: too close to call
+    assert steps.send([0, -1, 0, 0, 0, 1]) == [(0, 3), (1, 3)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"k": 1, "delta": 1.0}, "among 1 designs"),
+        ({"k": 2, "delta": 1.0, "n0": 1}, "from 1 replications"),
+        ({"k": 2, "delta": 0.0}, "indifference zone 0.0"),
+        ({"k": 2, "delta": math.nan}, "indifference zone nan"),
+        ({"k": 4, "delta": 1.0, "confidence": 0.25}, "more than 1/4"),
+        ({"k": 2, "delta": 1.0, "cap": 9}, "at least n0 = 10"),
+        ({"k": 2, "delta": 1.0, "ahead": 0}, "ahead >= 1"),
+    ],
+)
+def test_arguments_out_of_range_are_refused(arguments, message):
+    with pytest.raises(StudyError, match=message):
+        kn(lambda design, r: 0.0, **arguments)
+
+
+def test_a_run_without_a_value_is_named():
+    with pytest.raises(StudyError, match="design 1, replication 4: nan"):
+        kn(lambda design, r: math.nan if (design, r) == (1, 4) else 1.0, 3, delta=1.0)
+
+
+def test_steps_that_are_sent_too_few_values_complain():
+    steps = kn_steps(2, delta=1.0, n0=3)
+    next(steps)
+    with pytest.raises(StudyError, match="asked for 6 runs, got 5"):
+        steps.send([0.0] * 5)
+
+
+TABLES = st.integers(0, 2**32 - 1).map(
+    lambda seed: np.random.default_rng(seed).integers(0, 40, size=(4, 60)).astype(float)
+)
+
+
+@given(TABLES)
+def test_looking_for_the_smallest_is_looking_for_the_largest_negative(table):
+    up = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
+    down = kn(lambda d, r: -table[d, r], 4, delta=5.0, cap=60, maximise=False)
+    assert (up.best, up.history, up.samples) == (down.best, down.history, down.samples)
+
+
+@given(TABLES, st.integers(2, 30))
+def test_running_ahead_changes_the_work_but_not_the_choice(table, ahead):
+    one = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
+    many = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60, ahead=ahead)
+    assert (one.best, one.history, one.eliminated_at, one.means) == (
+        many.best,
+        many.history,
+        many.eliminated_at,
+        many.means,
+    )
+    assert all(a <= b <= 60 for a, b in zip(one.samples, many.samples, strict=True))
+
+
+@given(TABLES, TABLES)
+def test_what_a_replication_adds_to_every_design_alike_does_not_matter(table, common):
+    plain = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
+    shifted = kn(lambda d, r: table[d, r] + 64 * common[0, r], 4, delta=5.0, cap=60)
+    assert plain.history == shifted.history
+    assert plain.best == shifted.best
+
+
+@given(TABLES)
+def test_the_survivors_only_become_fewer_and_the_best_is_one_of_them(table):
+    result = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
+    sets = [set(stage.survivors) for stage in result.history]
+    assert all(later < earlier for earlier, later in pairwise(sets))
+    assert result.best in result.survivors
+    assert {i for i, at in enumerate(result.eliminated_at) if at is None} == set(result.survivors)

@@ -1,0 +1,173 @@
+"""The smallest design that meets a target, and how a target is read."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import Target, parse_target, smallest_meeting, smallest_meeting_steps
+
+
+def noisy(mean):
+    """Replications that lie 1 above and 1 below the mean in turn: sd of ten is 1.054."""
+    return lambda value, r: mean(value) + (1.0 if r % 2 else -1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "target"),
+    [
+        ("throughput_per_hour >= 220", Target("throughput_per_hour", ">=", 220.0)),
+        ("T<95.5", Target("T", "<", 95.5)),
+        ("  fleet.utilisation ≤ .8 ", Target("fleet.utilisation", "<=", 0.8)),
+        ("C > -1e-3", Target("C", ">", -0.001)),
+    ],
+)
+def test_targets_are_read(text, target):
+    assert parse_target(text) == target
+
+
+@pytest.mark.parametrize(
+    "text", ["", "T", "T >=", ">= 3", "T = 3", "T >= three", "T >= 3 %", "2T >= 3", "T >= nan"]
+)
+def test_a_target_that_cannot_be_read_says_what_was_expected(text):
+    with pytest.raises(StudyError, match="as in 'throughput_per_hour >= 220'"):
+        parse_target(text)
+
+
+def test_an_unknown_indicator_is_answered_by_the_nearest_one():
+    with pytest.raises(StudyError, match="did you mean 'throughput_per_hour'"):
+        parse_target("thruput_per_hour >= 1", known=["T", "throughput_per_hour"])
+    with pytest.raises(StudyError, match="expected one of S, T"):
+        parse_target("qqqq >= 1", known=["T", "S"])
+    assert parse_target("T >= 1", known=["T", "S"]).indicator == "T"
+
+
+def test_a_mean_on_the_bound_meets_it_only_if_the_bound_is_included():
+    assert parse_target("T >= 3").met_by(3.0)
+    assert parse_target("T <= 3").met_by(3.0)
+    assert not parse_target("T > 3").met_by(3.0)
+    assert not parse_target("T < 3").met_by(3.0)
+
+
+@given(st.sampled_from([">=", "<=", ">", "<"]), st.integers(-(10**6), 10**6))
+def test_a_target_reads_back_what_it_prints(sense, value):
+    target = Target("throughput_per_hour", sense, value / 64)
+    assert parse_target(str(target)) == target
+
+
+def test_a_search_followed_by_hand():
+    # 10 per robot, target 45 from 1..8: halves at 4 (fails), 6 (meets), 5 (meets); 4 is 5's neighbour
+    result = smallest_meeting(noisy(lambda v: 10.0 * v), range(1, 9), "throughput_per_hour >= 45")
+    assert result.smallest == 5
+    assert [(d.value, d.verdict) for d in result.decisions] == [(4, "fails"), (6, "meets"), (5, "meets")]
+    assert (result.below.value, result.below.verdict) == (4, "fails")
+    assert result.runs == 30
+    # 4 designs on the longest path, 6 looks (10 20 40 80 160 320): each bound at 1 - 0.05/24
+    assert result.decisions[0].level == pytest.approx(1 - 0.05 / 24)
+    # t(9 df, 0.997917) = 3.805 times sqrt(10/9) / sqrt(10) = 1/3
+    assert result.decisions[0].high == pytest.approx(40 + 3.805 / 3, abs=2e-3)
+    assert result.falls == ()
+
+
+def test_a_mean_near_the_target_is_looked_at_again():
+    # margin of ten values 1.27 (above): 0.5 from the target needs more of them
+    result = smallest_meeting(noisy(lambda v: 10.0 * v + 0.5), range(1, 9), "throughput_per_hour >= 50")
+    decided = {d.value: d for d in result.decisions}
+    assert result.smallest == 5
+    assert decided[5].n > 10
+    assert decided[5].low > 50
+
+
+def test_a_mean_on_the_target_stays_undecided_and_the_answer_says_so():
+    result = smallest_meeting(noisy(lambda v: 10.0 * v), range(1, 9), "throughput_per_hour >= 50", cap=40)
+    assert result.smallest == 6
+    assert (result.below.value, result.below.verdict, result.below.n) == (5, "undecided", 40)
+    assert "5 is too close to tell after 40 replications" in result.note
+
+
+def test_less_can_be_better():
+    result = smallest_meeting(noisy(lambda v: 100.0 / v), range(1, 40), "cycle_time <= 13.4")
+    assert result.smallest == 8
+
+
+def test_no_design_may_be_enough():
+    result = smallest_meeting(noisy(lambda v: 10.0 * v), range(1, 9), "throughput_per_hour >= 1000")
+    assert result.smallest is None
+    assert (result.below.value, result.below.verdict) == (8, "fails")
+    assert "no design" in result.note
+
+
+def test_the_very_first_design_may_be_enough():
+    result = smallest_meeting(noisy(lambda v: 10.0 * v), range(1, 9), "throughput_per_hour >= 1")
+    assert (result.smallest, result.below) == (1, None)
+
+
+def test_congestion_is_noticed_and_a_scan_finds_what_halving_missed():
+    # best at 20 robots, then they block one another: halving looks at 30, 45, ... and misses the peak
+    def response(v):
+        return 200.0 - abs(v - 20)
+
+    halved = smallest_meeting(noisy(response), range(1, 61), "throughput_per_hour >= 195.5")
+    assert halved.smallest is None
+    assert (30, 45) in halved.falls
+    assert "search='scan'" in halved.note
+    scanned = smallest_meeting(noisy(response), range(1, 61), "throughput_per_hour >= 195.5", search="scan")
+    assert scanned.smallest == 16
+    assert "scan" not in scanned.note
+
+
+def test_one_run_of_a_deterministic_model_is_exact():
+    result = smallest_meeting(lambda v, r: 10.0 * v, range(1, 9), "T >= 50", deterministic=True)
+    assert (result.smallest, result.runs) == (5, 3)
+    assert all(d.deterministic and d.n == 1 and d.low is None and d.high is None for d in result.decisions)
+
+
+def test_equal_replications_are_taken_as_exact_without_being_told():
+    result = smallest_meeting(lambda v, r: 10.0 * v, range(1, 9), "T >= 50")
+    assert (result.smallest, result.runs) == (5, 30)
+    assert all(d.deterministic for d in result.decisions)
+
+
+def test_the_steps_ask_for_a_whole_look_at_once():
+    steps = smallest_meeting_steps([5, 6, 7], "T >= 1", n0=3, cap=6)
+    assert next(steps) == [(1, 0), (1, 1), (1, 2)]
+    assert steps.send([0.0, 1.0, 2.0]) == [(1, 3), (1, 4), (1, 5)]
+
+
+@pytest.mark.parametrize(
+    ("values", "options", "message"),
+    [
+        ([], {}, "at least one"),
+        ([1, 2, 1], {}, "none twice"),
+        ([1, 2], {"n0": 1}, "2 <= n0 <= cap"),
+        ([1, 2], {"n0": 20, "cap": 10}, "2 <= n0 <= cap"),
+        ([1, 2], {"search": "guess"}, "bisection or scan"),
+        ([1, 2], {"confidence": 95}, "did you mean 0.95"),
+    ],
+)
+def test_searches_that_make_no_sense_are_refused(values, options, message):
+    with pytest.raises(StudyError, match=message):
+        smallest_meeting(lambda v, r: 0.0, values, "T >= 1", **options)
+
+
+def test_a_run_without_a_value_is_named():
+    with pytest.raises(StudyError, match="design 1, replication 0: nan"):
+        smallest_meeting(lambda v, r: math.nan, [1, 2, 3], "T >= 1")
+
+
+@given(
+    st.lists(st.integers(0, 9), min_size=1, max_size=40), st.integers(0, 200), st.sampled_from([">=", ">"])
+)
+def test_halving_finds_what_trying_all_finds(steps, bound, sense):
+    response = np.cumsum(steps).astype(float).tolist()
+    values = range(len(response))
+    target = Target("T", sense, float(bound))
+    result = smallest_meeting(lambda v, r: response[v], values, target, deterministic=True)
+    assert result.smallest == next((v for v in values if target.met_by(response[v])), None)
+    assert result.runs <= len(response).bit_length()
+    assert result.falls == ()
+    if result.smallest:
+        assert (result.below.value, result.below.verdict) == (result.smallest - 1, "fails")
