@@ -169,7 +169,7 @@ class Traffic(Reservations):
             if lane.start.claims:
                 self.serve(lane.start)
         if node.claims:
-            self.reopen_later(node)
+            self.serve(node)
 
     def commit(self, robot: Body, target: float) -> None:
         """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
