@@ -1,48 +1,129 @@
-"""What leaves a run: one row per event, kept as plain tuples and shown as a DataFrame."""
+"""What leaves a run: one row per event, and the tallies that hold whatever the level of detail.
+
+Rows are plain tuples while the simulation runs and become a DataFrame when somebody looks. Kinds of rows:
+
+    released assigned returned delivered    a task's life (`returned`: given back by a robot called home)
+    idle empty loading loaded unloading returning charging
+                                            a robot begins to do this; `value` is its energy
+    recharged                               a robot that was charged goes out again: counts in C
+    parked                                  a robot is back in a bay; `value` is its energy
+    rotation                                a full ring of `value` robots turned; `ring` tells which, where
+    enter                                   a robot enters an edge (levels `moves` and `all`)
+    drive                                   it sets off on an edge for position `value`, there `until` (`all`)
+    collision                               it has waited `value` for robot `other` on an edge or at a node (`all`)
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = ("time", "kind", "robot", "task", "node", "edge", "value", "until", "other")
-"""Columns of the log; see docs for each kind's meaning."""
+NONE = -1
+"""Stands for no robot or no task."""
 
 
+class _Lane(Protocol):
+    edge: tuple[str, str]
+    length: float
+
+
+class _Body(Protocol):
+    number: int
+    task: int
+    lane: Any
+    target: float
+    since: float
+    until: float
+
+
+@dataclass
 class Log:
-    """Rows of a run: `tasks` keeps what happens to tasks, robots' states and gridlock rotations;
-    `moves` adds every edge entered; `all` adds every stretch driven and every collision.
+    """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
+
+    `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
+    each robot, edge and intersection. `due` holds the due times of tasks that have one. `begin` and `end` are the times between which they were counted.
     """
 
-    def __init__(self, level: Literal["all", "moves", "tasks"] = "all") -> None:
-        self.level = level
-        self.moves = level != "tasks"
-        self.everything = level == "all"
-        self.rows: list[tuple[Any, ...]] = []
-        self.append = self.rows.append
+    level: Literal["all", "moves", "tasks"] = "all"
+    rows: list[tuple[Any, ...]] = field(default_factory=list)
+    rings: list[tuple[float, tuple[int, ...], tuple[str, ...]]] = field(default_factory=list)
+    robots: list[dict[str, float]] = field(default_factory=list)
+    edges: list[dict[str, Any]] = field(default_factory=list)
+    nodes: list[dict[str, Any]] = field(default_factory=list)
+    due: dict[int, float] = field(default_factory=dict)
+    begin: float = 0.0
+    end: float = 0.0
 
-    def event(self, time: float, kind: str, robot: Any, task: int, node: str | None = None, value: float | None = None) -> None:
-        self.append((time, kind, -1 if robot is None else robot.number, task, node, None, value, None, None))
+    def __post_init__(self) -> None:
+        """Spare the hot path a comparison of words."""
+        self.moves = self.level != "tasks"
+        self.everything = self.level == "all"
 
-    def cross(self, now: float, robot: Any, lane: Any, clear: float) -> None:
-        number, task = robot.number, robot.task
+    def event(
+        self, time: float, kind: str, robot: int, task: int, node: str | None, value: float | None
+    ) -> None:
+        """Something that happened to a task or a robot, at the node it is at or comes to next."""
+        self.rows.append((time, kind, robot, task, node, None, value, None, NONE))
+
+    def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
+        """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
+        number, task, edge = robot.number, robot.task, robot.lane.edge
+        rows = self.rows
         if self.everything and lane is not None:
-            self.append((now, "drive", number, task, None, lane.edge, lane.length, robot.since, None))
-        self.append((clear, "enter", number, task, None, robot.lane.edge, None, None, None))
+            rows.append((now, "drive", number, task, None, lane.edge, lane.length, clear, NONE))
+        rows.append((clear, "enter", number, task, None, edge, None, None, NONE))
         if self.everything:
-            self.append((robot.since, "drive", number, task, None, robot.lane.edge, robot.target, robot.until, None))
+            rows.append((clear, "drive", number, task, None, edge, robot.target, robot.until, NONE))
 
-    def drive(self, robot: Any) -> None:
-        self.append((robot.since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, None))
+    def drive(self, robot: _Body) -> None:
+        """A robot sets off for its target."""
+        self.rows.append(
+            (
+                robot.since,
+                "drive",
+                robot.number,
+                robot.task,
+                None,
+                robot.lane.edge,
+                robot.target,
+                robot.until,
+                NONE,
+            )
+        )
 
-    def collision(self, time: float, robot: Any, other: Any, place: Any, duration: float) -> None:
-        other = None if other is None else other.number
-        if hasattr(place, "edge"):
-            self.append((time, "collision", robot.number, robot.task, None, place.edge, duration, None, other))
-        else:
-            self.append((time, "collision", robot.number, robot.task, place.name, None, duration, None, other))
+    def collision(
+        self,
+        now: float,
+        robot: _Body,
+        other: _Body | None,
+        node: str | None,
+        edge: tuple[str, str] | None,
+        waited: float,
+    ) -> None:
+        """A waiting episode that has just ended, at an intersection (`node`) or behind a robot on an `edge`."""
+        whom = NONE if other is None else other.number
+        self.rows.append((now, "collision", robot.number, robot.task, node, edge, waited, None, whom))
 
-    def rotation(self, time: float, ring: list[Any]) -> None:
-        self.append((time, "rotation", ring[0].number, -1, None, None, float(len(ring)), None, None))
+    def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
+        """A full ring of robots, on these edges, that turned by one place."""
+        self.rows.append((now, "rotation", robots[0], NONE, None, None, float(len(robots)), None, NONE))
+        self.rings.append((now, robots, edges))
+
+    def close(self, end: float) -> None:
+        """The run is over: put rows in order of time, without what was only announced for later."""
+        self.end = end
+        self.rows = sorted((row for row in self.rows if row[0] <= end), key=lambda row: row[0])
+
+    def frame(self) -> pd.DataFrame:
+        """The rows as a table with the columns of `COLUMNS`; edges as `A>B`, robot, task and other -1 if none."""
+        import pandas as pd
+
+        table = pd.DataFrame.from_records(self.rows, columns=list(COLUMNS))
+        table["edge"] = [None if edge is None else f"{edge[0]}>{edge[1]}" for edge in table["edge"]]
+        for column in ("time", "value", "until"):
+            table[column] = table[column].astype(float)
+        return table

@@ -127,7 +127,7 @@ class Blocks(Part):
         Says("'ring', 'alternating', or a section with rows and columns"),
     ] = Field(
         "ring",
-        description="ring: outer aisles clockwise, inner ones alternate; alternating; or rows and columns by hand",
+        description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
 
 

@@ -42,11 +42,11 @@ def _touch(one: Keys, other: Keys) -> bool:
 def check_policies(
     model: Model, ask: Callable[[str, str, Mapping[str, Any]], list[tuple[str, str]]] | None = None
 ) -> list[tuple[str, str]]:
-    """Ask the policies whether they can be had with these parameters: dotted keys, and what is wrong there.
+    """Ask the policies whether they can be had so: dotted keys, and what is wrong there.
 
     Args:
         model: the model with the names and parameters.
-        ask: `problems(kind, name, params)` of the policies: a list of (parameter, or "" for the name; message).
+        ask: `problems(kind, name, params)` of the policies: pairs of parameter ("" for the name) and message.
     """
     if ask is None:
         return []

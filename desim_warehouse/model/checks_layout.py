@@ -81,7 +81,7 @@ def _directions(model: Model) -> Iterator[Problem]:
         if given != wanted:
             yield Problem(
                 ("layout", "blocks", "directions", key),
-                f"{given} given for {wanted} {key} of nodes, expected one for each: {key} of blocks and one more",
+                f"{given} given for {wanted} {key} of nodes, expected one for each: blocks and one more",
             )
 
 

@@ -49,8 +49,8 @@ def override(data: dict[str, Any], overrides: Mapping[str, Any], places: Places,
     for text in sorted(overrides, key=_rank):
         said = f"{named} {text}"
         if not isinstance(text, str) or not all(text.split(".")):
-            problems.append(Problem((said,), "not a key, expected one such as 'fleet.size'"))
-            places.overridden((said,), said)
+            problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
+            places.overridden((str(text),), said)
             continue
         problems += _Override(text, said, places).put(data, overrides[text])
     return problems
@@ -68,23 +68,29 @@ class _Override:
         self.keys = _typed(text.split("."))
         self.said = said
         self.places = places
-        places.overridden(self.keys, said)
 
     def put(self, data: dict[str, Any], value: Any) -> list[Problem]:
         """Set the value; returns what is wrong with it or its key."""
-        unknown = _unknown(self.keys)
-        if unknown:
-            return [unknown]
-        section: Any = data
+        problems: list[Problem] = []
+        wrong = _unknown(self.keys)
+        if wrong is None:
+            section, wrong = self.reach(data)
+        if wrong is None:
+            section[self.keys[-1]] = plain(value, self.keys, problems)
+        self.places.overridden(self.keys, self.said)
+        return [wrong] if wrong else problems
+
+    def reach(self, section: Any) -> tuple[Any, Problem | None]:
+        """The section or list in which the value is to be set, or why there is none."""
         for size, key in enumerate(self.keys):
+            if isinstance(section, dict) and isinstance(key, int):  # a parameter with numbers for names
+                self.keys = (*self.keys[:size], str(key), *self.keys[size + 1 :])
             wrong = _closed(section, self.keys[:size], key)
             if wrong:
-                return [Problem(self.keys, wrong)]
+                return None, Problem(self.keys, wrong)
             if size < len(self.keys) - 1:
                 section = self.enter(section, self.keys[: size + 1])
-        problems: list[Problem] = []
-        section[self.keys[-1]] = plain(value, self.keys, problems)
-        return problems
+        return section, None
 
     def enter(self, section: Any, keys: Keys) -> Any:
         """What lies below a key; a policy given by its name becomes a section, a missing section is made."""
@@ -94,7 +100,7 @@ class _Override:
             below = Policies.model_fields[str(key)].default.name if below is None else below
             below = {"name": below} if isinstance(below, str) else below
         elif below is None:
-            below = [] if outline.is_list(keys) and not outline.keys_at(keys) else {}
+            below = [] if isinstance(self.keys[len(keys)], int) else {}
             self.places.overridden(keys, self.said)
         section[key] = below
         return below
@@ -130,6 +136,6 @@ def _closed(section: Any, keys: Keys, key: str | int) -> str | None:
             return None
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"
-    if isinstance(section, dict) and isinstance(key, str):
+    if isinstance(section, dict):
         return None
     return f"nothing can be set below '{here}' here (it is {got(section)}), expected '{here}' as a whole"

@@ -11,6 +11,8 @@ from desim_warehouse.model.places import Keys, Place, Places
 from desim_warehouse.model.problems import Problem, got
 
 _TAG = "tag:yaml.org,2002:"
+_DEEPEST = 30  # lists and sections inside one another; a model needs about 6
+_TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST} at most"
 _MOST = 1_000_000  # values in a file, aliases counted at every use
 
 
@@ -51,14 +53,14 @@ def read_yaml(text: str, source: str) -> Document:
     except YAMLError as error:
         raise ModelError([f"{source}: not valid YAML: {' '.join(str(error).split())}"]) from None
     except RecursionError:
-        _refuse(source, 1, 1, "too many lists or sections inside one another, expected a model")
+        _refuse(source, 1, 1, _TOO_DEEP)
 
 
 _SYNTAX = {
     r"found character '\t'": "a tab before a word, expected spaces",
-    "but found '<block mapping start>'": "indented further than the line before, expected the same indentation",
-    "expected <block end>": "indented otherwise than the lines before, expected the indentation of one of them",
-    "mapping values are not allowed": "a second ':' for one key, expected 'key: value', a space after every ':'",
+    "but found '<block mapping start>'": "indented further than the line before, expected the same",
+    "expected <block end>": "indented otherwise than the lines before, expected as one of them",
+    "mapping values are not allowed": "a ':' that follows no key, expected 'key: value' in every line",
     "expected ',' or ']'": "a list without an end, expected ',' or ']'",
     "expected ',' or '}'": "a mapping without an end, expected ',' or '}'",
     "unexpected end of stream": "a text without an end, expected a closing quote",
@@ -101,7 +103,10 @@ class _Reader:
         self.places.values[keys] = self.place(node)
         self.count += 1
         if node in self.around or self.count > _MOST:
-            raise ModelError([f"{self.place(node).said}: an alias that repeats itself without end"])
+            said = "an alias that repeats itself without end, expected every value to end"
+            raise ModelError([f"{self.place(node).said}: {said}"])
+        if len(keys) > _DEEPEST:
+            raise ModelError([f"{self.place(node).said}: {_TOO_DEEP}"])
         kind = node.id
         tag = str(node.tag).removeprefix(_TAG)
         if kind == "scalar":
@@ -182,10 +187,13 @@ def _fraction(text: str) -> float:
     return float(special.get(digits, digits))
 
 
-def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:
+def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0911 - one for each kind
     """A value given from Python as a file could have it: tuples become lists, NumPy's numbers plain ones."""
     if value is None or type(value) in (str, int, float, bool):
         return value
+    if len(keys) > _DEEPEST:
+        problems.append(Problem(keys[:1], _TOO_DEEP))
+        return None
     if hasattr(value, "tolist"):
         return plain(value.tolist(), keys, problems)
     if isinstance(value, Mapping):

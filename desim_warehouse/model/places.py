@@ -64,7 +64,10 @@ class Places:
         return place, said
 
     def overridden(self, keys: Keys, said: str) -> None:
-        """From here on, the value at `keys` was set by an override."""
+        """From here on, the value at `keys` and all in it were set by an override."""
+        for known in (self.keys, self.values):
+            for stale in [other for other in known if other[: len(keys)] == keys]:
+                del known[stale]
         self._overrides[keys] = Place(_OVERRIDES + len(self._overrides), 0, 0, said)
 
     def table(self) -> int:

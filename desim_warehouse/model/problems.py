@@ -45,7 +45,12 @@ def report(problems: Iterable[Problem], places: Places) -> list[str]:
             first.setdefault(problem.keys, problem)
     lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
-    return [f"{begin}: {text}" for _, begin, text in lines]
+    return [_one_line(f"{begin}: {text}") for _, begin, text in lines]
+
+
+def _one_line(text: str) -> str:
+    """The text with line ends and other unseen characters spelt out."""
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def got(value: Any) -> str:

@@ -238,7 +238,7 @@ _EXACT = 2.0**53  # up to here every whole number is a float
 
 
 def _plain(value: Any) -> Any:
-    """A value of the model as JSON knows it; whole numbers without a fraction, so that 4 and 4.0 are one."""
+    """A value of the model as JSON knows it; 4.0 as 4, so that both are one."""
     if isinstance(value, PolicySpec):
         return {"name": value.name, **_plain(value.params)} if value.params else value.name
     if isinstance(value, Part):
@@ -272,7 +272,7 @@ class Model(Part):
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
 
     def content(self) -> dict[str, Any]:
-        """Everything in the model, defaults too, as plain JSON values in one form: equal models, equal content.
+        """Everything in the model, defaults too, as plain JSON values: equal models, equal content.
 
         Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
         the order of the file, which numbers them. `load` reads it back.

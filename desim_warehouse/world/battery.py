@@ -1,19 +1,51 @@
-"""A robot's battery: its level at any time, from the last time something changed."""
+"""A robot's battery: its level at any time, from the last time the rate changed."""
 
 from __future__ import annotations
 
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.model.schema import Consumption
+
+if TYPE_CHECKING:
+    from desim_warehouse.model.schema import Battery as Spec
+
+RATE_OF = {
+    "idle": "standing",
+    "waiting": "standing",
+    "empty": "empty",
+    "returning": "empty",
+    "loaded": "loaded",
+    "loading": "handling",
+    "unloading": "handling",
+}
+"""Which consumption of the model file holds in which state; a charging robot draws nothing."""
+
 
 class Battery:
-    """Energy drawn (or charged) at a steady rate since the last change; `used` is what was drawn so far."""
+    """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
 
-    __slots__ = ("capacity", "_level", "_rate", "_since", "used")
+    __slots__ = ("_level", "_rate", "_since", "capacity", "rates", "spec", "used")
 
-    def __init__(self, capacity: float) -> None:
-        self.capacity = capacity
-        self._level = capacity
+    def __init__(self, spec: Spec | None) -> None:
+        self.spec = spec
+        self.capacity = math.inf if spec is None else spec.capacity
+        self.rates = dict.fromkeys(RATE_OF, 0.0)
+        if spec is not None:
+            states = spec.consumption
+            for state, name in RATE_OF.items():
+                self.rates[state] = getattr(states, name) if isinstance(states, Consumption) else states
+        self._level = self.capacity
         self._rate = 0.0
         self._since = 0.0
         self.used = 0.0
+
+    @property
+    def varies(self) -> bool:
+        """Whether waiting draws another rate than driving."""
+        return self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"]) or len(
+            set(self.rates.values())
+        ) > 1
 
     def level(self, now: float) -> float:
         """Energy left at `now`."""
@@ -21,18 +53,58 @@ class Battery:
 
     def draw(self, now: float, rate: float) -> None:
         """From now on energy is drawn at `rate` per time unit."""
+        if rate == self._rate:
+            return
         drawn = self._rate * (now - self._since)
         self.used += drawn
         self._level -= drawn
         self._rate = rate
         self._since = now
 
-    def fill(self, now: float, level: float) -> None:
-        """Charged up to `level`; nothing is drawn until told otherwise."""
-        self.draw(now, 0.0)
-        self._level = level
+    def drawn(self, now: float) -> float:
+        """Energy drawn since the start of the run."""
+        return self.used + self._rate * (now - self._since)
 
-    def time_to(self, now: float, level: float) -> float:
-        """Time until the level is reached at the present rate; 0 if it has been."""
+    def charge(self, now: float, energy: float) -> None:
+        """Take up energy, at rest."""
+        self.draw(now, 0.0)
+        self._level = min(self._level + energy, self.capacity)
+
+    def lasts_until(self, now: float, level: float) -> float:
+        """The time at which the level is reached at the present rate; `now` if it has been."""
         left = self.level(now) - level
-        return max(left / self._rate, 0.0) if self._rate else float("inf")
+        if left <= 0:
+            return now
+        return now + left / self._rate if self._rate else math.inf
+
+    def charge_time(self, start: float, end: float) -> float:
+        """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
+
+        Tapered, the rate falls linearly with the level l above `start`: dl/dt = r(l), so the time is an
+        integral of 1 / r(l), a logarithm.
+        """
+        if self.spec is None or end <= start:
+            return 0.0
+        rate, taper = self.spec.charge_rate, self.spec.taper
+        if taper is None:
+            return (end - start) / rate
+        knee = taper.start * self.capacity
+        time = max(min(end, knee) - start, 0.0) / rate
+        low, high = max(start, knee), max(end, knee)
+        slope = (1 - taper.end_rate) / (self.capacity - knee)
+        return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
+
+    def charge_gain(self, start: float, time: float) -> float:
+        """Energy taken up in a time at the charger: the inverse of `charge_time`."""
+        if self.spec is None:
+            return 0.0
+        rate, taper = self.spec.charge_rate, self.spec.taper
+        if taper is None:
+            return min(rate * time, self.capacity - start)
+        knee = taper.start * self.capacity
+        steady = min(max(knee - start, 0.0) / rate, time)
+        low = max(start, knee)
+        slope = (1 - taper.end_rate) / (self.capacity - knee)
+        here = 1 - slope * (low - knee)
+        gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
+        return min(rate * steady + gain, self.capacity - start)

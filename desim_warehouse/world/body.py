@@ -85,6 +85,12 @@ class Body:
             return self.driven + self.target
         return self.driven + max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
+    def left_bay(self) -> None:
+        """It has just left the bay it stood in."""
+
+    def stands(self, waiting: bool) -> None:
+        """It begins (or ends) to wait in traffic."""
+
     def place(self) -> str:
         """Where it is, in words."""
         if self.lane is None:

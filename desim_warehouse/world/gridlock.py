@@ -77,7 +77,8 @@ class Gridlock:
         if not self.rotate:
             raise GridlockError(_describe(ring, now))
         self.rotations += 1
-        self.traffic.log.rotation(now, ring)
+        edges = tuple("" if robot.lane is None else ">".join(robot.lane.edge) for robot in ring)
+        self.traffic.log.rotation(now, tuple(robot.number for robot in ring), edges)
         seen = set()
         for robot in heads:
             claim = robot.claim

@@ -84,6 +84,7 @@ class Intersection:
         "left_pace",
         "name",
         "nodes",
+        "passages",
         "reopens",
         "user",
         "waits",
@@ -99,7 +100,7 @@ class Intersection:
         self.left_pace = 1.0
         self.left_on: Lane | None = None
         self.reopens = math.inf
-        self.waits = 0
+        self.passages = self.waits = 0
         self.blocked = 0.0
 
 

@@ -15,7 +15,7 @@ from desim_warehouse.world.gridlock import Gridlock
 from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterable
 
     from simpy import Environment
 
@@ -93,7 +93,9 @@ class Reservations:
         if robot.claim is not None:
             self.gridlock.check(robot)
         robot.waiting_since = since = self.env._now
+        robot.stands(waiting=True)
         yield claim
+        robot.stands(waiting=False)
         if self.env._now > since + EPS:
             self.count_wait(robot, other, node, self.env._now - since)
         return True
@@ -148,6 +150,7 @@ class Reservations:
         """Wait until the robot ahead makes way: the event is due when the robot has then moved up."""
         event = robot.waiting_behind = Event(self.env)
         robot.waiting_since = self.env._now
+        robot.stands(waiting=True)
         self.gridlock.check(robot)
         return event
 
@@ -156,9 +159,23 @@ class Reservations:
         place.waits += 1
         place.blocked += duration
         robot.waited += duration
+        now = self.env._now
         if isinstance(place, Lane):
             robot.rear_ends += 1
+            if self.log.everything:
+                self.log.collision(now, robot, other, None, place.edge, duration)
         else:
             robot.crossings += 1
-        if self.log.everything:
-            self.log.collision(self.env._now, robot, other, place, duration)
+            if self.log.everything:
+                self.log.collision(now, robot, other, place.name, None, duration)
+
+    def end_waits(self, robots: Iterable[Body]) -> None:
+        """At the end of a run, count the episodes that are under way."""
+        now = self.env._now
+        for robot in robots:
+            if robot.waiting_since < now - EPS:
+                waited = now - robot.waiting_since
+                if robot.claim is not None:
+                    self.count_wait(robot, robot.claim.node.holder, robot.claim.node, waited)
+                elif robot.waiting_behind is not None:
+                    self.count_wait(robot, robot.ahead, robot.lane, waited)

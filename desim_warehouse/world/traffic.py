@@ -153,6 +153,7 @@ class Traffic(Reservations):
         node = onward.start
         node.holder = None
         node.user = robot
+        node.passages += 1
         node.left_at = clear
         node.left_on = onward
         node.left_pace = pace
@@ -193,6 +194,7 @@ class Traffic(Reservations):
             if limit <= robot.pos + EPS:
                 return
             event, robot.waiting_behind = robot.waiting_behind, None
+            robot.stands(waiting=False)
             if env._now > robot.waiting_since + EPS:
                 self.count_wait(robot, ahead, robot.lane, env._now - robot.waiting_since)
             self._set_off(robot, limit)
@@ -266,6 +268,7 @@ class Traffic(Reservations):
         """
         if robot.held is None:
             yield from self.claim(robot, robot.at, self.rests_beyond(route, index, stop), None)
+            robot.left_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._advance(robot, robot.lane.length)
         while True:
@@ -351,6 +354,7 @@ class Traffic(Reservations):
         if node.holder is robot:
             node.holder = None
         node.user = robot
+        node.passages += 1
         node.left_on = robot.lane
         node.left_pace = robot.pace
         node.left_at = robot.since - robot.pos / robot.pace

@@ -49,8 +49,8 @@ def knee(
 
     Source: Satopaa, Albrecht, Irwin & Raghavan (2011), Finding a "kneedle" in a haystack, ICDCS Workshops,
     the highest point of normalised output over normalised size, if the curve then falls
-    below a threshold. Here without their smoothing (the points are means), and on the running maximum:
-    whoever has more robots than the best number can park some.
+    below a threshold. Here without their smoothing: the
+    points are means. A fall beyond the maximum (congestion) does not move the knee.
     Assumes: noise small against the bend. The knee moves with the range of sizes shown, and few sizes show
     none.
     """
@@ -59,10 +59,10 @@ def knee(
     maximum_at, maximum = float(x[top]), float(y[top])
     if not y[0] < maximum:
         return Knee(None, None, 0.0, maximum_at, maximum)
-    above = (np.maximum.accumulate(y) - y[0]) / (maximum - y[0]) - (x - x[0]) / (x[-1] - x[0])
+    above = (y - y[0]) / (maximum - y[0]) - (x - x[0]) / (x[-1] - x[0])
     at = int(np.argmax(above))
     prominence = float(above[at])  # at least 0: the curve starts on the chord
-    if prominence <= sensitivity / (x.size - 1):  # the chord's end, at 0, is not below the threshold
+    if prominence <= sensitivity / (x.size - 1):  # the last point, at 0 or less, is not below the threshold
         return Knee(None, None, prominence, maximum_at, maximum)
     return Knee(float(x[at]), float(y[at]), prominence, maximum_at, maximum)
 

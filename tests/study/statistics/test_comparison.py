@@ -55,6 +55,14 @@ def test_holm_worked_by_hand():
     assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
 
 
+def test_hypotheses_without_a_p_value_still_count_in_the_family():
+    assert holm([0.01, 0.02], family=4) == pytest.approx([0.04, 0.06])
+    table = {"now": [0, 0, 0], "shifted": [5, 5, 5], "near": [2, 3, 4]}
+    exact, near = compare(table, "now", method="holm").differences
+    assert (exact.differs, exact.p_adjusted) == (True, None)
+    assert near.p_adjusted == pytest.approx(2 * near.p_value)
+
+
 def test_holm_tells_what_bonferroni_cannot():
     # p of t = 30 sqrt(3) is 0.00037, of t = 3 sqrt(3) it is 1 - sqrt(27/29) = 0.0351: above half of 5 %
     table = {"now": [0, 0, 0], "far": [29, 30, 31], "near": [2, 3, 4]}

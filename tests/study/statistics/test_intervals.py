@@ -41,6 +41,12 @@ def test_equal_values_are_called_deterministic_not_infinitely_precise():
     assert "deterministic" in str(result)
 
 
+def test_a_small_spread_that_is_more_than_rounding_is_a_spread():
+    result = estimate([1.0, 1.0 + 1e-9])
+    assert not result.deterministic
+    assert result.half_width > 0
+
+
 def test_one_replication_has_no_interval_and_is_not_called_deterministic():
     result = estimate([7.0])
     assert (result.mean, result.half_width, result.sd, result.deterministic) == (7.0, None, None, False)

@@ -13,6 +13,7 @@ def test_replications_needed_worked_by_hand():
     # mean 10, sd 2, wanted half-width 1: t(16) * 2 / sqrt(17) = 2.1199 * 0.48507 = 1.0283, not enough;
     # t(17) * 2 / sqrt(18) = 2.1098 * 0.47140 = 0.9946, enough
     assert replications_needed([8, 10, 12], relative=0.10) == 18
+    assert replications_needed([-8, -10, -12], relative=0.10) == 18
 
 
 def test_a_pilot_that_is_precise_enough_needs_no_more():

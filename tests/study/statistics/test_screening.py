@@ -104,6 +104,16 @@ def test_shares_of_scattered_points_are_near_the_truth():
     assert result.shares == pytest.approx({"a": 0.9, "b": 0.1, "c": 0.0}, abs=0.05)
 
 
+def test_the_correction_for_chance_worked_by_hand():
+    # means 2, 6, in all 3.6; total 6.76 + 2.56 + .36 + 1.96 + 11.56 = 23.2, inside 2 + 2 = 4, between 19.2;
+    # two levels of five runs: chance explains 1 * 4 / (5 - 2) of it
+    table = pd.DataFrame({"x": list("aaabb"), "T": [1.0, 2.0, 3.0, 5.0, 7.0]})
+    result = first_order(table, ["x"], "T", average=False)
+    assert result.corrected
+    assert result.shares["x"] == pytest.approx((19.2 - 4 / 3) / 23.2)
+    assert result.rest == pytest.approx(1 - (19.2 - 4 / 3) / 23.2)
+
+
 def test_chance_is_subtracted_from_factors_that_do_nothing():
     # 40 runs in 10 levels of a factor without effect: chance alone would explain 9/39 = 23 %
     rng = np.random.default_rng(5)

@@ -51,6 +51,17 @@ def test_the_band_is_as_wide_as_the_formula_says():
     assert (result.best, result.samples, result.eliminated_at) == (0, (4, 4), (None, 4))
 
 
+def test_a_design_that_drops_out_keeps_the_mean_it_was_judged_by():
+    # the third is 96 and more behind at r = 3 and has made its last run; the others go on to r = 4 as above.
+    # Three designs make 2α/(k-1) = 0.05, η = 9.5, h² = 38: S² = 1, limit 9.5, W(4) = 2/8 * 5.5 = 1.375 < 1.5
+    table = [[-1, 0, 1, 6], [0, 0, 0, 0], [-100, -100, -100]]
+    result = kn(lambda design, r: table[design][r], 3, delta=2.0, n0=3)
+    assert result.eliminated_at == (None, 4, 3)
+    assert result.samples == (4, 4, 3)
+    assert result.means == (1.5, 0.0, -100.0)
+    assert result.history == (Stage(3, (0, 1)), Stage(4, (0,)))
+
+
 def test_the_smallest_mean_can_be_the_best():
     assert race([1, 2, 3], maximise=False).best == 1
 

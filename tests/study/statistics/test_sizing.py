@@ -119,6 +119,20 @@ def test_congestion_is_noticed_and_a_scan_finds_what_halving_missed():
     assert "scan" not in scanned.note
 
 
+def test_a_fall_within_the_noise_is_no_fall():
+    # ten replications are the digits 0..9, in another order for each design; the means fall by 0.01 each
+    result = smallest_meeting(
+        lambda v, r: (7 * v + 3 * r) % 10 - 0.01 * v, range(1, 9), "throughput_per_hour >= 19"
+    )
+    assert len(result.decisions) == 4
+    assert result.falls == ()
+
+
+def test_the_last_look_is_at_the_cap():
+    result = smallest_meeting(noisy(lambda v: 50.0), [1], "throughput_per_hour >= 50", n0=10, cap=26)
+    assert (result.decisions[0].verdict, result.runs) == ("undecided", 26)
+
+
 def test_one_run_of_a_deterministic_model_is_exact():
     result = smallest_meeting(lambda v, r: 10.0 * v, range(1, 9), "T >= 50", deterministic=True)
     assert (result.smallest, result.runs) == (5, 3)

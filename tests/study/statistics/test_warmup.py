@@ -30,6 +30,14 @@ def test_eight_batches_worked_by_hand():
     assert result.positions.tolist() == [0, 5, 10, 15, 20, 25, 30, 35]
 
 
+def test_a_cut_at_exactly_half_is_valid_and_leaves_five_batches():
+    # 10 batches, the last five 1 -1 1 -1 1: (5 - 1/5) / 25 = 0.192; with one 10 more at least 100/36
+    result = mser(batches_of_five(10, 9, 10, 9, 10, 1, -1, 1, -1, 1))
+    assert (result.truncate, result.valid) == (25, True)
+    # one batch of the start more, and it is behind the half
+    assert not mser(batches_of_five(10, 9, 10, 9, 10, 9, 1, -1, 1, -1, 1)).valid
+
+
 def test_a_series_without_a_trend_keeps_everything():
     result = mser([1.0, -1.0] * 50)
     assert (result.truncate, result.valid) == (0, True)

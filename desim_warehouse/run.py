@@ -1,0 +1,91 @@
+"""One simulation run and what came out of it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from desim_warehouse import metrics
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.log import Log
+    from desim_warehouse.model import Model
+
+
+class Run:
+    """The outcome of a run: indicators as plain numbers, everything else as tables."""
+
+    def __init__(self, model: Model, seed: int, log: Log, layout: Layout) -> None:
+        self.model = model
+        self.seed = seed
+        self.record = log
+        self.layout = layout
+        self.kpis = metrics.kpis(log, model)
+
+    @property
+    def T(self) -> float:  # noqa: N802 - the paper's name
+        """Task time: until the last robot is back with all goods delivered, in the model's time unit."""
+        return self.kpis["T"]
+
+    @property
+    def S(self) -> int:  # noqa: N802 - the paper's name
+        """Collisions: waiting episodes of all robots."""
+        return int(self.kpis["S"])
+
+    @property
+    def C(self) -> int:  # noqa: N802 - the paper's name
+        """Chargings after which a robot went out again."""
+        return int(self.kpis["C"])
+
+    @cached_property
+    def log(self) -> pd.DataFrame:
+        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `desim_warehouse.log`)."""
+        return self.record.frame()
+
+    @cached_property
+    def robots(self) -> pd.DataFrame:
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, chargings."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.robots).rename_axis("robot")
+
+    @cached_property
+    def edges(self) -> pd.DataFrame:
+        """Congestion per edge: passages, waits behind other robots, time blocked."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.edges).set_index("edge")
+
+    @cached_property
+    def nodes(self) -> pd.DataFrame:
+        """Congestion per intersection: passages, waits before it, time blocked."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.nodes).set_index("node")
+
+    @cached_property
+    def waits(self) -> pd.DataFrame:
+        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`."""
+        table = self.log[self.log["kind"] == "collision"]
+        return table.assign(start=table["time"] - table["value"], end=table["time"])[
+            ["start", "end", "robot", "other", "node", "edge"]
+        ].reset_index(drop=True)
+
+    def __repr__(self) -> str:
+        """The three numbers of the paper."""
+        return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
+
+
+def simulate(model: Model, seed: int = 0) -> Run:
+    """Simulate a model once; the same model and seed give the same log.
+
+    Raises LayoutError for layouts on which work could stop for good, SimulationError and PolicyError for what
+    goes wrong on the way.
+    """
+    from desim_warehouse.world import World
+
+    world = World(model, seed).run()
+    return Run(model, seed, world.log, world.layout)

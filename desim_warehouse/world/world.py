@@ -1,0 +1,250 @@
+"""The World: everything of one run, put together from a model and a seed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import simpy
+from simpy.events import Timeout
+
+from desim_warehouse import layout as floor
+from desim_warehouse.errors import LayoutError, PolicyError, StallError
+from desim_warehouse.layout.travel import Travel
+from desim_warehouse.log import NONE, Log
+from desim_warehouse.policies import BayView, create
+from desim_warehouse.world.bays import Bay, Parking, Station
+from desim_warehouse.world.demand import Demand
+from desim_warehouse.world.dispatch import Dispatcher
+from desim_warehouse.world.robot import Robot
+from desim_warehouse.world.traffic import Traffic
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.world.lanes import Lane
+
+
+class World:
+    """One run: `World(model, seed).run()`, then look at `log`, `robots` and `traffic`."""
+
+    def __init__(self, model: Model, seed: int = 0) -> None:
+        self.model = model
+        self.seed = seed
+        self.env = simpy.Environment()
+        self.layout = floor.build(model.layout)
+        self.log = Log(model.log)
+        self.finished = simpy.Event(self.env)
+        self.out = 0
+        self._before: list[dict[int, dict[str, Any]]] | None = None
+        shapes = self._shapes()
+        largest = max(radius for radius, _ in shapes)
+        self.traffic = Traffic(
+            self.env,
+            self.layout,
+            self.log,
+            contact=2 * largest + model.fleet.robot.margin,
+            theta=math.radians(model.traffic.collision_angle),
+            node_time=model.traffic.node_time,
+            rotate=model.traffic.gridlock == "rotate",
+        )
+        self.travel = Travel(
+            self.layout.graph, max(speed for _, speed in shapes), model.traffic.node_time
+        )
+        policies = model.policies
+        allocation = create("allocation", policies.allocation.name, policies.allocation.params)
+        self.routing = create("routing", policies.routing.name, policies.routing.params)
+        self.charging = create("charging", policies.charging.name, policies.charging.params)
+        self.parking_policy = create("parking", policies.parking.name, policies.parking.params)
+        self._ways: dict[tuple[str, str], list[Lane]] = {}
+        self.stations = {
+            node: Station(self.env, node, item.places, item.servers)
+            for node, item in self.layout.stations.items()
+        }
+        self.robots = self._fleet(shapes)
+        self.demand = Demand(self)
+        self.dispatcher = Dispatcher(self, allocation)
+
+    def _shapes(self) -> list[tuple[float, float]]:
+        """Radius and speed of every robot, by number."""
+        fleet = self.model.fleet
+        shapes = [
+            (kind.radius or fleet.robot.radius, kind.speed or fleet.robot.speed)
+            for kind in fleet.kinds.values()
+            for _ in range(kind.count)
+        ]
+        return shapes + [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
+
+    def _fleet(self, shapes: list[tuple[float, float]]) -> list[Robot]:
+        start = self.model.fleet.start or tuple(self.layout.bays)
+        if not start:
+            raise LayoutError(["layout.bays: there are none; robots need bays to start from and to go home to"])
+        homes = [start[number % len(start)] for number in range(len(shapes))]
+        bays = []
+        for node, item in self.layout.bays.items():
+            places = homes.count(node) if item.places is None else item.places
+            chargers = places if item.chargers is None else item.chargers
+            if homes.count(node) > places:
+                raise LayoutError(
+                    [
+                        f"layout.bays.{item.zone}.places: {homes.count(node)} robots start at {node} but its bay "
+                        f"has {places} places; give it more, or spread fleet.start over more nodes"
+                    ]
+                )
+            bays.append(Bay(self.env, node, places, chargers))
+        self.parking = Parking(bays)
+        robots = []
+        for number, ((radius, speed), home) in enumerate(zip(shapes, homes, strict=True)):
+            robot = Robot(self, number, home, radius, speed)
+            self.parking.settle(robot, self.parking.bays[home])
+            robots.append(robot)
+        return robots
+
+    # The run
+
+    def run(self) -> World:
+        """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run."""
+        env, length = self.env, self.model.run.length
+        self.demand.start()
+        for robot in self.robots:
+            env.process(robot.life())
+        if self.model.run.warm_up:
+            Timeout(env, self.model.run.warm_up).callbacks.append(lambda _: self._count_from_here())
+        if self.demand.total is None:
+            env.run(until=length)
+        else:
+            over = self.finished if length is None else self.finished | Timeout(env, length)
+            try:
+                env.run(until=over)
+            except RuntimeError as error:
+                if env.peek() == math.inf:
+                    raise StallError(self._stalled()) from error
+                raise
+        self.close()
+        return self
+
+    def close(self) -> None:
+        """Bring all tallies up to the present, less what was counted before the warm-up ended."""
+        log, now = self.log, self.env.now
+        self.traffic.end_waits(self.robots)
+        for robot in self.robots:
+            robot.enter(robot.state)
+        before = self._before or [{} for _ in range(3)]
+        log.robots, log.edges, log.nodes = (
+            [_less(row, earlier.get(i)) for i, row in enumerate(rows)]
+            for rows, earlier in zip(self._tallies(), before, strict=True)
+        )
+        log.close(now)
+
+    def _count_from_here(self) -> None:
+        for robot in self.robots:
+            robot.enter(robot.state)
+        self.log.begin = self.env.now
+        self._before = [dict(enumerate(rows)) for rows in self._tallies()]
+
+    def _tallies(self) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any]]]:
+        now = self.env.now
+        edges = [
+            {"edge": ">".join(edge), "passages": lane.passages, "waits": lane.waits, "blocked": lane.blocked}
+            for edge, lane in self.traffic.lanes.items()
+        ]
+        nodes = [
+            {
+                "node": "+".join(node.nodes),
+                "passages": node.passages,
+                "waits": node.waits,
+                "blocked": node.blocked,
+            }
+            for node in dict.fromkeys(self.traffic.nodes.values())
+        ]
+        return [robot.tally(now) for robot in self.robots], edges, nodes
+
+    def came_home(self) -> None:
+        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run."""
+        self.out -= 1
+        if not self.out and self.dispatcher.done == self.demand.total:
+            self.finished.succeed()
+
+    def _stalled(self) -> str:
+        blocked = "; ".join(
+            f"robot {robot.number} {robot.place()}" for robot in self.robots if robot.lane is not None
+        )
+        return (
+            f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
+            f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
+            f"open tasks: {list(self.dispatcher.open)[:10]}"
+        )
+
+    # What robots ask
+
+    def record(self, kind: str, robot: Robot | None, task: int = NONE) -> None:
+        """A row of the log: what a robot does, with its energy; or what happens to a task."""
+        if robot is None:
+            self.log.event(self.env.now, kind, NONE, task, None, None)
+        else:
+            energy = None if robot.battery.spec is None else robot.battery.level(self.env.now)
+            self.log.event(self.env.now, kind, robot.number, robot.task, robot.node, energy)
+
+    def way(self, robot: Robot, origin: str, goal: str) -> list[Lane]:
+        """The lanes from one node to another, as the routing policy chooses them."""
+        way = self._ways.get((origin, goal))
+        if way is None:
+            names = list(self.routing.route(origin, goal, self.layout.graph))
+            lanes = self.traffic.lanes
+            steps = list(zip(names, names[1:], strict=False))
+            if not names or names[0] != origin or names[-1] != goal or any(s not in lanes for s in steps):
+                raise PolicyError(
+                    f"policies.routing ({type(self.routing).__name__}): {' > '.join(names) or 'nothing'} "
+                    f"is no way from {origin} to {goal}"
+                )
+            way = self._ways[origin, goal] = [lanes[step] for step in steps]
+        return way
+
+    def station_for(self, robot: RobotView, task: Task) -> str:
+        """Where a robot would unload a task."""
+        nodes = self.model.tasks.unload_at
+        return nodes[robot.number % len(nodes)]
+
+    def energy_for(self, robot: RobotView, task: Task, station: str) -> float:
+        """Energy that a task and the way to the nearest charger after it draw, waiting not included."""
+        tasks, travel = self.model.tasks, self.travel
+        rates = self.robots[robot.number].battery.rates
+        node_time = self.model.traffic.node_time
+        length = self.layout.graph.edges[task.edge]["length"]
+        on_edge = length / self.robots[robot.number].speed + node_time
+        empty = travel.time(robot.node, task.edge[0]) + min(
+            travel.time(station, node) for node, bay in self.parking.bays.items() if bay.chargers is not None
+        )
+        loaded = on_edge + travel.time(task.edge[1], station)
+        handling = tasks.load_time + tasks.unload_time + tasks.clear_time
+        return empty * rates["empty"] + loaded * rates["loaded"] + handling * rates["loading"]
+
+    def reserve_bay(self, robot: Robot) -> None:
+        """A place for a robot that leaves its work."""
+        parking = self.parking
+        views = [
+            BayView(bay.node, bay.free, 0 if bay.chargers is None else bay.chargers.capacity)
+            for bay in parking.bays.values()
+            if parking.may_take(robot, bay)
+        ]
+        node = self.parking_policy.choose(robot.view(), views, self.travel)
+        if node not in {view.node for view in views}:
+            raise PolicyError(
+                f"policies.parking ({type(self.parking_policy).__name__}): {node!r} is no bay with a free place"
+            )
+        parking.take(robot, parking.bays[node])
+
+    @property
+    def waits_per_edge(self) -> dict[tuple[str, str], float]:
+        """Mean waiting time per passage of each edge so far, its end node included."""
+        return {
+            edge: (lane.blocked + lane.end.blocked) / max(lane.passages, 1)
+            for edge, lane in self.traffic.lanes.items()
+        }
+
+
+def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
+    """A row of tallies, less what it was earlier."""
+    if earlier is None:
+        return row
+    return {key: value if isinstance(value, str) else value - earlier[key] for key, value in row.items()}

@@ -1,0 +1,180 @@
+"""Files, mappings and what messages call them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.model import load
+from desim_warehouse.model.checks import check_policies
+from desim_warehouse.model.schema import Consumption, Good, RandomGoods
+
+MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
+
+SMALL = {
+    "layout": {
+        "blocks": {"columns": 2, "rows": 1, "block_depth": 2, "goods_size": 1, "aisle_width": 1},
+        "bays": {"home": {"along": "north"}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 0.3, "speed": 1}},
+    "tasks": {"goods": [0, 7], "unload_at": ["D"], "load_time": 5, "unload_time": 10},
+}
+
+
+def problems(source, overrides=None, **how):
+    with pytest.raises(ModelError) as refused:
+        load(source, overrides, **how)
+    return refused.value.problems
+
+
+def test_the_warehouse_of_the_paper_is_read_as_it_is_written():
+    model = load(MULTIBOTS)
+    assert (model.name, model.units.time, model.units.seconds) == ("MultiBots", "step", 0.05)
+    assert model.layout.blocks.directions.columns == ("north", "south") * 3
+    assert model.layout.bays["charging"].along == "north"
+    assert (model.fleet.size, model.fleet.start) == (6, tuple("ABCDEF"))
+    assert (model.fleet.robot.radius, model.fleet.robot.speed, model.fleet.robot.margin) == (12.5, 4, 8)
+    assert model.tasks.goods == (11, 8, 39, 28, 53, 1, 69, 42, 79, 6)
+    assert (model.tasks.unload_at, model.tasks.station_choice) == (("M",), "each")
+    assert (model.battery.capacity, model.battery.threshold, model.battery.consumption) == (10, 3.5, 0.005)
+    assert (model.traffic.collision_angle, model.traffic.node_time) == (30, 1.5)
+    assert (model.policies.charging.name, dict(model.policies.charging.params)) == ("threshold", {})
+    assert (model.cost.distance, model.cost.time, model.cost.collisions) == (1, 4, 100)
+
+
+def test_a_path_and_its_name_give_the_same_model():
+    assert load(str(MULTIBOTS)) == load(MULTIBOTS)
+
+
+def test_sections_that_are_left_out_have_their_defaults():
+    model = load(SMALL)
+    assert (model.battery, model.run.length, model.log) == (None, None, "all")
+    assert model.policies.routing.name == "highways"
+    assert (model.layout.blocks.block_width, model.layout.blocks.directions) == (2, "ring")
+
+
+def test_the_forms_of_a_key():
+    model = load(
+        SMALL,
+        {
+            "tasks.goods": [3, {"good": 5, "release": 2, "due": 9, "priority": 1}],
+            "battery": {"capacity": 9, "threshold": 2, "charge_rate": 1},
+            "battery.consumption": {"standing": 0, "empty": 1, "loaded": 2, "handling": 1},
+        },
+    )
+    assert model.tasks.goods == (3, Good(good=5, release=2.0, due=9.0, priority=1))
+    assert model.battery.consumption == Consumption(standing=0.0, empty=1.0, loaded=2.0, handling=1.0)
+    assert load(SMALL, {"tasks.goods": {"random": 20}}).tasks.goods == RandomGoods(random=20)
+    lifelong = load(SMALL, {"tasks.goods": {"poisson": 30, "due_within": 60}, "run.length": 3600})
+    assert (lifelong.tasks.goods.poisson, lifelong.tasks.goods.due_within) == (30, 60)
+
+
+def test_an_edge_may_be_written_short():
+    layout = {
+        "nodes": {"a": [0, 0], "b": [3, 4]},
+        "edges": [["a", "b"], {"from": "b", "to": "a", "length": 9}],
+        "storage": [{"edge": ["a", "b"], "offset": 4.5}],
+    }
+    model = load({**SMALL, "layout": layout}, {"tasks.goods": [0], "tasks.unload_at": ["b"]})
+    assert [(edge.source, edge.target, edge.length) for edge in model.layout.edges] == [
+        ("a", "b", None),
+        ("b", "a", 9.0),
+    ]
+    assert list(model.layout.nodes) == ["a", "b"]
+
+
+def test_words_that_yaml_once_took_for_truth_values_are_words(tmp_path):
+    file = tmp_path / "words.yaml"
+    file.write_text(
+        "layout: {nodes: {N: [0, 0], no: [5, 0]}, edges: [[N, no], [no, N]],\n"
+        "  storage: [{edge: [N, no], offset: 1}]}\n"
+        "fleet: {size: 0o2, start: [N], robot: {radius: 1, speed: 1e1}}\n"
+        "tasks: {goods: [0x0], unload_at: [no], load_time: 0, unload_time: 012}\n",
+        encoding="utf-8",
+    )
+    model = load(file)
+    assert (model.fleet.start, model.tasks.unload_at) == (("N",), ("no",))
+    assert (model.fleet.size, model.fleet.robot.speed, model.tasks.unload_time) == (2, 10, 12)
+
+
+def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
+    file = tmp_path / "bom.yaml"
+    file.write_bytes(b"\xef\xbb\xbf" + MULTIBOTS.read_bytes())
+    assert load(file) == load(MULTIBOTS)
+
+
+def test_numbers_of_numpy_are_numbers():
+    model = load(
+        SMALL,
+        {"fleet.size": np.int64(3), "tasks.goods": np.array([1, 2]), "traffic.node_time": np.float32(1.5)},
+    )
+    assert model == load(SMALL, {"fleet.size": 3, "tasks.goods": [1, 2], "traffic.node_time": 1.5})
+
+
+def test_a_mapping_has_no_lines_but_its_order():
+    bad = {**SMALL, "tasks": {**SMALL["tasks"], "load_time": -1, "goods": ["x"]}, "colour": "red"}
+    assert problems(bad) == [
+        (
+            "<mapping>: tasks.goods.0: not a whole number (got 'x'), expected the number of a good, "
+            "or a section with good, release, due and priority"
+        ),
+        "<mapping>: tasks.load_time: too small (got -1), expected a number of at least 0",
+        (
+            "<mapping>: colour: unknown key, expected name, description, units, layout, fleet, "
+            "tasks, battery, traffic, policies, run, cost or log"
+        ),
+    ]
+
+
+def test_what_no_file_can_hold_is_refused_in_a_mapping():
+    bad = {**SMALL, "fleet": {**SMALL["fleet"], "start": {"A"}, 3: 4}}
+    assert problems(bad) == [
+        (
+            "<mapping>: fleet.start: not a value a model file can have (got set), "
+            "expected numbers, text, lists and mappings"
+        ),
+        "<mapping>: fleet.3: not a name (got 3), expected a name, in quotes",
+    ]
+
+
+def test_loading_leaves_the_mapping_as_it_is():
+    source = {**SMALL, "policies": {"charging": "threshold"}}
+    load(source, {"policies.charging.margin": 2, "fleet.robot.speed": 5})
+    assert source["policies"] == {"charging": "threshold"}
+    assert source["fleet"]["robot"]["speed"] == 1
+
+
+def test_a_missing_file_is_said_with_the_one_probably_meant():
+    wrong = MULTIBOTS.with_name("multibot.yaml")
+    assert problems(wrong) == [f"{wrong}: no such file, expected a model file; did you mean '{MULTIBOTS}'?"]
+
+
+def test_a_missing_file_unlike_any_other(tmp_path):
+    assert problems(tmp_path / "x.yaml") == [f"{tmp_path / 'x.yaml'}: no such file, expected a model file"]
+
+
+def test_a_directory_is_no_model(tmp_path):
+    assert problems(tmp_path) == [f"{tmp_path}: cannot be read (Is a directory), expected a model file"]
+
+
+def test_policies_are_asked_about_names_and_parameters():
+    model = load(SMALL, {"policies.charging": {"name": "thresold", "margin": -1}})
+
+    def ask(kind, name, params):
+        return [("", f"no {kind} policy {name}"), ("margin", f"got {params['margin']}")] if params else []
+
+    assert check_policies(model, ask) == [
+        ("policies.charging", "no charging policy thresold"),
+        ("policies.charging.margin", "got -1"),
+    ]
+    assert check_policies(model) == []
+
+
+def test_importing_the_schema_and_reading_needs_no_yaml_reader_yet():
+    code = "import sys, desim_warehouse.model; print({'ruamel.yaml', 'pandas', 'scipy'} & set(sys.modules))"
+    root = Path(__file__).parents[2]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

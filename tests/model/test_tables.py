@@ -1,0 +1,71 @@
+"""Weights and storage places from CSV files beside the model file."""
+
+import pytest
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.model import load
+
+MODEL = """
+layout:
+  nodes: {dock: [0, 0], gate: [10, 0], rack: [10, 5]}
+  edges: [[dock, gate], [gate, rack], [rack, dock]]
+  storage: {file: storage.csv}
+  bays: {home: {at: [dock]}}
+fleet: {size: 1, robot: {radius: 0.3, speed: 1}}
+tasks: {goods: {random: 5}, popularity: layout, unload_at: [gate], load_time: 5, unload_time: 10}
+"""
+STORAGE = "to,from,offset,popularity,remark\ngate,dock,2.5,3,by the door\nrack, gate ,4,0.5,\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "model.yaml").write_text(MODEL, encoding="utf-8")
+    (tmp_path / "storage.csv").write_text(STORAGE, encoding="utf-8")
+    (tmp_path / "demand.csv").write_text("week,popularity\n3,1.5\n9,0\n", encoding="utf-8-sig")
+    return tmp_path
+
+
+def test_storage_places_are_read_by_their_columns(folder):
+    places = load(folder / "model.yaml").layout.storage
+    assert [(place.edge, place.offset, place.popularity) for place in places] == [
+        (("dock", "gate"), 2.5, 3.0),
+        (("gate", "rack"), 4.0, 0.5),
+    ]
+
+
+def test_weights_are_read_from_the_named_column(folder):
+    model = load(folder / "model.yaml", {"tasks.popularity": {"file": "demand.csv", "column": "week"}})
+    assert model.tasks.popularity.weights == (3.0, 9.0)
+
+
+def test_weights_are_read_from_the_column_popularity_if_none_is_named(folder):
+    model = load(folder / "model.yaml", {"tasks.popularity": {"file": "demand.csv"}})
+    assert model.tasks.popularity.weights == (1.5, 0.0)
+
+
+def test_the_model_is_complete_without_its_tables(folder):
+    model = load(folder / "model.yaml")
+    (folder / "storage.csv").unlink()
+    assert load(model.content()) == model
+    assert model.replace({"fleet.size": 2}).layout == model.layout
+
+
+def test_tables_of_a_mapping_are_looked_for_in_the_working_directory(folder, monkeypatch):
+    model = load(folder / "model.yaml")
+    monkeypatch.chdir(folder)
+    assert (
+        load({**model.content(), "layout": {**model.content()["layout"], "storage": {"file": "storage.csv"}}})
+        == model
+    )
+
+
+def test_a_place_beyond_its_edge_is_named_by_its_line_in_the_table(folder):
+    (folder / "storage.csv").write_text(STORAGE.replace("2.5", "12.5"), encoding="utf-8")
+    with pytest.raises(ModelError) as refused:
+        load(folder / "model.yaml")
+    assert refused.value.problems == [
+        (
+            f"{folder / 'storage.csv'}:2:11: layout.storage.0.offset: beyond the end of its edge (got 12.5), "
+            "expected an offset below the edge's length, 10"
+        )
+    ]
