@@ -1,20 +1,49 @@
-"""What-if simulator for robot warehouses: `load` a model, `simulate` it, look at the run."""
+"""What-if simulator for robot warehouses: `load` a model, `simulate` it, look at the run.
+
+The public names are imported when they are first used, so that `import desim_warehouse` is quick.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import (
-    BatteryError,
-    GridlockError,
-    LayoutError,
-    ModelError,
-    PolicyError,
-    ReportError,
-    SimulationError,
-    StallError,
-    StudyError,
-    WarehouseError,
-)
-from desim_warehouse.model import Model, load
-from desim_warehouse.run import Run, simulate
+
+if TYPE_CHECKING:
+    from desim_warehouse.errors import (
+        BatteryError,
+        GridlockError,
+        LayoutError,
+        ModelError,
+        PolicyError,
+        ReportError,
+        SimulationError,
+        StallError,
+        StudyError,
+        WarehouseError,
+    )
+    from desim_warehouse.model import Model, load
+    from desim_warehouse.run import Run, simulate
+    from desim_warehouse.runfolder import load_run
+
+_HOME = {
+    "errors": (
+        "BatteryError",
+        "GridlockError",
+        "LayoutError",
+        "ModelError",
+        "PolicyError",
+        "ReportError",
+        "SimulationError",
+        "StallError",
+        "StudyError",
+        "WarehouseError",
+    ),
+    "model": ("Model", "load"),
+    "run": ("Run", "simulate"),
+    "runfolder": ("load_run",),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "BatteryError",
@@ -31,5 +60,21 @@ __all__ = [
     "WarehouseError",
     "__version__",
     "load",
+    "load_run",
     "simulate",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from where it lives."""
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

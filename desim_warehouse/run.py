@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse import metrics
@@ -73,6 +74,12 @@ class Run:
         return table.assign(start=table["time"] - table["value"], end=table["time"])[
             ["start", "end", "robot", "other", "node", "edge"]
         ].reset_index(drop=True)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write model.json, kpis.json, log.parquet, rings.json and the tables robots, edges and nodes to a folder."""
+        from desim_warehouse.runfolder import save_run
+
+        return save_run(self, Path(folder))
 
     def __repr__(self) -> str:
         """The three numbers of the paper."""

@@ -67,9 +67,7 @@ def _drawn(spec: LayoutSpec) -> nx.DiGraph:
         graph.add_node(name, x=x, y=y)
     for edge in spec.edges:
         straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
-        graph.add_edge(
-            edge.source, edge.target, length=edge.length or straight, speed=edge.speed or math.inf
-        )
+        graph.add_edge(edge.source, edge.target, length=edge.length or straight, speed=edge.speed or math.inf)
     return graph
 
 

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 class Oracle:
     """Costs of the cheapest ways on the Highways, for one cost of an edge."""
 
-    def __init__(self, highways: nx.DiGraph, cost: Callable[[dict[str, float]], float], keep: int = 2000) -> None:
+    def __init__(
+        self, highways: nx.DiGraph, cost: Callable[[dict[str, float]], float], keep: int = 2000
+    ) -> None:
         import numpy as np
         from scipy.sparse import csr_array
 

@@ -207,6 +207,9 @@ class Battery(Part):
     ] = Field(description="energy per time unit outside the charging zone")
     charge_rate: Positive = Field(description="energy per time unit at a charger")
     taper: Taper | None = Field(None, description="default: full rate until the battery is full")
+    reserve: NotNegative = Field(
+        0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
+    )
 
 
 class Traffic(Part):

@@ -43,9 +43,10 @@ class Battery:
     @property
     def varies(self) -> bool:
         """Whether waiting draws another rate than driving."""
-        return self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"]) or len(
-            set(self.rates.values())
-        ) > 1
+        return (
+            self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"])
+            or len(set(self.rates.values())) > 1
+        )
 
     def level(self, now: float) -> float:
         """Energy left at `now`."""

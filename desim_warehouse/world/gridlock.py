@@ -66,7 +66,11 @@ class Gridlock:
         traffic = self.traffic
         for robot in ring:
             claim = robot.claim
-            if claim is not None and claim.node.holder is None and not traffic.is_open(robot, claim.node, claim.via):
+            if (
+                claim is not None
+                and claim.node.holder is None
+                and not traffic.is_open(robot, claim.node, claim.via)
+            ):
                 traffic.reopen_later(claim.node)
                 return False
         return True

@@ -54,9 +54,7 @@ class Reservations:
     def is_open(self, robot: Body, node: Intersection, via: Lane | None) -> bool:
         """Whether an intersection is clear for a robot that comes `via` a lane (None: a bay)."""
         holder = node.holder
-        return holder is robot or (
-            holder is None and self.opens_at(robot, node, via) <= self.env._now + EPS
-        )
+        return holder is robot or (holder is None and self.opens_at(robot, node, via) <= self.env._now + EPS)
 
     def opens_at(self, robot: Body, node: Intersection, via: Lane | None) -> float:
         """When the robot that passed last is far enough beyond an intersection for one that comes `via` a lane."""
@@ -154,7 +152,9 @@ class Reservations:
         self.gridlock.check(robot)
         return event
 
-    def count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
+    def count_wait(
+        self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float
+    ) -> None:
         """One collision: a waiting episode of the active robot, at the place where it happened."""
         place.waits += 1
         place.blocked += duration

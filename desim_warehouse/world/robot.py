@@ -15,6 +15,7 @@ from desim_warehouse.errors import BatteryError
 from desim_warehouse.policies import RobotView
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
+from desim_warehouse.world.lanes import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -43,7 +44,7 @@ class Robot(Body):
         self.leaving: Bay | None = None
         self.station: Station | None = None
         self.job: Task | None = None
-        self.alarm = math.inf
+        self.alarm = self.flat_alarm = math.inf
         self.charged = False
         self.recharged = self.delivered = 0
         self.state = "idle"
@@ -87,6 +88,8 @@ class Robot(Body):
         assert job is not None
         way = [*world.way(self, self.node, job.edge[0]), world.traffic.lanes[job.edge]]
         if not (yield from world.traffic.drive(self, way, job.offset)):
+            if self.job is not None:  # it got to the node at the very instant of the alarm
+                world.dispatcher.give_back(self)
             return False
         self.recall_at = math.inf
         self.enter("loading")
@@ -194,11 +197,6 @@ class Robot(Body):
         at_charger = self.lane is None and self.bay is not None and self.bay.chargers is not None
         resting = state in ("idle", "charging") and at_charger
         self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
-        if self.battery.level(self.env.now) < -1e-9:
-            raise BatteryError(
-                f"robot {self.number} ran flat before time {self.env.now:g}, {self.place()}: "
-                f"policies.charging let it go on with too little energy"
-            )
         self.watch()
 
     def stands(self, waiting: bool) -> None:
@@ -223,26 +221,41 @@ class Robot(Body):
     # The battery's alarm
 
     def watch(self) -> None:
-        """On the way to a good, know the instant at which the battery will send the robot home."""
-        if self.state != "empty" or self.job is None or self.battery.spec is None:
-            self.recall_at = math.inf
+        """Know the instants at which the battery will be flat and, on the way to a good, send the robot home."""
+        now, battery = self.env.now, self.battery
+        if battery.spec is None:
+            return
+        flat_at = battery.lasts_until(now, -battery.spec.reserve)
+        if flat_at < self.flat_alarm:
+            self.flat_alarm = flat_at
+            Timeout(self.env, flat_at - now).callbacks.append(self._flat)
+        if self.job is None or self.state != "empty":
             return
         level = self.world.charging.recall_level(self.view())
-        if level is None:
-            return
-        self.recall_at = self.battery.lasts_until(self.env.now, level)
+        self.recall_at = math.inf if level is None else battery.lasts_until(now, level)
         if self.recall_at < self.alarm:
             self.alarm = self.recall_at
-            Timeout(self.env, self.alarm - self.env.now).callbacks.append(self._alarm)
+            Timeout(self.env, self.alarm - now).callbacks.append(self._low)
 
-    def _alarm(self, _: Event) -> None:
-        self.alarm = math.inf
-        job = self.job
-        if job is None or self.state != "empty" or math.isinf(self.recall_at):
-            return
-        if self.recall_at > self.env.now + 1e-9:
+    def _flat(self, _: Event) -> None:
+        self.flat_alarm = math.inf
+        spec = self.battery.spec
+        if spec is None or self.battery.level(self.env.now) > 1e-9 * spec.capacity - spec.reserve:
             self.watch()
-        elif self.at_edge_of(job):
+            return
+        charging = self.world.model.policies.charging.name
+        raise BatteryError(
+            f"robot {self.number} ran flat at time {self.env.now:g}, {self.place()}, {self.state}: "
+            f"policies.charging ({charging}) let it go on with too little energy"
+        )
+
+    def _low(self, _: Event) -> None:
+        self.alarm = math.inf
+        if self.job is None or self.state != "empty":
+            return
+        if self.recall_at > self.env.now + EPS:
+            self.watch()
+        elif self.at_edge_of(self.job):
             self.recall_at = math.inf
         else:
             self.world.dispatcher.give_back(self)

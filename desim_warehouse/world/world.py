@@ -48,9 +48,7 @@ class World:
             node_time=model.traffic.node_time,
             rotate=model.traffic.gridlock == "rotate",
         )
-        self.travel = Travel(
-            self.layout.graph, max(speed for _, speed in shapes), model.traffic.node_time
-        )
+        self.travel = Travel(self.layout.graph, max(speed for _, speed in shapes), model.traffic.node_time)
         policies = model.policies
         allocation = create("allocation", policies.allocation.name, policies.allocation.params)
         self.routing = create("routing", policies.routing.name, policies.routing.params)
@@ -78,7 +76,9 @@ class World:
     def _fleet(self, shapes: list[tuple[float, float]]) -> list[Robot]:
         start = self.model.fleet.start or tuple(self.layout.bays)
         if not start:
-            raise LayoutError(["layout.bays: there are none; robots need bays to start from and to go home to"])
+            raise LayoutError(
+                ["layout.bays: there are none; robots need bays to start from and to go home to"]
+            )
         homes = [start[number % len(start)] for number in range(len(shapes))]
         bays = []
         for node, item in self.layout.bays.items():

@@ -1,0 +1,55 @@
+"""The `desim` command: every subcommand is one call of the public API.
+
+Subcommands live in modules of this package and are imported when they are called, so `desim --help` is quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+from desim_warehouse._version import __version__
+
+COMMANDS = {
+    "run": ("run", "Simulate a model once and show its indicators."),
+    "check": ("check", "Check a model file and its layout."),
+    "schema": ("schema", "Print the JSON Schema of model files, for editors."),
+}
+"""Subcommand: the module of this package with its function `command`, and its line in the overview."""
+
+
+class _Commands(click.Group):
+    """Looks subcommands up in their modules when they are needed."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        if cmd_name not in COMMANDS:
+            return None
+        module, _ = COMMANDS[cmd_name]
+        command: click.Command = importlib.import_module(f"desim_warehouse.cli.{module}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="desim")
+def desim() -> None:
+    """What-if simulator for robot warehouses."""
+
+
+def main() -> None:
+    """Run the command; what the package refuses is one clear message and exit status 2, never a traceback."""
+    from desim_warehouse.errors import WarehouseError
+
+    try:
+        desim(standalone_mode=True)
+    except WarehouseError as error:
+        click.echo(f"{error}", err=True)
+        sys.exit(2)

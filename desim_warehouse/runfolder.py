@@ -1,0 +1,92 @@
+"""A run on disk: what `Run.save` writes and `load_run` reads back.
+
+run.json holds seed, version, the model's content and the tallies; log.parquet the rows; kpis.json and the tables
+robots.csv, edges.csv and nodes.csv are there for people and other programs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
+
+FORMAT = 1
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(path)
+
+
+def save_run(run: Run, folder: Path) -> Path:
+    """Write a run to a folder; run.json comes last, so a folder that has it is complete."""
+    folder.mkdir(parents=True, exist_ok=True)
+    log = run.record
+    log.frame().to_parquet(folder / "log.parquet", index=False)
+    kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
+    write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
+    for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
+        write_whole(folder / f"{name}.csv", table.to_csv())
+    content = {
+        "format": FORMAT,
+        "version": __version__,
+        "seed": run.seed,
+        "model": run.model.content(),
+        "log": {
+            "level": log.level,
+            "begin": log.begin,
+            "end": log.end,
+            "rings": log.rings,
+            "due": list(log.due.items()),
+            "robots": log.robots,
+            "edges": log.edges,
+            "nodes": log.nodes,
+        },
+    }
+    write_whole(folder / "run.json", json.dumps(content) + "\n")
+    return folder
+
+
+def load_run(folder: str | Path) -> Run:
+    """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
+    import pandas as pd
+
+    from desim_warehouse.layout import build
+    from desim_warehouse.log import Log
+    from desim_warehouse.model import load
+    from desim_warehouse.run import Run
+
+    folder = Path(folder)
+    try:
+        content: dict[str, Any] = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        table = pd.read_parquet(folder / "log.parquet")
+        kept = content["log"]
+        table["edge"] = [None if edge is None else tuple(edge.split(">", 1)) for edge in table["edge"]]
+        table = table.astype(object).where(table.notna(), None)
+        log = Log(
+            level=kept["level"],
+            rows=list(table.itertuples(index=False, name=None)),
+            rings=[(time, tuple(robots), tuple(edges)) for time, robots, edges in kept["rings"]],
+            robots=kept["robots"],
+            edges=kept["edges"],
+            nodes=kept["nodes"],
+            due=dict(kept["due"]),
+            begin=kept["begin"],
+            end=kept["end"],
+        )
+        model = load(content["model"])
+        return Run(model, content["seed"], log, build(model.layout))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ReportError(
+            f"{folder}: no run can be read there ({error}); desim run MODEL --out DIR writes one"
+        ) from error
