@@ -71,11 +71,14 @@ def load_run(folder: str | Path) -> Run:
         content: dict[str, Any] = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         table = pd.read_parquet(folder / "log.parquet")
         kept = content["log"]
-        table["edge"] = [None if edge is None else tuple(edge.split(">", 1)) for edge in table["edge"]]
+        model = load(content["model"])
+        layout = build(model.layout)
+        edges = {">".join(edge): edge for edge in layout.graph.edges}
         table = table.astype(object).where(table.notna(), None)
+        table["edge"] = table["edge"].map(edges.get)
         log = Log(
             level=kept["level"],
-            rows=list(table.itertuples(index=False, name=None)),
+            rows=[tuple(row) for row in table.to_numpy().tolist()],
             rings=[(time, tuple(robots), tuple(edges)) for time, robots, edges in kept["rings"]],
             robots=kept["robots"],
             edges=kept["edges"],
@@ -84,8 +87,7 @@ def load_run(folder: str | Path) -> Run:
             begin=kept["begin"],
             end=kept["end"],
         )
-        model = load(content["model"])
-        return Run(model, content["seed"], log, build(model.layout))
+        return Run(model, content["seed"], log, layout)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({error}); desim run MODEL --out DIR writes one"
