@@ -29,6 +29,7 @@ NONE = -1
 class _Lane(Protocol):
     edge: tuple[str, str]
     length: float
+    out_at: float
 
 
 class _Body(Protocol):
@@ -63,21 +64,22 @@ class Log:
         self.moves = self.level != "tasks"
         self.everything = self.level == "all"
 
-    def event(
-        self, time: float, kind: str, robot: int, task: int, node: str | None, value: float | None
-    ) -> None:
+    def event(self, time: float, kind: str, robot: int, task: int, node: str | None, value: float | None) -> None:
         """Something that happened to a task or a robot, at the node it is at or comes to next."""
         self.rows.append((time, kind, robot, task, node, None, value, None, NONE))
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
-        number, task, edge = robot.number, robot.task, robot.lane.edge
-        rows = self.rows
-        if self.everything and lane is not None:
-            rows.append((now, "drive", number, task, None, lane.edge, lane.length, clear, NONE))
-        rows.append((clear, "enter", number, task, None, edge, None, None, NONE))
+        if self.everything and lane is not None and lane.out_at > now:
+            row = (now, "drive", robot.number, robot.task, None, lane.edge, lane.length, lane.out_at, NONE)
+            self.rows.append(row)
+        self.enter(clear, robot)
         if self.everything:
-            rows.append((clear, "drive", number, task, None, edge, robot.target, robot.until, NONE))
+            self.drive(robot)
+
+    def enter(self, time: float, robot: _Body) -> None:
+        """A robot's centre leaves a node for the lane it is now on."""
+        self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
 
     def drive(self, robot: _Body) -> None:
         """A robot sets off for its target."""

@@ -35,9 +35,7 @@ def kpis(log: Log, model: Model) -> dict[str, float]:
         "distance": total["distance"],
         "energy": total["energy"],
         "waiting": total["waiting"],
-        "cost": total["distance"] * weights.distance
-        + log.end * weights.time
-        + collisions * weights.collisions,
+        "cost": total["distance"] * weights.distance + log.end * weights.time + collisions * weights.collisions,
         "rear_ends": int(total["rear_ends"]),
         "crossings": int(total["crossings"]),
         "rotations": sum(1 for time, _, _ in log.rings if time >= log.begin),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import networkx as nx
@@ -46,15 +47,15 @@ def highways(blocks: Blocks) -> nx.DiGraph:
     for r, row in enumerate(names):
         for c, name in enumerate(row):
             graph.add_node(name, x=blocks.aisle_width / 2 + c * dx, y=cross / 2 + r * dy)
-    for row, way in zip(names, rule.rows, strict=True):
-        _chain(graph, row if way == "east" else row[::-1], dx)
-    for column, way in zip(zip(*names, strict=True), rule.columns, strict=True):
-        _chain(graph, column if way == "south" else column[::-1], dy)
+    for row, along in zip(names, rule.rows, strict=True):
+        _chain(graph, row if along == "east" else row[::-1], dx)
+    for column, down in zip(zip(*names, strict=True), rule.columns, strict=True):
+        _chain(graph, column if down == "south" else column[::-1], dy)
     return graph
 
 
 def _chain(graph: nx.DiGraph, names: list[str] | tuple[str, ...], length: float) -> None:
-    for source, target in zip(names, names[1:], strict=False):
+    for source, target in pairwise(names):
         graph.add_edge(source, target, length=float(length), speed=math.inf)
 
 

@@ -100,9 +100,7 @@ class Directions(Part):
     """The one-way rule given by hand: a direction for every row (top first) and column (left first)."""
 
     rows: tuple[Literal["east", "west"], ...] = Field(description="one for each row of nodes, top first")
-    columns: tuple[Literal["north", "south"], ...] = Field(
-        description="one for each column of nodes, left first"
-    )
+    columns: tuple[Literal["north", "south"], ...] = Field(description="one for each column of nodes, left first")
 
 
 def _directions_form(value: Any) -> str:
@@ -114,9 +112,7 @@ class Blocks(Part):
 
     columns: Count = Field(description="blocks side by side")
     rows: Count = Field(description="blocks one below the other")
-    block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(
-        2, description="goods across a block: 1 or 2"
-    )
+    block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
     block_depth: Count = Field(description="goods in a block's depth")
     goods_size: Positive = Field(description="side of a good's square")
     aisle_width: Positive = Field(description="width of the aisles (columns)")
@@ -194,9 +190,7 @@ class LayoutSpec(Part):
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Number, Number]] = Field(FrozenMap(), description="name: [x, y], y downwards")
     edges: tuple[
-        Annotated[
-            Edge, BeforeValidator(_short_edge), Says("an edge: [A, B] or a section with from and to", _PAIR)
-        ],
+        Annotated[Edge, BeforeValidator(_short_edge), Says("an edge: [A, B] or a section with from and to", _PAIR)],
         ...,
     ] = Field((), description="one-way edges between the nodes")
     storage: Annotated[

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 class Oracle:
     """Costs of the cheapest ways on the Highways, for one cost of an edge."""
 
-    def __init__(
-        self, highways: nx.DiGraph, cost: Callable[[dict[str, float]], float], keep: int = 2000
-    ) -> None:
+    def __init__(self, highways: nx.DiGraph, cost: Callable[[dict[str, float]], float], keep: int = 2000) -> None:
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -92,9 +90,7 @@ class Travel:
         """The oracle of free driving times."""
         if self._times is None:
             speed, pause = self._speed, self._node_time
-            self._times = Oracle(
-                self._highways, lambda edge: edge["length"] / min(speed, edge["speed"]) + pause
-            )
+            self._times = Oracle(self._highways, lambda edge: edge["length"] / min(speed, edge["speed"]) + pause)
         return self._times
 
     def distance(self, origin: str, goal: str) -> float:

@@ -94,11 +94,11 @@ class Parking:
 
     def leave(self, robot: Robot) -> None:
         """A robot is out of the bay it stood in; with none reserved elsewhere it has no place now."""
-        if robot.leaving is not None:
-            bay, robot.leaving = robot.leaving, None
-        else:
-            bay, robot.bay = robot.bay, None
-            self.placeless += 1
+        bay = robot.leaving or robot.bay
         assert bay is not None
+        if robot.leaving is None:
+            robot.bay = None
+            self.placeless += 1
+        robot.leaving = None
         bay.taken -= 1
         self.free += 1

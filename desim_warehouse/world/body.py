@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from simpy.events import Event
@@ -56,8 +56,8 @@ class Body:
         self.speed = self.pace = speed
         self.gap = gap
         self.at = at
-        self.lane: Lane | None = None
-        self.held: Intersection | None = None
+        self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
+        self.held: Any = None  # an Intersection
         self.trailing: Intersection | None = None
         self.granted: Lane | None = None
         self.ahead: Body | None = None

@@ -66,39 +66,34 @@ class Gridlock:
         traffic = self.traffic
         for robot in ring:
             claim = robot.claim
-            if (
-                claim is not None
-                and claim.node.holder is None
-                and not traffic.is_open(robot, claim.node, claim.via)
-            ):
+            if claim is not None and claim.node.holder is None and not traffic.is_open(robot, claim.node, claim.via):
                 traffic.reopen_later(claim.node)
                 return False
         return True
 
     def _turn(self, ring: list[Body]) -> None:
-        heads = [robot for robot in ring if robot.claim is not None]
+        """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself."""
         now = self.traffic.env.now
         if not self.rotate:
             raise GridlockError(_describe(ring, now))
         self.rotations += 1
         edges = tuple("" if robot.lane is None else ">".join(robot.lane.edge) for robot in ring)
         self.traffic.log.rotation(now, tuple(robot.number for robot in ring), edges)
-        seen = set()
-        for robot in heads:
-            claim = robot.claim
-            assert claim is not None
-            if claim.node.holder is None and claim.node in seen:
+        claims = [robot.claim for robot in ring if robot.claim is not None]
+        passed = set()
+        for claim in claims:
+            if claim.node.holder is None and claim.node in passed:
                 self.traffic.award(claim, None)
                 return
-            seen.add(claim.node)
-        # Robots that wait for room come first: a node that its holder leaves goes to the next in the ring.
-        for robot in sorted(heads, key=lambda r: r.claim.node.holder not in (None, r)):
-            claim = robot.claim
-            follows = claim.node.holder not in (None, robot)
-            lane = claim.lane
-            if follows and lane is not None and not self.traffic.has_room(robot, lane):
-                lane = None
-            self.traffic.award(claim, lane)
+            passed.add(claim.node)
+        # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
+        followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
+        for claim in claims:
+            if claim not in followers:
+                self.traffic.award(claim, claim.lane)
+        for claim in followers:
+            room = claim.lane is not None and self.traffic.has_room(claim.robot, claim.lane)
+            self.traffic.award(claim, claim.lane if room else None)
 
 
 def _describe(ring: list[Body], now: float) -> str:

@@ -46,9 +46,7 @@ class Lane:
         "waits",
     )
 
-    def __init__(
-        self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float
-    ) -> None:
+    def __init__(self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
         self.number = number
         self.edge = edge
         self.length = length
@@ -111,9 +109,7 @@ class Claim(Event):
     `via` is the lane by which it comes (None: from the bay beside it).
     """
 
-    def __init__(
-        self, env: Environment, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None
-    ) -> None:
+    def __init__(self, env: Environment, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> None:
         super().__init__(env)
         self.robot = robot
         self.node = node

@@ -77,11 +77,7 @@ class Reservations:
 
     def claim(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> Steps:
         """Claim an intersection and room beyond it, and wait until both are granted."""
-        if (
-            not node.claims
-            and self.is_open(robot, node, via)
-            and (lane is None or self.has_room(robot, lane))
-        ):
+        if not node.claims and self.is_open(robot, node, via) and (lane is None or self.has_room(robot, lane)):
             self._grant(robot, node, lane)
             return True
         claim = robot.claim = Claim(self.env, robot, node, lane, via)
@@ -152,9 +148,7 @@ class Reservations:
         self.gridlock.check(robot)
         return event
 
-    def count_wait(
-        self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float
-    ) -> None:
+    def count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
         """One collision: a waiting episode of the active robot, at the place where it happened."""
         place.waits += 1
         place.blocked += duration

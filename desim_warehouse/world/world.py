@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import simpy
@@ -56,8 +57,7 @@ class World:
         self.parking_policy = create("parking", policies.parking.name, policies.parking.params)
         self._ways: dict[tuple[str, str], list[Lane]] = {}
         self.stations = {
-            node: Station(self.env, node, item.places, item.servers)
-            for node, item in self.layout.stations.items()
+            node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
         }
         self.robots = self._fleet(shapes)
         self.demand = Demand(self)
@@ -76,9 +76,7 @@ class World:
     def _fleet(self, shapes: list[tuple[float, float]]) -> list[Robot]:
         start = self.model.fleet.start or tuple(self.layout.bays)
         if not start:
-            raise LayoutError(
-                ["layout.bays: there are none; robots need bays to start from and to go home to"]
-            )
+            raise LayoutError(["layout.bays: there are none; robots need bays to start from and to go home to"])
         homes = [start[number % len(start)] for number in range(len(shapes))]
         bays = []
         for node, item in self.layout.bays.items():
@@ -166,9 +164,7 @@ class World:
             self.finished.succeed()
 
     def _stalled(self) -> str:
-        blocked = "; ".join(
-            f"robot {robot.number} {robot.place()}" for robot in self.robots if robot.lane is not None
-        )
+        blocked = "; ".join(f"robot {robot.number} {robot.place()}" for robot in self.robots if robot.lane is not None)
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
@@ -191,7 +187,7 @@ class World:
         if way is None:
             names = list(self.routing.route(origin, goal, self.layout.graph))
             lanes = self.traffic.lanes
-            steps = list(zip(names, names[1:], strict=False))
+            steps = list(pairwise(names))
             if not names or names[0] != origin or names[-1] != goal or any(s not in lanes for s in steps):
                 raise PolicyError(
                     f"policies.routing ({type(self.routing).__name__}): {' > '.join(names) or 'nothing'} "
@@ -238,8 +234,7 @@ class World:
     def waits_per_edge(self) -> dict[tuple[str, str], float]:
         """Mean waiting time per passage of each edge so far, its end node included."""
         return {
-            edge: (lane.blocked + lane.end.blocked) / max(lane.passages, 1)
-            for edge, lane in self.traffic.lanes.items()
+            edge: (lane.blocked + lane.end.blocked) / max(lane.passages, 1) for edge, lane in self.traffic.lanes.items()
         }
 
 

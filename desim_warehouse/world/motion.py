@@ -1,0 +1,209 @@
+"""Motion: how a robot sets off, and who can set off because of it.
+
+A robot commits to a target on its lane that keeps it D behind the target of the robot ahead and drives there in
+one timeout. Nothing polls: whoever makes way lets those behind set off at once, down the queue, and serves the
+claims for the room it left.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.world.lanes import EPS
+from desim_warehouse.world.reservations import Reservations
+
+if TYPE_CHECKING:
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.log import Log
+    from desim_warehouse.world.body import Body
+    from desim_warehouse.world.lanes import Intersection, Lane
+
+
+class Motion(Reservations):
+    """Robots on lanes; `node_time` is spent at every node reached (turning and re-planning)."""
+
+    def __init__(
+        self,
+        env: Environment,
+        layout: Layout,
+        log: Log,
+        *,
+        contact: float,
+        theta: float,
+        node_time: float,
+        rotate: bool = True,
+    ) -> None:
+        super().__init__(env, layout, log, contact=contact, theta=theta, rotate=rotate)
+        self.node_time = node_time
+
+    def cross(self, robot: Body, onward: Lane, clear: float, stop: float | None) -> None:
+        """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
+        lane = robot.lane
+        behind = robot.behind
+        ahead = onward.last
+        pace = robot.speed if robot.speed < onward.limit else onward.limit
+        target = onward.stop_line if stop is None or stop > onward.stop_line else stop
+        until = clear + target / pace
+        if lane is not None:
+            robot.driven += lane.length
+            lane.out_at = clear - self.node_time
+            lane.out_pace = robot.pace
+        if ahead is not None:
+            gap = ahead.gap + robot.gap
+            if ahead.target - gap < target:
+                target = ahead.target - gap
+                until = clear + target / pace
+            if ahead.until > until:
+                late = ahead.passes(target + gap) - until
+                if late > EPS:
+                    self.count_wait(robot, ahead, onward, late)
+                    clear += late
+                    until += late
+            ahead.behind = robot
+        robot.lane = onward
+        robot.ahead = ahead
+        robot.behind = robot.held = robot.granted = None
+        robot.pace = pace
+        robot.pos = 0.0
+        robot.target = target
+        robot.since = clear
+        robot.until = until
+        robot.moves += 1
+        onward.last = robot
+        onward.entering = False
+        onward.passages += 1
+        node = onward.start
+        node.holder = None
+        node.user = robot
+        node.passages += 1
+        node.left_at = clear
+        node.left_on = onward
+        node.left_pace = pace
+        node.clear_at = clear + self.contact / pace
+        if self.log.moves:
+            self.log.cross(self.env._now, robot, lane, clear)
+        # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
+        if behind is not None:
+            behind.ahead = None
+            if behind.waiting_behind is not None:
+                self.pull(behind)
+        elif lane is not None:
+            lane.last = None
+            if lane.start.claims:
+                self.serve(lane.start)
+        if node.claims:
+            self.serve(node)
+
+    def commit(self, robot: Body, target: float) -> None:
+        """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
+        self._set_off(robot, target)
+        behind = robot.behind
+        if behind is not None:
+            if behind.waiting_behind is not None:
+                self.pull(behind)
+        elif robot.lane.start.claims:
+            self.serve(robot.lane.start)
+
+    def pull(self, robot: Body | None) -> None:
+        """The waiting robot behind one that has made way sets off, then the next behind it, and so on.
+
+        Each is woken when it is at its new target: a queue moves up by one event a robot.
+        """
+        env = self.env
+        while robot is not None and robot.waiting_behind is not None:
+            ahead = robot.ahead
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - ahead.gap - robot.gap)
+            if limit <= robot.pos + EPS:
+                return
+            event, robot.waiting_behind = robot.waiting_behind, None
+            robot.stands(waiting=False)
+            if env._now > robot.waiting_since + EPS:
+                self.count_wait(robot, ahead, robot.lane, env._now - robot.waiting_since)
+            self._set_off(robot, limit)
+            event._ok = True
+            event._value = None
+            env.schedule(event, delay=robot.until - env._now)
+            lane = robot.lane
+            robot = robot.behind
+            if robot is None and lane.start.claims:
+                self.serve(lane.start)
+
+    def _set_off(self, robot: Body, target: float) -> None:
+        """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""
+        lane = robot.lane
+        since = self.env._now
+        until = since + (target - robot.pos) / robot.pace
+        ahead = robot.ahead
+        free = until
+        if ahead is None:
+            if lane.out_at > until:
+                free = lane.out_at - (lane.length - self.contact - target) / lane.out_pace
+        elif ahead.until > until:
+            free = ahead.passes(target + ahead.gap + robot.gap)
+        if free > until + EPS:
+            self.count_wait(robot, ahead, lane, free - until)
+            since += free - until
+            until = free
+        robot.since = since
+        robot.until = until
+        robot.target = target
+        if self.log.everything:
+            self.log.drive(robot)
+        if robot.trailing is not None and target >= self.contact - EPS:
+            self.leave(robot, robot.trailing)
+            robot.trailing = None
+
+    def enter(self, robot: Body, lane: Lane) -> None:
+        """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
+        self.unlink(robot)
+        robot.ahead = lane.last
+        if lane.last is not None:
+            lane.last.behind = robot
+        lane.last = robot
+        lane.passages += 1
+        robot.lane = lane
+        robot.pos = robot.target = 0.0
+        robot.moves += 1
+        robot.pace = min(robot.speed, lane.limit)
+        if self.log.moves:
+            self.log.enter(self.env._now, robot)
+
+    def unlink(self, robot: Body) -> None:
+        """Take a robot that stands at the end of its lane off the lane."""
+        lane = robot.lane
+        if lane is None:
+            return
+        robot.driven += lane.length
+        lane.out_at = self.env._now
+        behind = robot.behind
+        if behind is not None:
+            behind.ahead = robot.behind = None
+        else:
+            lane.last = None
+
+    def into_bay(self, robot: Body) -> None:
+        """From the node it stands on into the bay beside it: at once, and the node is open to all."""
+        node = robot.held
+        self.unlink(robot)
+        robot.lane = robot.held = robot.ahead = None
+        robot.at = node
+        robot.pos = robot.target = 0.0
+        if node.holder is robot:
+            node.holder = None
+        if node.claims:
+            self.serve(node)
+
+    def leave(self, robot: Body, node: Intersection) -> None:
+        """A robot that stood on an intersection, or close behind it, sets off along its lane."""
+        if node.holder is robot:
+            node.holder = None
+        node.user = robot
+        node.passages += 1
+        node.left_on = robot.lane
+        node.left_pace = robot.pace
+        node.left_at = robot.since - robot.pos / robot.pace
+        node.clear_at = node.left_at + self.contact / robot.pace
+        if node.claims:
+            self.serve(node)
