@@ -44,7 +44,8 @@ def load(
     if isinstance(source, Mapping):
         document, folder = _from_mapping(source, "<mapping>"), Path()
     else:
-        document, folder = _from_file(Path(source), str(source)), Path(source).parent
+        document = read_document(Path(source), str(source), "a model with layout, fleet and tasks")
+        folder = Path(source).parent
     return _made(document, overrides or {}, folder, named)
 
 
@@ -63,17 +64,27 @@ def _from_mapping(source: Mapping[str, Any], name: str) -> Document:
     return Document(plain(source, (), problems), Places(name), problems)
 
 
-def _from_file(path: Path, name: str) -> Document:
-    whole = "a model with layout, fleet and tasks"
+def read_document(path: Path, name: str, whole: str) -> Document:
+    """Read a file whose top level is a mapping.
+
+    Args:
+        path: the file.
+        name: what messages call it.
+        whole: what it should hold, such as "a model with layout, fleet and tasks".
+
+    Raises:
+        ModelError: where there is no such file, or it cannot be read.
+    """
+    kind = " ".join(whole.split()[:2])
     try:
         content = path.read_bytes()
     except FileNotFoundError:
         near = outline.nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
         hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
-        raise ModelError([f"{name}: no such file, expected a model file{hint}"]) from None
+        raise ModelError([f"{name}: no such file, expected {kind} file{hint}"]) from None
     except (OSError, ValueError) as error:
         said = getattr(error, "strerror", None) or str(error)
-        raise ModelError([f"{name}: cannot be read ({said}), expected a model file"]) from None
+        raise ModelError([f"{name}: cannot be read ({said}), expected {kind} file"]) from None
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
