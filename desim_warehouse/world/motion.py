@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 
 class Motion(Reservations):
-    """Robots on lanes; `node_time` is spent at every node reached (turning and re-planning)."""
+    """Robots on lanes; `node_time` is spent at every node reached (turning and re-planning).
+
+    `mixed`: robots or edges differ in speed, so that one robot can catch up with another on the way.
+    """
 
     def __init__(
         self,
@@ -33,10 +36,12 @@ class Motion(Reservations):
         contact: float,
         theta: float,
         node_time: float,
+        mixed: bool = True,
         rotate: bool = True,
     ) -> None:
         super().__init__(env, layout, log, contact=contact, theta=theta, rotate=rotate)
         self.node_time = node_time
+        self.mixed = mixed
 
     def cross(self, robot: Body, onward: Lane, clear: float, stop: float | None) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
@@ -51,17 +56,15 @@ class Motion(Reservations):
             lane.out_at = clear - self.node_time
             lane.out_pace = robot.pace
         if ahead is not None:
-            gap = ahead.gap + robot.gap
-            if ahead.target - gap < target:
-                target = ahead.target - gap
+            room = ahead.target - ahead.gap - robot.gap
+            if room < target:
+                target = room
                 until = clear + target / pace
-            if ahead.until > until:
-                late = ahead.passes(target + gap) - until
-                if late > EPS:
-                    self.count_wait(robot, ahead, onward, late)
-                    clear += late
-                    until += late
             ahead.behind = robot
+        if self.mixed and (late := self.free_at(robot, onward, ahead, target) - until) > EPS:
+            self.count_wait(robot, ahead, onward, late)
+            clear += late
+            until += late
         robot.lane = onward
         robot.ahead = ahead
         robot.behind = robot.held = robot.granted = None
@@ -75,7 +78,8 @@ class Motion(Reservations):
         onward.entering = False
         onward.passages += 1
         node = onward.start
-        node.holder = None
+        if node.holder is robot:  # in a rotation it may be the next robot's already
+            node.holder = None
         node.user = robot
         node.passages += 1
         node.left_at = clear
@@ -94,7 +98,7 @@ class Motion(Reservations):
             if lane.start.claims:
                 self.serve(lane.start)
         if node.claims:
-            self.serve(node)
+            self.freed(node)
 
     def commit(self, robot: Body, target: float) -> None:
         """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
@@ -135,17 +139,10 @@ class Motion(Reservations):
         lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
-        ahead = robot.ahead
-        free = until
-        if ahead is None:
-            if lane.out_at > until:
-                free = lane.out_at - (lane.length - self.contact - target) / lane.out_pace
-        elif ahead.until > until:
-            free = ahead.passes(target + ahead.gap + robot.gap)
-        if free > until + EPS:
-            self.count_wait(robot, ahead, lane, free - until)
-            since += free - until
-            until = free
+        if self.mixed and (late := self.free_at(robot, lane, robot.ahead, target) - until) > EPS:
+            self.count_wait(robot, robot.ahead, lane, late)
+            since += late
+            until += late
         robot.since = since
         robot.until = until
         robot.target = target
@@ -154,6 +151,12 @@ class Motion(Reservations):
         if robot.trailing is not None and target >= self.contact - EPS:
             self.leave(robot, robot.trailing)
             robot.trailing = None
+
+    def free_at(self, robot: Body, lane: Lane, ahead: Body | None, target: float) -> float:
+        """When a robot may be at `target`: as soon as the one ahead is D beyond it, on the lane or just off its end."""
+        if ahead is not None:
+            return ahead.passes(target + ahead.gap + robot.gap)
+        return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
 
     def enter(self, robot: Body, lane: Lane) -> None:
         """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
@@ -193,7 +196,7 @@ class Motion(Reservations):
         if node.holder is robot:
             node.holder = None
         if node.claims:
-            self.serve(node)
+            self.freed(node)
 
     def leave(self, robot: Body, node: Intersection) -> None:
         """A robot that stood on an intersection, or close behind it, sets off along its lane."""
@@ -206,4 +209,4 @@ class Motion(Reservations):
         node.left_at = robot.since - robot.pos / robot.pace
         node.clear_at = node.left_at + self.contact / robot.pace
         if node.claims:
-            self.serve(node)
+            self.freed(node)

@@ -135,10 +135,14 @@ class Reservations:
     def _reopen(self, node: Intersection) -> None:
         node.reopens = math.inf
         if node.claims:
-            self.serve(node)
-            if node.holder is None:
-                for claim in list(node.claims):
-                    self.gridlock.check(claim.robot)
+            self.freed(node)
+
+    def freed(self, node: Intersection) -> None:
+        """An intersection with claims is free: serve them; those that now wait for room may have closed a ring."""
+        self.serve(node)
+        if node.holder is None and math.isinf(node.reopens):
+            for claim in list(node.claims):
+                self.gridlock.check(claim.robot)
 
     def wait_behind(self, robot: Body) -> Event:
         """Wait until the robot ahead makes way: the event is due when the robot has then moved up."""

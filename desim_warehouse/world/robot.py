@@ -108,6 +108,7 @@ class Robot(Body):
             yield Timeout(self.env, world.model.tasks.unload_time)
         else:
             self.enter_bay(node)
+            world.record("docked", self)
             self.enter("idle")
             with self.station.servers.request() as turn:
                 yield turn

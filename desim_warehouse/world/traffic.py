@@ -69,10 +69,12 @@ class Traffic(Motion):
                 onward = route[index]
                 if not onward.short and (index < count - 1 or stop is None or stop >= self.contact):
                     clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
-                    if robot.recall_at > clear and not self.is_free(robot, lane, onward):
+                    passes = robot.recall_at > clear
+                    if passes and not self.is_free(robot, lane, onward):
                         yield from self.claim(robot, lane.end, onward, lane)
                         clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
-                    if robot.recall_at > clear:
+                        passes = robot.recall_at > clear and robot.granted is onward
+                    if passes:
                         index += 1
                         self.cross(robot, onward, clear, stop if index == count else None)
                         continue

@@ -47,6 +47,7 @@ class World:
             contact=2 * largest + model.fleet.robot.margin,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
+            mixed=len(set(shapes)) > 1 or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
             rotate=model.traffic.gridlock == "rotate",
         )
         self.travel = Travel(self.layout.graph, max(speed for _, speed in shapes), model.traffic.node_time)
