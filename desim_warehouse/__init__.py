@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         WarehouseError,
     )
     from desim_warehouse.model import Model, load
+    from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.runfolder import load_run
 
@@ -44,6 +45,8 @@ _HOME = {
     "runfolder": ("load_run",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+_PACKAGES = {"plot": "report.plot"}
+"""Public modules by the name under which they are reached."""
 
 __all__ = [
     "BatteryError",
@@ -61,17 +64,21 @@ __all__ = [
     "__version__",
     "load",
     "load_run",
+    "plot",
     "simulate",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name from where it lives."""
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    if name in _PACKAGES:
+        value: Any = import_module(f"{__name__}.{_PACKAGES[name]}")
+    elif name in _MODULE_OF:
+        value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
     return value
 

@@ -1,0 +1,222 @@
+"""A run for other programs: tables as CSV or Parquet, and a trace for Perfetto or chrome://tracing."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.log import NONE
+from desim_warehouse.report import words
+from desim_warehouse.report.states import energy_curves, errands, state_table, stays
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+
+    from desim_warehouse.run import Run
+
+Format = Literal["csv", "parquet", "trace"]
+FORMATS: tuple[str, ...] = get_args(Format)
+_STATES, _TASKS, _WAITS = 1, 2, 3
+"""The tracks of a robot, in the order in which they are shown."""
+_TRACKS = {_STATES: "states", _TASKS: "tasks", _WAITS: "waits"}
+_RINGS = 1
+"""The process of what concerns the whole fleet; robot n is process n + 2."""
+
+
+def export(run: Run, form: str, path: str | Path) -> Path:
+    """Write a run in an open format.
+
+    Args:
+        run: the run.
+        form: "csv" or "parquet": a folder with the tables kpis, log, states, waits, robots, edges and nodes;
+            "trace": one JSON file in the Trace Event Format, for https://ui.perfetto.dev or chrome://tracing.
+        path: the folder, or the file.
+
+    Raises:
+        ReportError: another format, or a path that cannot be written.
+    """
+    if form not in FORMATS:
+        raise ReportError(f"format {form!r}: expected one of {', '.join(FORMATS)}")
+    path = Path(path)
+    try:
+        if form == "trace":
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps(trace(run), separators=(",", ":"), allow_nan=False), encoding="utf-8")
+            return path
+        path.mkdir(parents=True, exist_ok=True)
+        for name, table in tables(run).items():
+            if form == "csv":
+                table.to_csv(path / f"{name}.csv", index=False)
+            else:
+                table.to_parquet(path / f"{name}.parquet", index=False)
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be written ({error})") from error
+    return path
+
+
+def tables(run: Run) -> dict[str, pd.DataFrame]:
+    """All tables of a run by name, times in the model's time unit; kpis has a row and unit per indicator."""
+    import pandas as pd
+
+    units = run.model.units
+    kpis = pd.DataFrame(
+        {
+            "indicator": list(run.kpis),
+            "value": [float(value) for value in run.kpis.values()],
+            "unit": [words.unit(words.indicator_kind(key), units) for key in run.kpis],
+        }
+    )
+    return {
+        "kpis": kpis,
+        "log": run.log,
+        "states": state_table(run),
+        "waits": run.waits,
+        "robots": run.robots.reset_index(),
+        "edges": run.edges.reset_index(),
+        "nodes": run.nodes.reset_index(),
+    }
+
+
+def trace(run: Run) -> dict[str, Any]:
+    """A run in the Trace Event Format: a process per robot with tracks for states, tasks and waits, and its battery.
+
+    A wait is a slice of the robot that waits, and a flow to it from the state of the robot it waits for.
+    Timestamps are microseconds of the warehouse's time. Gridlock rotations are marks of a process of their own.
+
+    Source: Google, Trace Event Format (JSON Object Format; events X, M, C, I, s and f).
+    """
+    microseconds = run.model.units.seconds * 1e6
+
+    def at(time: float) -> float:
+        """A time of the run in microseconds, to the nanosecond."""
+        return round(time * microseconds, 3)
+
+    events = [
+        *_names(run),
+        *_states(run, at),
+        *_tasks(run, at),
+        *_waits(run, at),
+        *_batteries(run, at),
+        *_rotations(run, at),
+    ]
+    return {
+        "traceEvents": events,
+        "displayTimeUnit": "ms",
+        "otherData": {"model": run.model.name, "seed": run.seed, "digest": run.model.digest()},
+    }
+
+
+def _process(robot: int) -> int:
+    return robot + 2
+
+
+def _names(run: Run) -> list[dict[str, Any]]:
+    """Names and order of processes and tracks."""
+    fleet = range(run.model.fleet.size)
+    named = [(_RINGS, f"{run.model.name}: fleet"), *((_process(n), f"robot {n}") for n in fleet)]
+    events: list[dict[str, Any]] = []
+    for order, (process, name) in enumerate(named):
+        events.append({"ph": "M", "pid": process, "tid": 0, "name": "process_name", "args": {"name": name}})
+        events.append(
+            {"ph": "M", "pid": process, "tid": 0, "name": "process_sort_index", "args": {"sort_index": order}}
+        )
+    for number in fleet:
+        for track, name in _TRACKS.items():
+            events.append(
+                {"ph": "M", "pid": _process(number), "tid": track, "name": "thread_name", "args": {"name": name}}
+            )
+    return events
+
+
+def _slice(pid: int, track: int, name: str, span: tuple[float, float], args: dict[str, Any]) -> dict[str, Any]:
+    start, end = span
+    return {
+        "ph": "X",
+        "pid": pid,
+        "tid": track,
+        "cat": _TRACKS[track],
+        "name": name,
+        "ts": start,
+        "dur": round(end - start, 3),
+        "args": args,
+    }
+
+
+def _states(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+    return [
+        _slice(
+            _process(stay.robot),
+            _STATES,
+            words.STATE_WORDS[stay.state],
+            (at(stay.start), at(stay.end)),
+            {} if stay.task == NONE else {"task": stay.task},
+        )
+        for robot in stays(run)
+        for stay in robot
+    ]
+
+
+def _tasks(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+    return [
+        _slice(
+            _process(errand.robot),
+            _TASKS,
+            f"task {errand.task}",
+            (at(errand.start), at(errand.end)),
+            {"ended": errand.ended},
+        )
+        for errand in errands(run)
+    ]
+
+
+def _waits(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+    """A slice for each wait, and a flow from the robot waited for."""
+    events: list[dict[str, Any]] = []
+    rows = run.waits.itertuples(index=False)
+    for number, (start, end, robot, other, node, edge) in enumerate(rows):
+        place = f"before {node}" if isinstance(node, str) else f"on {edge}"
+        whom = "waits" if other == NONE else f"waits for robot {other}"
+        span = (at(start), at(end))
+        events.append(_slice(_process(robot), _WAITS, whom, span, {"where": place}))
+        if other != NONE:
+            flow = {"cat": "waits", "name": "in the way", "id": number, "ts": span[0]}
+            events.append({"ph": "s", "pid": _process(other), "tid": _STATES, **flow})
+            events.append({"ph": "f", "bp": "e", "pid": _process(robot), "tid": _WAITS, **flow})
+    return events
+
+
+def _batteries(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+    return [
+        {
+            "ph": "C",
+            "pid": _process(number),
+            "tid": 0,
+            "name": "battery",
+            "ts": at(time),
+            "args": {"energy": round(level, 6)},
+        }
+        for number, (times, levels) in enumerate(energy_curves(run))
+        for time, level in zip(times, levels, strict=True)
+        if math.isfinite(level)
+    ]
+
+
+def _rotations(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+    return [
+        {
+            "ph": "I",
+            "s": "g",
+            "pid": _RINGS,
+            "tid": 0,
+            "cat": "rotations",
+            "name": "gridlock rotation",
+            "ts": at(time),
+            "args": {"robots": list(robots), "edges": list(edges)},
+        }
+        for time, robots, edges in run.record.rings
+    ]

@@ -1,0 +1,42 @@
+"""Figures: functions of plain tables or a Run that return matplotlib Axes.
+
+| you want to see                                | call                    | from                         |
+|------------------------------------------------|-------------------------|------------------------------|
+| an indicator by a factor, with intervals       | `by_factor`             | study table                  |
+| throughput by fleet size, and its knee         | `throughput`            | study table                  |
+| designs against a baseline                     | `differences`           | `statistics.Comparison`      |
+| an indicator over two factors                  | `surface`               | study table                  |
+| what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
+| batteries                                      | `battery`               | Run                          |
+| where robots wait                              | `congestion`            | Run                          |
+| the warehouse                                  | `layout`                | Model or Run                 |
+| where the warm-up ends                         | `warm_up`               | Run or observations          |
+
+Every function takes `title` (none by default), `style` ("light" for screens, "print" for papers) and `ax` (axes
+to draw on; default: those of a new figure, which is `ax.figure`). `model` gives the axes their units. Nothing here
+touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a cell are shown.
+"""
+
+from __future__ import annotations
+
+from desim_warehouse.report.plot.battery import battery
+from desim_warehouse.report.plot.factors import by_factor, throughput
+from desim_warehouse.report.plot.fleet import gantt, utilisation
+from desim_warehouse.report.plot.floor import layout
+from desim_warehouse.report.plot.forest import differences
+from desim_warehouse.report.plot.heat import congestion
+from desim_warehouse.report.plot.response import surface
+from desim_warehouse.report.plot.series import warm_up
+
+__all__ = [
+    "battery",
+    "by_factor",
+    "congestion",
+    "differences",
+    "gantt",
+    "layout",
+    "surface",
+    "throughput",
+    "utilisation",
+    "warm_up",
+]

@@ -1,0 +1,63 @@
+"""Batteries over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.states import energy_curves
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.run import Run
+
+_NAMED = 8
+"""More robots than this are drawn alike, in thin lines, with their mean level apart."""
+
+
+def battery(
+    run: Run,
+    *,
+    robots: Sequence[int] | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """The energy in each robot's battery over time, with the threshold at which it is sent to charge.
+
+    Args:
+        run: the run; corners are exact at every change of state.
+        robots: by number; default: all. Up to eight have a colour and a name each.
+
+    Raises:
+        ReportError: a model without batteries, or a robot that is not there.
+    """
+    spec = run.model.battery
+    if spec is None:
+        raise ReportError("battery: the robots of this model have none")
+    curves = energy_curves(run)
+    shown = list(range(len(curves))) if robots is None else list(robots)
+    strange = [number for number in shown if not 0 <= number < len(curves)]
+    if strange:
+        raise ReportError(f"robot {strange[0]}: there are robots 0 to {len(curves) - 1}")
+    few = len(shown) <= _NAMED
+    with look.drawing(ax, style, title, (6.4, 3.6), "Energy of the robots over time") as axes:
+        for index, number in enumerate(shown):
+            times, levels = curves[number]
+            if few:
+                shape = look.cycle(index) | {"marker": ""}
+                axes.plot(times, levels, label=f"robot {number}", linewidth=1.4, **shape)
+            else:
+                axes.plot(times, levels, color=look.COLOURS[0], alpha=0.25, linewidth=0.8)
+        axes.axhline(spec.threshold, color=look.INK, linestyle="--", linewidth=1, label="threshold")
+        lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
+        axes.set_ylim(min(0.0, lowest) * 1.05, spec.capacity * 1.03)
+        axes.set_xlim(0, run.record.end)
+        axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
+        axes.set_ylabel("Energy")
+        look.legend(axes, len(shown) + 1 if few else 2)
+        return axes

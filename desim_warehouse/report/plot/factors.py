@@ -1,0 +1,192 @@
+"""An indicator by the levels of a factor: the paper's Figs. 6-8, and the throughput curve with its knee."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report import words
+from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.tables import cells, is_numeric
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.tables import Cell
+
+Kind = Literal["auto", "line", "bars", "points"]
+_MANY = 24
+"""So many levels of numbers are a sample of a range, not a list: points, not a line."""
+_CROWDED = 6
+"""From so many named levels on, names are slanted."""
+
+
+def by_factor(
+    table: pd.DataFrame,
+    factor: str,
+    indicator: str,
+    *,
+    group: str | None = None,
+    kind: Kind = "auto",
+    confidence: float = 0.95,
+    model: Model | None = None,
+    seconds: bool = False,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """The mean of an indicator at each level of a factor, with t intervals over the replications.
+
+    Args:
+        table: a row per run; columns for factors (under their model keys), replication and indicators.
+        factor: along the horizontal axis; numbers stand at scale.
+        indicator: along the vertical axis, in the unit of the model file.
+        group: a second factor, one line or set of bars for each of its levels.
+        kind: auto is lines for numbers, points for more than 24 of them, bars for names.
+        confidence: of each interval; none is drawn where replications cannot differ, or there is only one.
+        model: gives the axes their units.
+        seconds: show times in seconds (needs `model`).
+
+    The paper's Fig. 6 is `by_factor(table, "fleet.size", "T", group="tasks.goods", seconds=True, ...)`.
+    Factors that vary besides are averaged over, replication by replication.
+
+    Raises:
+        ReportError: an unknown column, no run with a value, seconds without a model.
+    """
+    units = model.units if model else None
+    if seconds and units is None:
+        raise ReportError("seconds: expected a model, which says how many seconds a time unit has")
+    scale = units.seconds if seconds and units and words.indicator_kind(indicator) == "time" else 1.0
+    keys = [factor] if group is None else [group, factor]
+    found = cells(table, keys, indicator, confidence, scale)
+    levels = _merged([cell.levels[-1] for cell in found])
+    groups = list(dict.fromkeys(cell.levels[0] for cell in found)) if group else [None]
+    if kind == "auto":
+        kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
+    alt = f"{words.indicator_name(indicator)} by {factor}" + (f" and {group}" if group else "")
+    with look.drawing(ax, style, title, (6.4, 3.8), alt) as axes:
+        for index, name in enumerate(groups):
+            chosen = [cell for cell in found if group is None or cell.levels[0] == name]
+            label = "" if group is None else look.text(words.level(name))
+            _draw(axes, kind, chosen, levels, label, index, len(groups))
+        _horizontal(axes, factor, levels, model, named=kind == "bars" or not is_numeric(levels))
+        axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
+        axes.margins(x=0.04)
+        if all(cell.estimate.mean >= 0 for cell in found):
+            axes.set_ylim(bottom=0)
+        look.legend(axes, len(groups), group)
+        return axes
+
+
+def _merged(levels: list[Any]) -> list[Any]:
+    """Levels of all groups, numbers upwards."""
+    once = list(dict.fromkeys(levels))
+    return sorted(once) if is_numeric(once) else once
+
+
+def _errors(chosen: list[Cell]) -> list[float] | None:
+    """Half-widths, nan where there is no interval; None where there is none at all."""
+    widths = [cell.estimate.half_width for cell in chosen]
+    if all(width is None for width in widths):
+        return None
+    return [float("nan") if width is None else width for width in widths]
+
+
+def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: str, index: int, groups: int) -> None:
+    """One group: a line, points or bars, with the intervals."""
+    means, errors = [cell.estimate.mean for cell in chosen], _errors(chosen)
+    if kind == "bars":
+        width = 0.8 / groups
+        places = [levels.index(cell.levels[-1]) + (index - (groups - 1) / 2) * width for cell in chosen]
+        axes.bar(
+            places,
+            means,
+            width * 0.92,
+            yerr=errors,
+            label=label or None,
+            color=look.COLOURS[index % len(look.COLOURS)],
+            hatch=look.HATCHES[index % len(look.HATCHES)],
+            edgecolor="white",
+            error_kw={"ecolor": look.INK, "capsize": 3, "elinewidth": 1.2},
+        )
+        return
+    numeric = is_numeric(levels)
+    places = [cell.levels[-1] if numeric else levels.index(cell.levels[-1]) for cell in chosen]
+    shape = {**look.cycle(index), **({"linestyle": "none"} if kind == "points" else {})}
+    axes.errorbar(places, means, yerr=errors, label=label or None, capsize=3, elinewidth=1.2, **shape)
+
+
+def _horizontal(axes: Axes, factor: str, levels: list[Any], model: Model | None, *, named: bool) -> None:
+    """The horizontal axis: the factor's name and unit, its levels where they are few."""
+    axes.set_xlabel(look.text(words.factor_label(factor, model.units if model else None)))
+    if named:
+        axes.set_xticks(range(len(levels)), [look.text(words.level(value)) for value in levels])
+        if len(levels) >= _CROWDED or max(len(words.level(value)) for value in levels) > 2 * _CROWDED:
+            axes.tick_params(axis="x", labelrotation=25)
+            for tick in axes.get_xticklabels():
+                tick.set_horizontalalignment("right")
+                tick.set_rotation_mode("anchor")
+        axes.grid(visible=False, axis="x")
+    elif len(levels) <= 2 * _CROWDED:
+        axes.set_xticks(levels, [words.level(value) for value in levels])
+
+
+def throughput(
+    table: pd.DataFrame,
+    factor: str = "fleet.size",
+    indicator: str = "throughput_per_hour",
+    *,
+    group: str | None = None,
+    confidence: float = 0.95,
+    model: Model | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """The throughput curve, with its knee and the smallest size within 5 % of the maximum marked.
+
+    As `by_factor` with a numeric factor; marks only without `group` and for three or more sizes.
+
+    Raises:
+        ReportError: as `by_factor`, or a factor that is not numeric.
+    """
+    found = cells(table, [factor], indicator, confidence)
+    if not is_numeric([cell.levels[0] for cell in found]):
+        raise ReportError(f"{factor}: expected numbers, to draw a throughput curve over them")
+    axes = by_factor(
+        table,
+        factor,
+        indicator,
+        group=group,
+        kind="line",
+        confidence=confidence,
+        model=model,
+        title=title,
+        style=style,
+        ax=ax,
+    )
+    if group is None and len(found) > 2:  # noqa: PLR2004 - fewer have no knee
+        with look.drawing(axes, style, None, (0, 0)):
+            _marks(axes, found)
+    return axes
+
+
+def _marks(axes: Axes, found: list[Cell]) -> None:
+    """The knee, and 95 % of the maximum."""
+    from desim_warehouse.study.statistics import knee, smallest_within
+
+    sizes, means = [float(cell.levels[0]) for cell in found], [cell.estimate.mean for cell in found]
+    shape = knee(sizes, means)
+    if shape.at is not None:
+        axes.axvline(shape.at, color=look.COLOURS[1], linestyle="--", linewidth=1.2, label=f"knee: {shape.at:g}")
+    near = smallest_within(sizes, means)
+    axes.axhline(
+        0.95 * shape.maximum,
+        color=look.FAINT,
+        linestyle=":",
+        linewidth=1.2,
+        label=f"95 % of the maximum: from {near:g}",
+    )
+    axes.legend(loc="lower right")

@@ -1,0 +1,167 @@
+"""What robots do: shares of time, and one row of states for each robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report import words
+from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.states import stays
+from desim_warehouse.report.tables import cells, names
+from desim_warehouse.run import Run
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.model import Model
+
+_LABELLED = 40
+"""Up to so many robots or designs have a name each on the axis."""
+
+
+def utilisation(
+    source: Run | pd.DataFrame,
+    factor: str | None = None,
+    *,
+    model: Model | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """Share of time in each state, stacked to 1: for each robot of a Run, or each level of a factor of a study.
+
+    Time waiting in traffic is counted apart from the state in which the robot waits.
+
+    Raises:
+        ReportError: a table without a factor, or without the `share_*` indicators.
+    """
+    if isinstance(source, Run):
+        labels, shares, across = *_of_run(source), "Robot"
+    elif factor is None:
+        raise ReportError("utilisation of a study table: expected a factor")
+    else:
+        labels, shares = _of_table(source, factor)
+        across = words.factor_label(factor, model.units if model else None)
+    with look.drawing(ax, style, title, (6.4, 3.8), f"Share of time in each state by {across}") as axes:
+        bottom = [0.0] * len(labels)
+        for place, (state, heights) in enumerate(shares.items()):
+            axes.bar(
+                range(len(labels)),
+                heights,
+                0.8,
+                bottom=bottom,
+                label=words.STATE_WORDS[state],
+                color=look.STATE_COLOURS[state],
+                hatch=look.HATCHES[place % len(look.HATCHES)] if style == "print" else "",
+                edgecolor="white",
+                linewidth=0.5,
+            )
+            bottom = [low + height for low, height in zip(bottom, heights, strict=True)]
+        _numbered(axes, labels)
+        axes.set_ylim(0, 1)
+        axes.grid(visible=False, axis="x")
+        axes.set_xlabel(look.text(across))
+        axes.set_ylabel("Share of time")
+        look.legend(axes, len(shares), reverse=True)
+        return axes
+
+
+def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
+    length = run.record.end - run.record.begin
+    table = run.robots
+    shares = {state: [float(v) / length for v in table[state]] for state in look.STATE_COLOURS}
+    return [str(number) for number in table.index], shares
+
+
+def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, list[float]]]:
+    by_state = {state: cells(table, [factor], f"share_{state}") for state in look.STATE_COLOURS}
+    labels = [names(cell.levels) for cell in by_state["idle"]]
+    return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
+
+
+def _numbered(axes: Axes, labels: Sequence[str]) -> None:
+    """Names along the axis, only every n-th where there are many."""
+    step = -(-len(labels) // _LABELLED)
+    axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
+    axes.set_xlim(-0.6, len(labels) - 0.4)
+    if max((len(label) for label in labels), default=0) > 12:  # noqa: PLR2004 - letters that fit side by side
+        axes.tick_params(axis="x", labelrotation=25)
+
+
+def gantt(
+    run: Run,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    robots: Sequence[int] | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """One row for each robot: its states over time, and in black when it waited in traffic (needs `log: all`).
+
+    Args:
+        run: the run.
+        start: of the window shown, in the model's time unit; default: the start of the run.
+        end: of the window; default: the end of the run.
+        robots: by number; default: all.
+
+    Raises:
+        ReportError: an empty window, or a robot that is not there.
+    """
+    begin, until = start or 0.0, run.record.end if end is None else end
+    if not begin < until:
+        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
+    fleet = stays(run)
+    shown = range(len(fleet)) if robots is None else robots
+    strange = [number for number in shown if not 0 <= number < len(fleet)]
+    if strange:
+        raise ReportError(f"robot {strange[0]}: there are robots 0 to {len(fleet) - 1}")
+    size = (7.2, min(1.4 + 0.26 * len(shown), 12.0))
+    with look.drawing(ax, style, title, size, "States of the robots over time") as axes:
+        for row, number in enumerate(shown):
+            parts = [s for s in fleet[number] if s.end > begin and s.start < until]
+            axes.broken_barh(
+                [(s.start, s.end - s.start) for s in parts],
+                (row - 0.4, 0.8),
+                facecolors=[look.STATE_COLOURS[s.state] for s in parts],
+                linewidth=0,
+            )
+        _waits(axes, run, list(shown), begin, until)
+        _rows(axes, list(shown))
+        axes.set_xlim(begin, until)
+        axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
+        axes.set_ylabel("Robot")
+        _key(axes)
+        return axes
+
+
+def _waits(axes: Axes, run: Run, shown: list[int], begin: float, until: float) -> None:
+    """Black bars in the middle of a row while a robot waits."""
+    if not run.record.everything:
+        return
+    spans: dict[int, list[tuple[float, float]]] = {}
+    for start, end, robot in run.waits[["start", "end", "robot"]].itertuples(index=False):
+        if end > begin and start < until:
+            spans.setdefault(robot, []).append((start, end - start))
+    for row, number in enumerate(shown):
+        if number in spans:
+            axes.broken_barh(spans[number], (row - 0.15, 0.3), facecolors=look.STATE_COLOURS["waiting"])
+
+
+def _rows(axes: Axes, shown: list[int]) -> None:
+    step = -(-len(shown) // _LABELLED)
+    axes.set_yticks(range(0, len(shown), step), [str(number) for number in shown[::step]])
+    axes.set_ylim(len(shown) - 0.4, -0.6)
+    axes.grid(visible=False, axis="y")
+
+
+def _key(axes: Axes) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [Patch(facecolor=colour, label=words.STATE_WORDS[state]) for state, colour in look.STATE_COLOURS.items()]
+    look.legend(axes, len(handles), handles=handles)

@@ -1,0 +1,95 @@
+"""Where the warm-up of a run ends: the series, the MSER-5 statistic and its cut."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.plot import style as look
+from desim_warehouse.run import Run
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from desim_warehouse.study.statistics import WarmUp
+
+
+def cycle_times(run: Run) -> list[float]:
+    """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
+    released: dict[int, float] = {}
+    times = []
+    for row in run.record.rows:
+        if row[1] == "released":
+            released[row[3]] = row[0]
+        elif row[1] == "delivered":
+            times.append(row[0] - released[row[3]])
+    return times
+
+
+def warm_up(
+    source: Run | Sequence[float] | NDArray[np.float64],
+    batch: int = 5,
+    *,
+    label: str | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """Batch means over time, the MSER statistic after each possible cut, and the cut that makes it least.
+
+    Args:
+        source: a Run, whose cycle times are looked at in order of delivery, or equally spaced observations.
+        batch: observations per batch, 5 in MSER-5.
+        label: name and unit of the observations, for the axis; default for a Run: cycle time and its unit.
+
+    Raises:
+        ReportError: a run with too few deliveries.
+        StudyError: as `statistics.mser`.
+    """
+    from desim_warehouse.study.statistics import mser
+
+    if isinstance(source, Run):
+        label = label or f"Cycle time ({source.model.units.time})"
+        values: Sequence[float] | NDArray[np.float64] = cycle_times(source)
+        if len(values) < 6 * batch:
+            raise ReportError(f"warm-up: {len(values)} tasks delivered, expected at least {6 * batch}")
+        what = "Tasks delivered"
+    else:
+        values, what = source, "Observations"
+    found = mser(values, batch)
+    with look.drawing(ax, style, title, (6.4, 3.6), f"Warm-up by MSER-5: {found.note}") as axes:
+        _draw(axes, found)
+        axes.set_xlabel(what)
+        axes.set_ylabel(look.text(label or "Mean of a batch"))
+        return axes
+
+
+def _draw(axes: Axes, found: WarmUp) -> None:
+    places = found.positions + found.batch / 2
+    (means,) = axes.plot(places, found.means, color=look.COLOURS[0], linewidth=1.2, label=f"means of {found.batch}")
+    verdict = "" if found.valid else " (second half: run longer)"
+    cut = axes.axvline(found.truncate, color=look.COLOURS[1], linestyle="--", label=f"cut at {found.truncate}{verdict}")
+    if found.truncate:
+        axes.axvspan(0, found.truncate, color=look.FAINT, alpha=0.15, linewidth=0)
+    kept = found.means[found.truncate // found.batch :]
+    level = axes.hlines(
+        kept.mean(), found.truncate, places[-1], color=look.INK, linewidth=1.2, label="mean after the cut"
+    )
+    right = axes.twinx()
+    tail = found.statistic[:-4]  # the last means are too few for the statistic
+    (curve,) = right.plot(
+        found.positions[: tail.size], tail, color=look.COLOURS[2], linestyle=":", label="MSER (right)"
+    )
+    right.set_ylabel("MSER statistic")
+    right.spines["right"].set_visible(True)
+    right.grid(visible=False)
+    axes.legend(
+        handles=[means, level, cut, curve],
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.2),
+        ncols=2,
+    )

@@ -1,0 +1,152 @@
+"""How figures look: two styles, colours that colour-blind readers tell apart, and axes made without pyplot."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.axes import Axes
+
+Style = Literal["light", "print"]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C00")
+"""Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow darkened to be seen."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (7, 2)))
+HATCHES = ("", "///", "...", "\\\\\\", "xxx", "---", "+++", "ooo")
+STATE_COLOURS = {
+    "loaded": "#D55E00",
+    "empty": "#0072B2",
+    "loading": "#E69F00",
+    "unloading": "#F0E442",
+    "returning": "#56B4E9",
+    "charging": "#009E73",
+    "idle": "#D9D9D9",
+    "waiting": "#000000",
+}
+"""States of a robot, in the order in which figures stack them."""
+INK, FAINT = "#222222", "#777777"
+MAP = "cividis"
+"""Colour map for amounts: Nuñez, Anderton & Renslow (2018), the same to readers with and without colour blindness."""
+
+_COMMON: dict[str, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": FAINT,
+    "axes.facecolor": "white",
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "figure.facecolor": "white",
+    "legend.frameon": False,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "hatch.linewidth": 0.6,
+    "text.usetex": False,
+    "svg.fonttype": "none",
+}
+_STYLES: dict[str, dict[str, Any]] = {
+    "light": {
+        **_COMMON,
+        "font.size": 10,
+        "axes.titlesize": 11,
+        "legend.fontsize": 9,
+        "axes.grid": True,
+        "grid.color": "#E6E6E6",
+        "grid.linewidth": 0.8,
+        "lines.linewidth": 1.8,
+        "lines.markersize": 6,
+    },
+    "print": {
+        **_COMMON,
+        "font.size": 8,
+        "axes.titlesize": 9,
+        "legend.fontsize": 7.5,
+        "axes.grid": False,
+        "axes.edgecolor": INK,
+        "axes.linewidth": 0.6,
+        "lines.linewidth": 1.2,
+        "lines.markersize": 4.5,
+        "savefig.dpi": 300,
+    },
+}
+_SHRINK = 0.68
+"""Size of a print figure beside a light one: half a page's width."""
+
+
+@cache
+def _axes_class() -> type[Axes]:
+    """Axes that Jupyter shows as a picture, although pyplot knows nothing of them."""
+    from matplotlib.axes import Axes as Plain
+
+    class Picture(Plain):
+        """Axes of a figure of their own."""
+
+        def _repr_png_(self) -> tuple[bytes, dict[str, Any]]:
+            """The whole figure, in twice the density of a screen, with words for those who cannot see it."""
+            from io import BytesIO
+
+            figure = self.get_figure(root=True)
+            assert figure is not None
+            file = BytesIO()
+            figure.savefig(file, format="png", dpi=180)
+            width, height = figure.get_size_inches()
+            return file.getvalue(), {
+                "width": round(90 * width),
+                "height": round(90 * height),
+                "alt": figure.get_label() or "figure",
+            }
+
+    return Picture
+
+
+@contextmanager
+def drawing(
+    ax: Axes | None, style: Style, title: str | None, size: tuple[float, float], alt: str = ""
+) -> Iterator[Axes]:
+    """Axes to draw on, the caller's or those of a new figure of `size` inches; settings are put back afterwards.
+
+    `alt` says what the figure shows, for those who cannot see it; Jupyter and the report pass it on.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    from desim_warehouse.errors import ReportError
+
+    if style not in _STYLES:
+        raise ReportError(f"style {style!r}: expected one of {', '.join(_STYLES)}")
+    settings: Any = _STYLES[style]
+    with mpl.rc_context(settings):
+        if ax is None:
+            shrink = _SHRINK if style == "print" else 1.0
+            figure = Figure(figsize=(size[0] * shrink, size[1] * shrink), layout="constrained")
+            ax = figure.add_subplot(axes_class=_axes_class())
+            figure.set_label(alt)
+        yield ax
+        if title:
+            ax.set_title(text(title), loc="left")
+
+
+def text(words: object) -> str:
+    """A name as it is, whatever it contains: matplotlib takes dollar signs for mathematics."""
+    return str(words).replace("$", r"\$")
+
+
+def cycle(index: int) -> dict[str, Any]:
+    """Colour, marker and dash of the n-th line: three ways to tell it from the others."""
+    return {
+        "color": COLOURS[index % len(COLOURS)],
+        "marker": MARKERS[index % len(MARKERS)],
+        "linestyle": DASHES[index % len(DASHES)],
+    }
+
+
+def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> None:
+    """A legend beside the plot, where it hides nothing; none for a single entry without a name."""
+    if entries > 1 or name:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)

@@ -1,0 +1,193 @@
+"""Names, units and numbers as people read them: the same in figures, tables and sentences."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from typing import TYPE_CHECKING, Any, get_args
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pydantic import BaseModel
+
+    from desim_warehouse.model.schema import Units
+    from desim_warehouse.study.statistics import Estimate
+
+INDICATORS: dict[str, tuple[str, str]] = {
+    "T": ("Task time T", "time"),
+    "S": ("Collisions S", "count"),
+    "C": ("Chargings C", "count"),
+    "tasks": ("Tasks delivered", "count"),
+    "moves": ("Edges driven", "count"),
+    "distance": ("Distance driven", "length"),
+    "energy": ("Energy drawn", "energy"),
+    "waiting": ("Time waited in traffic", "time"),
+    "cost": ("Cost", "weighted"),
+    "rear_ends": ("Waits behind a robot on an edge", "count"),
+    "crossings": ("Waits before an intersection", "count"),
+    "rotations": ("Gridlock rotations", "count"),
+    "throughput_per_hour": ("Throughput", "tasks per hour"),
+    "cycle_time_mean": ("Cycle time, mean", "time"),
+    "cycle_time_median": ("Cycle time, median", "time"),
+    "cycle_time_p95": ("Cycle time, 95 % quantile", "time"),
+    "backlog": ("Backlog at the end", "tasks"),
+    "tardiness_mean": ("Tardiness, mean", "time"),
+    "on_time": ("Delivered on time", "share of tasks"),
+    "run_time": ("Computing time of a run", "s"),
+}
+"""Indicator: its name for people, and its kind of unit."""
+
+STATE_WORDS = {
+    "idle": "idle",
+    "empty": "driving empty",
+    "loading": "loading",
+    "loaded": "driving loaded",
+    "unloading": "unloading",
+    "returning": "going to a bay",
+    "charging": "charging",
+    "waiting": "waiting in traffic",
+}
+"""State of a robot: what it does, for people."""
+
+_FACTOR_UNITS = (
+    (r"fleet\.(first_)?exit_time|tasks\..*_time|run\.|traffic\.node_time", "time"),
+    (r"fleet\.robot\.(radius|margin)|layout\.blocks\.(goods_size|.*aisle_width)", "length"),
+    (r"fleet\..*\bspeed", "speed"),
+    (r"battery\.(capacity|threshold|reserve)", "energy"),
+    (r"tasks\.goods\.poisson", "tasks per hour"),
+    (r"traffic\.collision_angle", "degrees"),
+)
+_LONGEST = 44
+"""A label longer than this is cut."""
+
+
+def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
+    """The unit of a kind of quantity as the model names it; empty for counts, and for times without a model."""
+    if kind in ("count", "weighted"):
+        return ""
+    if kind == "time":
+        return "s" if seconds else (units.time if units else "")
+    if kind == "length":
+        return units.length if units else ""
+    if kind == "speed":
+        return f"{units.length} per {units.time}" if units else ""
+    return kind
+
+
+def indicator_kind(indicator: str) -> str:
+    """The kind of unit of an indicator: time, length, count, ..."""
+    if indicator.startswith("share_"):
+        return "share of fleet time"
+    return INDICATORS.get(indicator, ("", "count"))[1]
+
+
+def indicator_name(indicator: str) -> str:
+    """An indicator's name for people; its own name if it is not one of ours."""
+    if indicator.startswith("share_"):
+        state = indicator.removeprefix("share_")
+        return f"Fleet {STATE_WORDS.get(state, state)}"
+    return INDICATORS.get(indicator, (indicator, ""))[0]
+
+
+def indicator_label(indicator: str, units: Units | None, seconds: bool = False) -> str:
+    """Name and unit of an indicator, for an axis: `Task time T (step)`."""
+    return with_unit(indicator_name(indicator), unit(indicator_kind(indicator), units, seconds))
+
+
+def factor_unit(key: str, units: Units | None) -> str:
+    """The unit of a factor's values, empty where it has none."""
+    for pattern, kind in _FACTOR_UNITS:
+        if re.match(pattern, key):
+            return unit(kind, units)
+    return ""
+
+
+def factor_label(key: str, units: Units | None) -> str:
+    """What a model key means, the key and its unit, for an axis: `Number of robots, fleet.size`."""
+    meaning = description(key)
+    short = meaning.split(";")[0].split(":")[0]
+    name = f"{short[0].upper()}{short[1:]}, {key}" if short and len(short) <= _LONGEST else key
+    return with_unit(name, factor_unit(key, units))
+
+
+def with_unit(name: str, of: str) -> str:
+    """A label with its unit in brackets, if there is one."""
+    return f"{name} ({of})" if of else name
+
+
+def description(key: str) -> str:
+    """What the schema of model files says about a dotted key; empty where it says nothing."""
+    from desim_warehouse.model.schema import Model
+
+    kind: type[BaseModel] | None = Model
+    said = ""
+    for part in key.split("."):
+        field = None if kind is None else kind.model_fields.get(part)
+        if field is None:
+            return ""
+        said = field.description or ""
+        kind = _section(field.annotation)
+    return said
+
+
+def _section(annotation: Any) -> type[BaseModel] | None:
+    """The section of a model file that a field holds, also where it may be left out."""
+    from pydantic import BaseModel
+
+    for candidate in (annotation, *get_args(annotation)):
+        if isinstance(candidate, type) and issubclass(candidate, BaseModel):
+            return candidate
+    return None
+
+
+def plain(value: Any) -> Any:
+    """A value of a factor as it can be compared and sorted: a list or section read from a file as JSON text."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, dict | list | tuple):
+        return json.dumps(value, default=str)
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def level(value: Any) -> str:
+    """A value of a factor, short enough for a label."""
+    value = plain(value)
+    if value is None:
+        return "none"
+    if isinstance(value, float):
+        return f"{value:g}"
+    text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def design_name(design: Mapping[str, Any]) -> str:
+    """A design point in words: `fleet.size = 6, battery.threshold = 2`."""
+    return ", ".join(f"{key} = {level(value)}" for key, value in design.items()) or "the model as it is"
+
+
+def number(value: float, digits: int | None = None) -> str:
+    """A number with thousands apart: four digits that count, or so many decimals."""
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if digits is None:
+        whole = float(value).is_integer() and abs(value) < 1e15  # noqa: PLR2004 - beyond, floats skip
+        digits = 0 if whole or not value else max(0, 3 - math.floor(math.log10(abs(value))))
+    shown = f"{value:,.{digits}f}"
+    return shown.replace("-", "−") if float(shown.replace(",", "")) else shown.removeprefix("-")
+
+
+def decimals(half_width: float) -> int:
+    """Decimals at which a half-width shows two digits that count."""
+    if not half_width or not math.isfinite(half_width):
+        return 0
+    return max(0, 1 - math.floor(math.log10(abs(half_width))))
+
+
+def mean_text(estimate: Estimate) -> str:
+    """A mean with its half-width, rounded alike; the mean alone where there is no interval."""
+    if estimate.half_width is None:
+        return number(estimate.mean)
+    digits = decimals(estimate.half_width)
+    return f"{number(estimate.mean, digits)} ± {number(estimate.half_width, digits)}"
