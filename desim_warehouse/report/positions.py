@@ -1,0 +1,232 @@
+"""Where every robot is at any time, rebuilt from the log of a run and nothing else.
+
+A robot's way is a chain of *legs*: from one position on an edge to another, at constant speed, between two
+times; after a leg it stands. The places of a bay or station are joined to their node by short edges of their
+own, which only this module knows: a robot in a place stands at the start of one, and drives to its end in the
+time that the model gives it to come out.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.zones import Zone, homes, zones
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from desim_warehouse.run import Run
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+
+IN_PLACE = ("idle", "charging", "empty", "returning", "unloading")
+"""What a robot may begin to do while it is in a bay or station."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """All edges as straight lines, those of the layout first, then one for every place of a zone."""
+
+    source: list[str]
+    """Where each begins: its node, or the node whose zone the place belongs to."""
+    target: list[str]
+    start: Floats
+    """One row for each edge: x and y of its start."""
+    end: Floats
+    length: Floats
+    real: int
+    """How many of them are edges of the layout."""
+
+    def points(self, edge: Ints, position: Floats) -> Floats:
+        """The points at positions (length units) along edges: one row of x and y each."""
+        part = np.divide(position, self.length[edge], out=np.zeros(len(edge)), where=self.length[edge] > 0)
+        points: Floats = self.start[edge] + part[:, None] * (self.end[edge] - self.start[edge])
+        return points
+
+    def headings(self, edge: Ints) -> Floats:
+        """The directions of edges, in radians from x towards y."""
+        way = self.end[edge] - self.start[edge]
+        return np.arctan2(way[:, 1], way[:, 0])
+
+
+@dataclass(frozen=True)
+class Legs:
+    """All legs of all robots, robot by robot in order of time; `first[i]` is the first of robot i."""
+
+    first: Ints
+    begin: Floats
+    end: Floats
+    edge: Ints
+    origin: Floats
+    target: Floats
+
+
+class Positions:
+    """The positions of all robots during a run; raises ReportError where the log does not hold them."""
+
+    def __init__(self, run: Run) -> None:
+        need_all(run)
+        self.zones = zones(run.model, run.layout)
+        self.edges = _edges(run, self.zones)
+        self.legs = _Follower(run, self.zones, self.edges).legs()
+
+    def at(self, time: float) -> tuple[Ints, Floats]:
+        """The edge that each robot is on at a time, and its position along it."""
+        legs = self.legs
+        index = np.empty(len(legs.first) - 1, dtype=np.int64)
+        for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
+            later = int(np.searchsorted(legs.begin[low:high], time, side="right"))
+            index[robot] = low + max(later - 1, 0)
+        begin, end = legs.begin[index], legs.end[index]
+        lasts = end > begin
+        part = np.clip(np.divide(time - begin, end - begin, out=np.ones(len(index)), where=lasts), 0, 1)
+        origin, target = legs.origin[index], legs.target[index]
+        return legs.edge[index], origin + part * (target - origin)
+
+    def points(self, time: float) -> Floats:
+        """The point at which every robot is at a time, one row of x and y each, in the units of the layout."""
+        return self.edges.points(*self.at(time))
+
+    def headings(self, time: float) -> Floats:
+        """The direction every robot faces at a time, in radians from x towards y."""
+        return self.edges.headings(self.at(time)[0])
+
+
+def need_all(run: Run) -> None:
+    """Refuse a run whose log does not hold where its robots drove."""
+    if run.record.level != "all":
+        raise ReportError(
+            f"a replay needs log: all (now log: {run.record.level}), run with --set log=all to record "
+            "where the robots drive"
+        )
+
+
+def _edges(run: Run, places: Sequence[Zone]) -> Edges:
+    graph = run.layout.graph
+    at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+    source, target = [a for a, _ in graph.edges], [b for _, b in graph.edges]
+    start, end = [at[node] for node in source], [at[node] for node in target]
+    length = [float(data["length"]) for _, _, data in graph.edges(data=True)]
+    real = len(length)
+    for zone in places:
+        for point in zone.places:
+            source.append(zone.node)
+            target.append(zone.node)
+            start.append(point)
+            end.append(at[zone.node])
+            length.append(math.dist(point, at[zone.node]))
+    return Edges(source, target, np.array(start, float), np.array(end, float), np.array(length), real)
+
+
+class _Berths:
+    """The places of one zone: the nearest free one is taken."""
+
+    def __init__(self, first_edge: int, count: int) -> None:
+        self.free = list(range(first_edge, first_edge + count))
+        self.last = first_edge + count - 1
+
+    def take(self) -> int:
+        """The edge that joins a free place to the node."""
+        return heapq.heappop(self.free) if self.free else self.last
+
+    def leave(self, edge: int) -> None:
+        """A place is free again."""
+        if edge not in self.free:
+            heapq.heappush(self.free, edge)
+
+
+class _Follower:
+    """Follows every robot through the rows of a log and notes its legs."""
+
+    def __init__(self, run: Run, places: Sequence[Zone], edges: Edges) -> None:
+        self.run = run
+        self.edges = edges
+        self.number = {edge: number for number, edge in enumerate(run.layout.graph.edges)}
+        self.berths: dict[tuple[str, str], _Berths] = {}
+        edge = edges.real
+        for zone in places:
+            self.berths[zone.kind, zone.node] = _Berths(edge, len(zone.places))
+            edge += len(zone.places)
+        count = run.model.fleet.size
+        self.on = [0] * count
+        self.position = [0.0] * count
+        self.fresh = [False] * count
+        self.inside: list[tuple[_Berths, int, str] | None] = [None] * count
+        self.resting = [0.0] * count
+        self.exit = [run.model.fleet.first_exit_time] * count
+        self.rows: list[tuple[int, float, float, int, float, float]] = []
+
+    def legs(self) -> Legs:
+        """All legs of the run."""
+        for robot, home in enumerate(homes(self.run.model, self.run.layout)):
+            self._settle(0.0, robot, "bay", home)
+        for time, kind, robot, _, node, edge, value, until, _ in self.run.record.rows:
+            if kind == "drive":
+                self._drive(robot, time, until, self.number[edge], value)
+            elif kind == "enter":
+                self._enter(robot, time, self.number[edge])
+            elif kind == "parked":
+                self._settle(time, robot, "bay", node)
+                self.exit[robot] = self.run.model.fleet.exit_time
+            elif kind == "docked":
+                self._settle(time, robot, "station", node)
+                self.exit[robot] = self.run.model.tasks.clear_time
+            elif kind in IN_PLACE:
+                self.resting[robot] = time
+        return self._sorted()
+
+    def _settle(self, time: float, robot: int, kind: str, node: str) -> None:
+        """A robot is in a bay or station from now on."""
+        inside = self.inside[robot]
+        berths = self.berths[kind, node]
+        if inside is not None:
+            if inside[0] is berths:
+                return
+            inside[0].leave(inside[1])
+        edge = berths.take()
+        self.inside[robot] = (berths, edge, kind)
+        self.resting[robot] = time
+        self._note(robot, time, time, edge, 0.0, 0.0)
+
+    def _enter(self, robot: int, time: float, edge: int) -> None:
+        """A robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        inside = self.inside[robot]
+        if inside is not None:
+            berths, place, _ = inside
+            since = max(self.resting[robot], time - self.exit[robot])
+            self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
+            berths.leave(place)
+            self.inside[robot] = None
+        self.on[robot] = edge
+        self.position[robot] = 0.0
+        self.fresh[robot] = True
+
+    def _drive(self, robot: int, time: float, until: float, edge: int, target: float) -> None:
+        """A robot sets off along the edge it is on."""
+        if edge != self.on[robot]:  # its row comes before the one that says so
+            self.on[robot], self.position[robot], self.fresh[robot] = edge, 0.0, True
+        origin = self.position[robot]
+        if self.fresh[robot] or origin != target:
+            self._note(robot, time, max(until, time), edge, origin, target)
+        self.position[robot] = target
+        self.fresh[robot] = False
+
+    def _note(self, robot: int, begin: float, end: float, edge: int, origin: float, target: float) -> None:
+        self.rows.append((robot, begin, end, edge, origin, target))
+
+    def _sorted(self) -> Legs:
+        table: Any = np.array(self.rows, dtype=float)
+        robot = table[:, 0].astype(np.int64)
+        order = np.argsort(robot, kind="stable")
+        first = np.searchsorted(robot[order], np.arange(len(self.on) + 1))
+        _, begin, end, edge, origin, target = table[order].T
+        return Legs(first, begin, end, edge.astype(np.int64), origin, target)

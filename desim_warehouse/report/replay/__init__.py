@@ -1,0 +1,88 @@
+"""The replay: a run as one HTML page that plays in any browser, without a network."""
+
+from __future__ import annotations
+
+import html
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
+
+PALETTES = ("safe", "paper")
+
+
+class Replay:
+    """A replay page: write it with `save`; in Jupyter it shows itself."""
+
+    def __init__(self, title: str, page: str) -> None:
+        self.title = title
+        self.html = page
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file."""
+        path = Path(path)
+        try:
+            path.write_text(self.html, encoding="utf-8")
+        except OSError as error:
+            raise ReportError(f"{path}: the replay cannot be written ({error.strerror or error})") from error
+        return path
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own."""
+        return (
+            f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
+            'sandbox="allow-scripts" style="width:100%;height:720px;border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Replay({self.title}, {len(self.html) / 1e6:.1f} MB)"
+
+
+def replay(
+    run: Run,
+    path: str | Path | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    palette: str = "safe",
+) -> Replay:
+    """Make the replay page of a run, or of a window of it.
+
+    Args:
+        run: a run with `log: all`.
+        path: where to write the page; None: nowhere yet.
+        start: first moment shown, in the model's time unit; default: the start of the run.
+        end: last moment shown; default: the end of the run.
+        palette: `safe` for colour-blind people, or `paper`, the paper's blue, red and green.
+
+    Raises:
+        ReportError: for a run without the rows that are needed, an empty window, or an unknown palette.
+    """
+    from desim_warehouse.report.positions import need_all
+    from desim_warehouse.report.replay.page import page
+
+    need_all(run)
+    if palette not in PALETTES:
+        raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
+    begin, finish = window(run, start, end)
+    result = Replay(f"{run.model.name}: replay", page(run, begin, finish, palette))
+    if path is not None:
+        result.save(path)
+    return result
+
+
+def window(run: Run, start: float | None, end: float | None) -> tuple[float, float]:
+    """The part of a run between two times; raises ReportError if there is none."""
+    last = float(run.record.end)
+    begin = 0.0 if start is None else float(start)
+    finish = last if end is None else float(end)
+    if not (math.isfinite(begin) and math.isfinite(finish)) or begin < 0 or begin >= finish or begin >= last:
+        raise ReportError(
+            f"a replay from {begin:g} to {finish:g} shows nothing: the run lasts from 0 to {last:g} "
+            f"{run.model.units.time}"
+        )
+    return begin, min(finish, last)

@@ -1,0 +1,84 @@
+"""Columns of whole numbers in few bytes: seven bits a byte, then deflate, then base64 for the page.
+
+The page reads the same columns with `DecompressionStream`; `unpack` is its mirror, for tests.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+LARGEST = 2**31 - 1
+"""The largest number in a column: what the page keeps in 32 bits."""
+BITS = 7
+MORE = 128
+LEVEL = 9
+
+
+def zigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of either sign as 0, 1, 2, ... for 0, -1, 1, ...: those near 0 stay small."""
+    return np.where(values < 0, -2 * values - 1, 2 * values)
+
+
+def unzigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The inverse of `zigzag`."""
+    return np.where(values & 1, -((values + 1) >> 1), values >> 1)
+
+
+def to_bytes(values: ArrayLike) -> bytes:
+    """Numbers of either sign, seven bits a byte, low bits first; the high bit says that more follow."""
+    left = zigzag(np.asarray(values, dtype=np.int64))
+    if left.size and int(left.max()) > 2 * LARGEST:
+        raise OverflowError("a number of the replay does not fit into 32 bits")
+    sizes = np.ones(len(left), dtype=np.int64)
+    for more in range(1, 5):
+        sizes += left >= 1 << (BITS * more)
+    place = np.cumsum(sizes) - sizes
+    out = np.zeros(int(sizes.sum()), dtype=np.uint8)
+    for more in range(5):
+        here = sizes > more
+        byte = (left[here] >> (BITS * more)) & (MORE - 1)
+        out[place[here] + more] = byte | np.where(sizes[here] > more + 1, MORE, 0)
+    return out.tobytes()
+
+
+def from_bytes(data: bytes) -> NDArray[np.int64]:
+    """The inverse of `to_bytes`."""
+    values, value, shift = [], 0, 0
+    for byte in data:
+        value |= (byte & (MORE - 1)) << shift
+        shift += BITS
+        if byte < MORE:
+            values.append(value)
+            value, shift = 0, 0
+    return unzigzag(np.array(values, dtype=np.int64))
+
+
+def pack(columns: Mapping[str, ArrayLike]) -> tuple[list[tuple[str, int, int]], str]:
+    """Columns as base64 text, and for each its name, how many numbers and how many bytes it has."""
+    index, parts = [], []
+    for name, values in columns.items():
+        data = to_bytes(values)
+        index.append((name, len(np.asarray(values)), len(data)))
+        parts.append(data)
+    squeeze = zlib.compressobj(LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
+    packed = squeeze.compress(b"".join(parts)) + squeeze.flush()
+    return index, base64.b64encode(packed).decode("ascii")
+
+
+def unpack(index: list[tuple[str, int, int]], text: str) -> dict[str, Any]:
+    """The inverse of `pack`."""
+    data = zlib.decompress(base64.b64decode(text), -zlib.MAX_WBITS)
+    columns, at = {}, 0
+    for name, _, size in index:
+        columns[name] = from_bytes(data[at : at + size])
+        at += size
+    return columns

@@ -1,0 +1,98 @@
+// Where every robot is at any time: legs on edges, as positions.py has them. Times in ticks.
+
+class Edges {
+  constructor(header) {
+    const count = header.source.length;
+    this.source = header.source;
+    this.target = header.target;
+    this.real = header.real;
+    this.length = Float64Array.from(header.length);
+    this.x = new Float64Array(count);
+    this.y = new Float64Array(count);
+    this.dx = new Float64Array(count);
+    this.dy = new Float64Array(count);
+    this.heading = new Float64Array(count);
+    this.out = header.nodes.map(() => []);
+    for (let i = 0; i < count; i++) {
+      const from = i < this.real ? header.nodes[this.source[i]].slice(1) : header.places[i - this.real];
+      const to = header.nodes[this.target[i]].slice(1);
+      [this.x[i], this.y[i]] = from;
+      [this.dx[i], this.dy[i]] = [to[0] - from[0], to[1] - from[1]];
+      this.heading[i] = Math.atan2(this.dy[i], this.dx[i]);
+      if (i < this.real) this.out[this.source[i]].push(i);
+    }
+  }
+}
+
+class Tracks {
+  constructor(header, columns, edges) {
+    this.edges = edges;
+    this.count = header.radii.length;
+    this.first = starts(columns.leg_count);
+    const legs = columns.leg_time.length;
+    this.begin = new Float64Array(legs);
+    this.end = new Float64Array(legs);
+    this.edge = new Int32Array(legs);
+    this.origin = new Float64Array(legs);
+    this.target = new Float64Array(legs);
+    this.read(header.grain, columns);
+    this.cursor = this.first.slice(0, this.count);
+    this.on = new Int32Array(this.count);
+    this.at = new Float64Array(this.count);
+    this.x = new Float64Array(this.count);
+    this.y = new Float64Array(this.count);
+    this.heading = new Float64Array(this.count);
+    this.moves = new Uint8Array(this.count);
+  }
+
+  read(grain, columns) {
+    const { leg_pause, leg_time, leg_code, leg_other, leg_left, leg_origin } = columns;
+    const { out, target, length } = this.edges;
+    let other = 0;
+    for (let robot = 0; robot < this.count; robot++) {
+      let now = 0, edge = 0, position = 0;
+      for (let i = this.first[robot]; i < this.first[robot + 1]; i++) {
+        const code = leg_code[i];
+        if (code === 1) edge = leg_other[other++];
+        else if (code > 1) edge = out[target[edge]][code - 2];
+        if (i === this.first[robot]) position = leg_origin[robot];
+        else if (code > 0) position = 0;
+        this.begin[i] = now += leg_pause[i];
+        this.end[i] = now += leg_time[i];
+        this.edge[i] = edge;
+        this.origin[i] = position * grain;
+        position = Math.round(length[edge] / grain) - leg_left[i];
+        this.target[i] = position * grain;
+      }
+    }
+  }
+
+  // The leg of a robot at a time; playing on, it is the one it was or the next.
+  leg(robot, time) {
+    const low = this.first[robot], high = this.first[robot + 1];
+    let i = this.cursor[robot];
+    if (this.begin[i] <= time) {
+      if (i + 1 < high && this.begin[i + 1] <= time) i++;
+      if (i + 1 < high && this.begin[i + 1] <= time) i = lastBefore(this.begin, time, i + 1, high);
+    } else i = Math.max(lastBefore(this.begin, time, low, i), low);
+    return (this.cursor[robot] = i);
+  }
+
+  place(time) {
+    const { edges } = this;
+    for (let robot = 0; robot < this.count; robot++) {
+      const i = this.leg(robot, time);
+      const span = this.end[i] - this.begin[i];
+      const part = span > 0 ? Math.min(Math.max((time - this.begin[i]) / span, 0), 1) : 1;
+      const edge = this.edge[i];
+      const at = this.origin[i] + part * (this.target[i] - this.origin[i]);
+      const along = edges.length[edge] > 0 ? at / edges.length[edge] : 0;
+      this.on[robot] = edge;
+      this.at[robot] = at;
+      this.x[robot] = edges.x[edge] + along * edges.dx[edge];
+      this.y[robot] = edges.y[edge] + along * edges.dy[edge];
+      this.heading[robot] = edges.heading[edge];
+      this.moves[robot] = part < 1 && time >= this.begin[i] ? 1 : 0;
+    }
+  }
+}

@@ -1,0 +1,152 @@
+// Robots: a circle with a line for its head and a life bar behind it. What it does can be told without colour:
+// empty ones are full circles, carrying ones hold a square, idle ones are hollow, waiting ones wear a ring.
+
+const SMALL = 2.6; // below this radius on the screen, a square will do
+const PLAIN = 4.5; // below this one, no bar and no head
+
+Object.assign(Scene.prototype, {
+  radius(robot) {
+    return Math.max(this.header.radii[robot] * this.view.scale, 1.6);
+  },
+
+  each(robots, act) {
+    const { tracks, view } = this, s = view.scale;
+    for (const robot of robots) {
+      const x = tracks.x[robot] * s + view.x, y = tracks.y[robot] * s + view.y, r = this.radius(robot);
+      if (x > -3 * r && y > -3 * r && x < view.width + 3 * r && y < view.height + 3 * r) act(robot, x, y, r);
+    }
+  },
+
+  robots(mood, colours) {
+    const { ctx, tracks } = this, robots = this.groups[mood];
+    const hollow = mood === "idle";
+    ctx.fillStyle = hollow ? colours.floor : colours[mood];
+    ctx.strokeStyle = hollow ? colours[mood] : colours.outline;
+    ctx.beginPath();
+    let width = 1;
+    this.each(robots, (robot, x, y, r) => {
+      if (r < SMALL) return ctx.rect(x - r, y - r, 2 * r, 2 * r);
+      const inner = hollow ? r * 0.86 : r;
+      ctx.moveTo(x + inner, y);
+      ctx.arc(x, y, inner, 0, 7);
+      width = hollow ? r * 0.3 : Math.min(r * 0.1, 1.5);
+    });
+    if (hollow && width <= 1) ctx.fillStyle = colours[mood];
+    ctx.fill();
+    ctx.lineWidth = width;
+    ctx.stroke();
+    this.heads(robots, hollow ? colours[mood] : colours.outline);
+    if (mood === "loaded") this.squares(robots, colours);
+    return tracks;
+  },
+
+  heads(robots, colour) {
+    const { ctx, tracks } = this;
+    ctx.strokeStyle = colour;
+    ctx.beginPath();
+    this.each(robots, (robot, x, y, r) => {
+      if (r < PLAIN) return;
+      const cos = Math.cos(tracks.heading[robot]), sin = Math.sin(tracks.heading[robot]);
+      ctx.moveTo(x + cos * r * 0.75, y + sin * r * 0.75);
+      ctx.lineTo(x + cos * r * 1.45, y + sin * r * 1.45);
+      ctx.lineWidth = Math.max(r * 0.18, 1.5);
+    });
+    ctx.stroke();
+  },
+
+  squares(robots, colours) {
+    const { ctx } = this;
+    ctx.strokeStyle = colours.label;
+    ctx.lineWidth = 1.5;
+    ctx.beginPath();
+    this.each(robots, (robot, x, y, r) => {
+      if (r >= PLAIN) ctx.rect(x - r * 0.58, y - r * 0.58, r * 1.16, r * 1.16);
+    });
+    ctx.stroke();
+  },
+
+  // Life bars: a grey bar across behind the robot, and on it what is left of its battery.
+  bars(time, colours) {
+    if (this.header.capacity === null) return;
+    const { ctx } = this;
+    const all = Array.from(this.mood.keys());
+    const charge = all.map((robot) => Math.min(Math.max(this.story.charge(robot, time), 0), 1));
+    const low = all.filter((robot) => charge[robot] < 0.4), full = all.filter((robot) => charge[robot] >= 0.4);
+    for (const [robots, colour, part] of [
+      [all, colours.bar, () => 1],
+      [low, colours.low, (robot) => charge[robot]],
+      [full, colours.full, (robot) => charge[robot]],
+    ]) {
+      ctx.strokeStyle = colour;
+      ctx.beginPath();
+      this.each(robots, (robot, x, y, r) => {
+        if (r < PLAIN) return;
+        const heading = this.tracks.heading[robot], cos = Math.cos(heading) * r, sin = Math.sin(heading) * r;
+        const bx = x - cos * 1.35 + sin * 0.9, by = y - sin * 1.35 - cos * 0.9, long = 1.8 * part(robot);
+        ctx.moveTo(bx, by);
+        ctx.lineTo(bx - sin * long, by + cos * long);
+        ctx.lineWidth = Math.max(r * 0.32, 2);
+      });
+      ctx.stroke();
+    }
+  },
+
+  numbers(colours) {
+    const { ctx } = this;
+    ctx.textAlign = "center";
+    ctx.textBaseline = "middle";
+    for (const [mood, robots] of Object.entries(this.groups)) {
+      ctx.fillStyle = mood === "idle" ? colours.ink : colours.label;
+      this.each(robots, (robot, x, y, r) => {
+        if (r < 6.5) return;
+        const text = String(robot);
+        ctx.font = `600 ${r * (text.length > 2 ? 0.75 : 0.95)}px system-ui, sans-serif`;
+        ctx.fillText(text, x, y + r * 0.05);
+      });
+    }
+  },
+
+  // Rings round robots that wait, and a line to the one they wait for.
+  waits(colours) {
+    const { ctx, tracks, view, story } = this, s = view.scale;
+    const waiting = Array.from(this.wait.keys()).filter((robot) => this.wait[robot] >= 0);
+    ctx.strokeStyle = colours.wait;
+    ctx.fillStyle = colours.wait;
+    ctx.beginPath();
+    this.each(waiting, (robot, x, y, r) => {
+      const reach = Math.max(r * 1.42, r + 1.5);
+      ctx.moveTo(x + reach, y);
+      ctx.arc(x, y, reach, 0, 7);
+    });
+    ctx.fill();
+    ctx.setLineDash([5, 4]);
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    this.each(waiting, (robot, x, y, r) => {
+      const other = story.waitOther[this.wait[robot]];
+      if (other < 0 || r < PLAIN) return;
+      ctx.moveTo(x, y);
+      ctx.lineTo(tracks.x[other] * s + view.x, tracks.y[other] * s + view.y);
+    });
+    ctx.stroke();
+    ctx.setLineDash([]);
+  },
+
+  // The robot that is followed.
+  mark(colours) {
+    if (this.chosen < 0) return;
+    const { ctx } = this;
+    ctx.strokeStyle = colours.ink;
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    this.each([this.chosen], (robot, x, y, r) => {
+      const reach = Math.max(r * 1.9, r + 6);
+      for (let quarter = 0; quarter < 4; quarter++) {
+        const from = (quarter * Math.PI) / 2 + 0.35;
+        ctx.moveTo(x + Math.cos(from) * reach, y + Math.sin(from) * reach);
+        ctx.arc(x, y, reach, from, from + Math.PI / 2 - 0.7);
+      }
+    });
+    ctx.stroke();
+  },
+});

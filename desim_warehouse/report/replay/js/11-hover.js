@@ -1,0 +1,116 @@
+// What is under the pointer, in words. Names are put in as text, each kept apart from its neighbours (bdi).
+
+class Hover {
+  constructor(scene, player, tip) {
+    this.scene = scene;
+    this.player = player;
+    this.tip = tip;
+    this.point = null;
+  }
+
+  show(sx, sy) {
+    this.point = [sx, sy];
+    const lines = this.lines(sx, sy);
+    this.tip.hidden = lines === null;
+    if (lines === null) return;
+    this.tip.replaceChildren(...lines.map((parts, i) => this.line(parts, i === 0 ? "b" : "span")));
+    const { width, height } = this.scene.view;
+    const left = Math.min(sx + 14, Math.max(width - this.tip.offsetWidth - 6, 0));
+    const top = sy + 18 + this.tip.offsetHeight > height ? sy - this.tip.offsetHeight - 12 : sy + 18;
+    this.tip.style.left = `${left}px`;
+    this.tip.style.top = `${Math.max(top, 0)}px`;
+  }
+
+  hide() {
+    this.point = null;
+    this.tip.hidden = true;
+  }
+
+  again() {
+    if (this.point !== null) this.show(...this.point);
+  }
+
+  // A line from plain words and names ({name}).
+  line(parts, tag) {
+    const line = document.createElement(tag);
+    for (const part of parts) {
+      if (typeof part === "string") line.append(part);
+      else line.appendChild(document.createElement("bdi")).textContent = part.name;
+    }
+    return line;
+  }
+
+  lines(sx, sy) {
+    const robot = this.robotAt(sx, sy);
+    if (robot >= 0) return this.robotLines(robot);
+    const [wx, wy] = this.scene.view.world(sx, sy);
+    return this.nodeLines(wx, wy) ?? this.storageLines(wx, wy) ?? this.edgeLines(wx, wy);
+  }
+
+  robotAt(sx, sy) {
+    const { tracks, view } = this.scene;
+    let best = -1, near = Infinity;
+    for (let robot = 0; robot < tracks.count; robot++) {
+      const x = tracks.x[robot] * view.scale + view.x, y = tracks.y[robot] * view.scale + view.y;
+      const away = Math.hypot(x - sx, y - sy);
+      if (away < near && away < this.scene.radius(robot) + 5) [best, near] = [robot, away];
+    }
+    return best;
+  }
+
+  robotLines(robot) {
+    const { story, tracks, edges, header } = this.scene, time = this.player.time;
+    const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
+    const lines = [[`Robot ${robot}: ${WORDS[story.state[row]]}`]];
+    if (task >= 0) {
+      const good = story.goodOf.get(task) ?? -1;
+      lines.push([`task ${task}${good >= 0 ? `, good ${good}` : ""}`]);
+    }
+    if (wait >= 0) {
+      const other = story.waitOther[wait];
+      const since = (time - story.waitBegin[wait]) * header.tick;
+      lines.push([`waits ${other >= 0 ? `for robot ${other}, ` : ""}${shortNumber(since)} ${header.units.time} so far`]);
+    }
+    if (header.capacity !== null) lines.push([`battery ${Math.round(story.charge(robot, time) * 100)} %`]);
+    const edge = tracks.on[robot], name = (node) => ({ name: header.nodes[node][0] });
+    if (edge < edges.real)
+      lines.push(["on ", name(edges.source[edge]), " → ", name(edges.target[edge]), ` at ${shortNumber(tracks.at[robot])} ${header.units.length}`]);
+    else lines.push(["beside ", name(edges.source[edge])]);
+    return lines;
+  }
+
+  nodeLines(wx, wy) {
+    const { header, floor } = this.scene;
+    const node = header.nodes.findIndex(([, x, y]) => Math.hypot(x - wx, y - wy) < floor.radius * 1.2);
+    if (node < 0) return null;
+    const lines = [["Node ", { name: header.nodes[node][0] }]];
+    for (const zone of floor.zones)
+      if (zone.node === node) lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} places`]);
+    if (header.unload_at.includes(node)) lines.push(["goods are unloaded here"]);
+    return lines;
+  }
+
+  storageLines(wx, wy) {
+    const { header, floor, story, edges } = this.scene, half = floor.size / 2, time = this.player.time;
+    const good = floor.storageX.findIndex((x, i) => Math.abs(x - wx) < half && Math.abs(floor.storageY[i] - wy) < half);
+    if (good < 0) return null;
+    const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
+    const edge = floor.storageEdge[good], name = (node) => ({ name: header.nodes[node][0] });
+    return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"],
+      ["from ", name(edges.source[edge]), " → ", name(edges.target[edge])]];
+  }
+
+  edgeLines(wx, wy) {
+    const { edges, floor, header, heat } = this.scene;
+    for (let i = 0; i < edges.real; i++) {
+      const long = Math.hypot(edges.dx[i], edges.dy[i]) || 1;
+      const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
+      const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
+      if (along < 0 || along > long || off > floor.radius * 0.8) continue;
+      const waited = heat.upTo(this.player.time)[i] * header.tick, units = header.units;
+      return [["Edge ", { name: header.nodes[edges.source[i]][0] }, " → ", { name: header.nodes[edges.target[i]][0] }],
+        [`${shortNumber(edges.length[i])} ${units.length}`], [`waiting so far: ${shortNumber(waited)} ${units.time}`]];
+    }
+    return null;
+  }
+}

@@ -1,0 +1,108 @@
+"""Where bays and stations are drawn: places beside their node, on a side from which no edge comes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+Point = tuple[float, float]
+
+SIDES: tuple[Point, ...] = ((0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0))
+"""North, south, west, east."""
+NEAR = 3.2
+"""From a node to the middle of the first place, in radii: 40 px for the paper's robots."""
+PITCH = 2.6
+"""From place to place, in radii."""
+SPREAD = 0.85
+"""Part of the shortest edge at a node that its places may take up side by side."""
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A bay or station beside a node: the middle of every place, first the nearest to the node."""
+
+    kind: str
+    name: str
+    node: str
+    places: tuple[Point, ...]
+
+
+def robot_radii(model: Model) -> list[float]:
+    """The radius of every robot, by number."""
+    fleet = model.fleet
+    radii = [kind.radius or fleet.robot.radius for kind in fleet.kinds.values() for _ in range(kind.count)]
+    return radii + [fleet.robot.radius] * (fleet.size - len(radii))
+
+
+def homes(model: Model, layout: Layout) -> list[str]:
+    """The node beside which every robot starts, by number."""
+    start = model.fleet.start or tuple(layout.bays)
+    return [start[number % len(start)] for number in range(model.fleet.size)]
+
+
+def zones(model: Model, layout: Layout) -> list[Zone]:
+    """All bays, then all stations, with their places."""
+    start = homes(model, layout)
+    largest = max(robot_radii(model))
+    result = []
+    for node, bay in layout.bays.items():
+        count = start.count(node) if bay.places is None else bay.places
+        result.append(Zone("bay", bay.zone, node, _places(layout, node, max(count, 1), largest, 0)))
+    for node, station in layout.stations.items():
+        nth = 1 if node in layout.bays else 0
+        result.append(Zone("station", station.zone, node, _places(layout, node, station.places, largest, nth)))
+    return result
+
+
+def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> tuple[Point, ...]:
+    """Places in rows that grow away from the node, no wider than the space before its neighbours."""
+    across, deep = _outward(layout, node, nth)
+    here = layout.graph.nodes[node]
+    x, y = here["x"], here["y"]
+    lengths = [
+        math.dist((x, y), (layout.graph.nodes[other]["x"], layout.graph.nodes[other]["y"]))
+        for other in [*layout.graph.successors(node), *layout.graph.predecessors(node)]
+    ]
+    pitch = PITCH * radius
+    wide = max(1, min(count, int(SPREAD * min(lengths, default=pitch) / pitch)))
+    places = []
+    for number in range(count):
+        row, column = divmod(number, wide)
+        in_row = min(wide, count - row * wide)
+        out = NEAR * radius + row * pitch
+        side = (column - (in_row - 1) / 2) * pitch
+        places.append((x + out * deep[0] + side * across[0], y + out * deep[1] + side * across[1]))
+    return tuple(places)
+
+
+def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point]:
+    """Unit vectors along and away from a zone: towards the outside, else where no edge is, else between edges."""
+    graph = layout.graph
+    here = graph.nodes[node]
+    angles = []
+    for other in [*graph.successors(node), *graph.predecessors(node)]:
+        there = graph.nodes[other]
+        angles.append(math.atan2(there["y"] - here["y"], there["x"] - here["x"]))
+
+    def room(side: Point) -> float:
+        """The angle to the nearest edge."""
+        way = math.atan2(side[1], side[0])
+        return min((abs(math.remainder(way - angle, math.tau)) for angle in angles), default=math.pi)
+
+    def outside(side: Point) -> bool:
+        """Whether no node lies farther out on this side."""
+        reach = max(side[0] * data["x"] + side[1] * data["y"] for _, data in graph.nodes(data=True))
+        return side[0] * here["x"] + side[1] * here["y"] >= reach
+
+    half = math.sqrt(0.5)
+    free = [side for side in SIDES if room(side) > math.pi / 4 - 1e-9]
+    free.sort(key=lambda side: not outside(side))
+    corners = [(sx * half, sy * half) for sy in (-1, 1) for sx in (1, -1)]
+    corners.sort(key=room, reverse=True)
+    chosen = (free + corners)[nth]
+    return (-chosen[1], chosen[0]), chosen
