@@ -1,0 +1,143 @@
+"""Where the runs of a study are done: those that are missing, each written down as it finishes."""
+
+from __future__ import annotations
+
+from time import monotonic
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from desim_warehouse.study.execution.work import Wanted
+from desim_warehouse.study.plan import Until, content_key, models, run_seed
+from desim_warehouse.study.progress import Progress
+from desim_warehouse.study.results import Row, value_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.execution import Execution
+    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.plan import Plan
+    from desim_warehouse.study.statistics import Procedure
+    from desim_warehouse.study.store import Store
+
+T = TypeVar("T")
+_WRITE_EVERY = 10.0  # seconds between tables on the way
+
+
+class _MissingError(Exception):
+    """A run is not there yet."""
+
+
+class Laboratory:
+    """Runs designs by point and replication; what the store has already is not done again."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        store: Store,
+        points: Sequence[Point],
+        execution: Execution | None = None,
+        progress: Progress | None = None,
+        write: Callable[[list[Row]], None] = lambda _: None,
+    ) -> None:
+        self.plan = plan
+        self.store = store
+        self.points = points
+        self.execution = execution  # None: only what is there already
+        self.progress = progress or Progress(plan.name, shown=False)
+        self.write = write
+        self.keys = {number: content_key(model) for number, model in models(plan, points).items()}
+        self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
+        self.written = monotonic()
+
+    def replicate(self) -> None:
+        """Do all replications of all points."""
+        rule = self.plan.replications
+        if isinstance(rule, Until):
+            self._until(rule)
+        else:
+            self.ask([(point.number, r) for point in self.points for r in range(rule)])
+
+    def recall(self) -> None:
+        """Go through the study as far as its runs are there, so that `finished` has them."""
+        execution, self.execution = self.execution, None
+        try:
+            self.replicate()
+        except _MissingError:
+            pass
+        finally:
+            self.execution = execution
+
+    def follow(self, procedure: Procedure[T], indicator: str) -> T:
+        """Carry out a sequential procedure: simulate every batch it asks for, and send it the values."""
+        values: list[float] | None = None
+        while True:
+            try:
+                asked = next(procedure) if values is None else procedure.send(values)
+            except StopIteration as end:
+                return cast("T", end.value)
+            self.ask(asked)
+            values = [value_of(self.outcome(*run), indicator) for run in asked]
+
+    def ask(self, runs: Iterable[tuple[int, int]]) -> None:
+        """Do those of these runs (point, replication) that are missing."""
+        asked = list(runs)
+        missing: dict[tuple[str, int], Wanted] = {}
+        for number, replication in asked:
+            self.replications[number] = max(self.replications[number], replication + 1)
+            key, seed = self.keys[number], run_seed(self.plan.seed, replication)
+            if (key, seed) not in missing and self.store.missing(key, seed):
+                missing[key, seed] = Wanted(number, self.points[number].overrides, seed)
+        if self.execution is None:
+            if missing:
+                raise _MissingError
+            return
+        self.progress.want(len(missing), len(asked) - len(missing))
+        names = list(missing)
+
+        def done(position: int, outcome: Outcome) -> None:
+            self.store.add(*names[position], outcome)
+            self.progress.step(failed=outcome.error is not None)
+            if monotonic() - self.written > _WRITE_EVERY:
+                self.write(self.finished())
+                self.written = monotonic()
+
+        if missing:
+            self.execution.run(list(missing.values()), done)
+
+    def outcome(self, number: int, replication: int) -> Outcome:
+        """What came out of a run that was asked for."""
+        outcome = self.store.get(self.keys[number], run_seed(self.plan.seed, replication))
+        assert outcome is not None
+        return outcome
+
+    def finished(self) -> list[Row]:
+        """The finished runs of the study, by point and replication."""
+        rows = []
+        for point in self.points:
+            for replication in range(self.replications[point.number]):
+                seed = run_seed(self.plan.seed, replication)
+                outcome = self.store.get(self.keys[point.number], seed)
+                if outcome is not None:
+                    rows.append(Row(point, replication, seed, outcome))
+        return rows
+
+    def _until(self, rule: Until) -> None:
+        """Replicate each point until its mean is known well enough, or its cap is reached."""
+        from desim_warehouse.study.statistics import PrecisionRule, check_precision
+
+        precision = PrecisionRule(rule.half_width, rule.confidence, rule.minimum, rule.cap)
+        have = dict.fromkeys(self.keys, 0)
+        more = dict.fromkeys(self.keys, rule.minimum)
+        while more:
+            self.ask([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
+            for number, count in list(more.items()):
+                have[number] += count
+                outcomes = [self.outcome(number, r) for r in range(have[number])]
+                good = [value_of(o, rule.indicator) for o in outcomes if o.error is None]
+                next_ones = min(check_precision(good, precision).more, rule.cap - have[number])
+                hopeless = all(outcome.error is not None for outcome in outcomes[-count:])
+                if next_ones < 1 or hopeless:
+                    del more[number]
+                else:
+                    more[number] = next_ones

@@ -1,0 +1,187 @@
+"""The plan of a study, checked: what is simulated how often, and what is looked at."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError, StudyError, WarehouseError
+from desim_warehouse.model.problems import got
+from desim_warehouse.study.design import Point, Rule, points
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.places import Places
+    from desim_warehouse.study.factors import Factor, Label
+
+
+@dataclass(frozen=True)
+class Until:
+    """Replicate each point until the half-width of an indicator is a small share of its mean."""
+
+    indicator: str
+    half_width: float
+    confidence: float = 0.95
+    minimum: int = 10
+    cap: int = 200
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study before it is run."""
+
+    base: Model
+    factors: tuple[Factor, ...] = ()
+    rule: Rule = Rule()
+    replications: int | Until = 1
+    seed: int = 0
+    indicators: tuple[str, ...] = ()  # empty: all
+    baseline: Mapping[str, Label] | None = None
+    confidence: float = 0.95
+    timeout: float | None = None
+    name: str = "study"
+    description: str = ""
+
+    def points(self) -> list[Point]:
+        """The design points."""
+        return points(self.factors, self.rule, self.seed)
+
+    def baseline_point(self, among: Sequence[Point]) -> Point:
+        """The point that others are compared with: the first one with the baseline's values.
+
+        Raises:
+            StudyError: where no point has these values.
+        """
+        wanted = self.baseline or {}
+        for point in among:
+            if all(point.labels.get(key) == value for key, value in wanted.items()):
+                return point
+        said = ", ".join(f"{key}={value}" for key, value in wanted.items())
+        raise StudyError(f"baseline: no design with {said}, expected values of the factors")
+
+    def with_base(self, base: Model) -> Plan:
+        """The same plan for another model."""
+        return replace(self, base=base)
+
+
+@cache
+def run_seed(seed: int, replication: int) -> int:
+    """The seed of a run: the same for replication r at every point, unlike that of any other study seed.
+
+    48 bits of NumPy's SeedSequence, so that a table of floats holds it exactly.
+    """
+    from numpy.random import SeedSequence
+
+    low, high = SeedSequence(seed, spawn_key=(replication,)).generate_state(2)
+    return (int(high) & 0xFFFF) << 32 | int(low)
+
+
+def models(plan: Plan, among: Iterable[Point], places: Places | None = None) -> dict[int, Model]:
+    """The model of every point, by its number.
+
+    Raises:
+        ModelError: every problem of every point, at the place of the value in the study file.
+    """
+    made: dict[int, Model] = {}
+    said: dict[str, None] = {}
+    for point in among:
+        try:
+            made[point.number] = model = plan.base.replace(point.overrides)
+            for key in _policies_of(point.overrides):
+                _policy_of(key, model)
+        except ModelError as error:
+            said.update(dict.fromkeys(_at_place(text, point, places) for text in error.problems))
+    if said:
+        raise ModelError(list(said))
+    return made
+
+
+def _policies_of(overrides: Mapping[str, Any]) -> list[str]:
+    """The kinds of policies that these changes concern."""
+    return [key.split(".")[1] for key in overrides if key.startswith("policies.")]
+
+
+def _policy_of(kind: str, model: Model) -> None:
+    """Make a policy, to see that it can be had."""
+    from desim_warehouse.policies.catalogue import create
+
+    spec = getattr(model.policies, kind)
+    try:
+        create(kind, spec.name, spec.params)
+    except WarehouseError as error:
+        raise ModelError([f"override policies.{kind}: {error}"]) from error
+
+
+def _at_place(text: str, point: Point, places: Places | None) -> str:
+    """A problem of a changed model, said at the value of the study that causes it."""
+    for key in sorted(point.overrides, key=len, reverse=True):
+        begin = f"override {key}: "
+        if text.startswith(begin):
+            rest = text.removeprefix(begin)
+            if places is None:
+                return f"factor {key}: {rest}"
+            return f"{places.line(point.places[key])[1]}: {rest}"
+    source = "" if places is None else f"{places.source}: "
+    return f"{source}design {point}: {text}"
+
+
+def is_deterministic(model: Model) -> bool:
+    """Whether chance plays no part in a model, so that every seed gives the same run.
+
+    Chance enters by goods that are drawn or that arrive at random, by stations chosen at random, and by
+    policies that say so (`random = True`); of policies that are not ours nothing is known.
+    """
+    from desim_warehouse.policies.catalogue import find
+
+    tasks = model.tasks
+    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random":
+        return False
+    specs = [(kind, getattr(model.policies, kind).name) for kind in type(model.policies).model_fields]
+    return all(":" not in name and not getattr(find(kind, name), "random", False) for kind, name in specs)
+
+
+def content_key(model: Model) -> str:
+    """What a run depends on beside its seed and our version: the model and the user's own policies' code."""
+    own = sorted(
+        spec.name
+        for kind in type(model.policies).model_fields
+        if ":" in (spec := getattr(model.policies, kind)).name
+    )
+    if not own:
+        return model.digest()
+    parts = [model.digest(), *(_source_digest(name) for name in own)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _source_digest(name: str) -> str:
+    """The digest of the file with a user's policy; of its name where the file cannot be found."""
+    import importlib.util
+    from pathlib import Path
+
+    place = name.rpartition(":")[0]
+    path: str | None = place
+    if not place.endswith(".py"):
+        try:
+            spec = importlib.util.find_spec(place)
+        except (ImportError, ValueError):
+            spec = None
+        path = spec.origin if spec else None
+    try:
+        return hashlib.sha256(Path(path or "").read_bytes()).hexdigest()
+    except OSError:
+        return hashlib.sha256(name.encode()).hexdigest()
+
+
+def check_baseline(plan: Plan) -> str | None:
+    """Why the baseline is none, if so."""
+    unknown = [key for key in plan.baseline or {} if key not in {factor.key for factor in plan.factors}]
+    if unknown:
+        return f"'{unknown[0]}' is no factor, expected values of factors (got {got(plan.baseline)})"
+    try:
+        plan.baseline_point(plan.points())
+    except StudyError as error:
+        return str(error).removeprefix("baseline: ")
+    return None

@@ -1,0 +1,107 @@
+"""How far a study is: a bar with rate and time left on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+_EVERY = 10.0  # seconds between plain lines
+_REFRESH = 0.1
+
+
+class Progress:
+    """Shows finished runs of those known to be wanted; more may be wanted later."""
+
+    def __init__(self, name: str, *, shown: bool = True, stream: TextIO | None = None) -> None:
+        self.name = name
+        self.shown = shown
+        self.stream = stream or sys.stderr
+        self.total = self.done = self.reused = self.failed = 0
+        self.begin = self.said = monotonic()
+        self.bar: Any = None
+        self.task: Any = None
+
+    def __enter__(self) -> Progress:
+        self.begin = self.said = monotonic()
+        if self.shown and self.stream.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import Progress as Bar
+
+            self.bar = Bar(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TextColumn("{task.fields[rate]}"),
+                TimeRemainingColumn(),
+                console=Console(file=self.stream),
+                transient=True,
+            )
+            self.bar.start()
+            self.task = self.bar.add_task(self.name, total=None, rate="")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+            self.bar = None
+
+    @property
+    def rate(self) -> float:
+        """Runs per second so far."""
+        return self.done / max(monotonic() - self.begin, 1e-9)
+
+    def want(self, wanted: int, reused: int) -> None:
+        """So many more runs are wanted, and so many more are already there."""
+        self.total += wanted
+        self.reused += reused
+
+    def step(self, *, failed: bool) -> None:
+        """One more run is finished."""
+        self.done += 1
+        self.failed += failed
+        now = monotonic()
+        if not self.shown or now - self.said < (_EVERY if self.bar is None else _REFRESH):
+            return
+        self.said = now
+        if self.bar is not None:
+            self.bar.update(self.task, completed=self.done, total=self.total, rate=f"{self.rate:,.1f} runs/s")
+        else:
+            left = (self.total - self.done) / self.rate
+            self.print(
+                f"{self.name}: {self.done} of {self.total} runs, {self.rate:,.1f} runs/s, {_time(left)} left"
+            )
+
+    def print(self, text: str) -> None:
+        """A line of its own, beside the bar."""
+        if not self.shown:
+            return
+        if self.bar is not None:
+            self.bar.console.print(text, highlight=False, markup=False)
+        else:
+            self.stream.write(f"{text}\n")
+            self.stream.flush()
+
+    def summary(self) -> str:
+        """What was done."""
+        taken = monotonic() - self.begin
+        parts = [f"{self.done} runs in {_time(taken)}" + (f" ({self.rate:,.0f} runs/s)" if self.done else "")]
+        if self.reused:
+            parts.append(f"{self.reused} were there already")
+        if self.failed:
+            parts.append(f"{self.failed} failed (see the column error)")
+        return f"{self.name}: " + ", ".join(parts)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 60:  # noqa: PLR2004 - a minute
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d} h" if hours else f"{minutes}:{rest:02d} min"

@@ -1,0 +1,114 @@
+"""study.json: the resolved study, so that a folder can be understood, continued and compared by itself."""
+
+from __future__ import annotations
+
+import json
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.errors import ModelError, StudyError
+from desim_warehouse.model import load
+from desim_warehouse.runfolder import write_whole
+from desim_warehouse.study.design import Rule
+from desim_warehouse.study.factors import Between, Factor, Level
+from desim_warehouse.study.plan import Plan, Until, run_seed
+from desim_warehouse.study.store import STUDY
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.study.design import Point
+
+FORMAT = 1
+_VERSIONS = ("simpy", "networkx", "numpy", "scipy", "pydantic")
+
+
+def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], folder: Path) -> None:
+    """Write study.json; it is there whole or not at all.
+
+    Raises:
+        StudyError: where it cannot be written.
+    """
+    rule = plan.replications
+    content = {
+        "format": FORMAT,
+        "name": plan.name,
+        "description": plan.description,
+        "versions": {
+            "desim-warehouse": __version__,
+            "python": platform.python_version(),
+            **{name: metadata.version(name) for name in _VERSIONS},
+        },
+        "factors": [_factor(factor) for factor in plan.factors],
+        "design": {"rule": plan.rule.name, "size": plan.rule.size},
+        "replications": vars(rule) if isinstance(rule, Until) else rule,
+        "seed": plan.seed,
+        "run_seeds": [run_seed(plan.seed, r) for r in range(rule.cap if isinstance(rule, Until) else rule)],
+        "indicators": plan.indicators,
+        "baseline": plan.baseline,
+        "confidence": plan.confidence,
+        "timeout": plan.timeout,
+        "base": plan.base.content(),
+        "points": [
+            {"labels": point.labels, "changes": point.overrides, "model": keys[point.number]} for point in points
+        ],
+    }
+    path = folder / STUDY
+    try:
+        write_whole(path, json.dumps(content, indent=1) + "\n")
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written ({error.strerror}); make room and start again") from error
+
+
+def _factor(factor: Factor) -> dict[str, Any]:
+    if factor.between is not None:
+        return {"key": factor.key, "between": vars(factor.between)}
+    levels = [
+        {"label": level.label, "changes": level.overrides, "at": level.keys} for level in factor.levels
+    ]
+    return {"key": factor.key, "levels": levels}
+
+
+def read_record(folder: Path) -> Plan:
+    """The plan of a study folder.
+
+    Raises:
+        StudyError: where there is none, or it is damaged.
+    """
+    path = folder / STUDY
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return _plan(content)
+    except FileNotFoundError:
+        raise StudyError(f"{folder}: no study there; desim study STUDY --out DIR makes one") from None
+    except (OSError, ValueError, KeyError, TypeError, ModelError) as error:
+        raise StudyError(
+            f"{path}: cannot be read ({error}); the runs are safe: start the study again with this folder"
+        ) from error
+
+
+def _plan(content: Mapping[str, Any]) -> Plan:
+    rule = content["replications"]
+    return Plan(
+        base=load(content["base"]),
+        factors=tuple(_read_factor(item) for item in content["factors"]),
+        rule=Rule(content["design"]["rule"], content["design"]["size"]),
+        replications=rule if isinstance(rule, int) else Until(**rule),
+        seed=content["seed"],
+        indicators=tuple(content["indicators"]),
+        baseline=content["baseline"],
+        confidence=content["confidence"],
+        timeout=content["timeout"],
+        name=content["name"],
+        description=content["description"],
+    )
+
+
+def _read_factor(item: Mapping[str, Any]) -> Factor:
+    if "between" in item:
+        return Factor(item["key"], between=Between(**item["between"]))
+    levels = tuple(Level(level["label"], level["changes"], tuple(level["at"])) for level in item["levels"])
+    return Factor(item["key"], levels)
