@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.model import Model
+    from desim_warehouse.report.replay import Replay
 
 
 class Run:
@@ -80,6 +81,19 @@ class Run:
         from desim_warehouse.runfolder import save_run
 
         return save_run(self, Path(folder))
+
+    def replay(
+        self,
+        path: str | Path | None = None,
+        *,
+        start: float | None = None,
+        end: float | None = None,
+        palette: str = "safe",
+    ) -> Replay:
+        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself."""
+        from desim_warehouse.report.replay import replay
+
+        return replay(self, path, start=start, end=end, palette=palette)
 
     def __repr__(self) -> str:
         """The three numbers of the paper."""

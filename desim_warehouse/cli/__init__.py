@@ -14,7 +14,13 @@ from desim_warehouse._version import __version__
 
 COMMANDS = {
     "run": ("run", "Simulate a model once and show its indicators."),
+    "replay": ("replay", "Write a page that plays a run in a browser, or a film of it."),
+    "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),
+    "export": ("export", "Write a run as CSV, Parquet or a trace for Perfetto."),
     "check": ("check", "Check a model file and its layout."),
+    "study": ("study", "Run a study file, or go on with a study folder."),
+    "what-if": ("what_if", "Vary keys of a model and show what happens."),
+    "compare": ("compare", "Compare the designs of a study folder with its baseline."),
     "schema": ("schema", "Print the JSON Schema of model files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""

@@ -97,7 +97,7 @@ def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point]:
     def outside(side: Point) -> bool:
         """Whether no node lies farther out on this side."""
         reach = max(side[0] * data["x"] + side[1] * data["y"] for _, data in graph.nodes(data=True))
-        return side[0] * here["x"] + side[1] * here["y"] >= reach
+        return bool(side[0] * here["x"] + side[1] * here["y"] >= reach)
 
     half = math.sqrt(0.5)
     free = [side for side in SIDES if room(side) > math.pi / 4 - 1e-9]

@@ -15,15 +15,15 @@ const GROUND = {
 
 const PALETTES = {
   safe: {
-    light: { empty: "#0062a3", loaded: "#d55e00", idle: "#00735a", wait: "#f0a500", good: "#d55e00", none: "#2f3942",
+    light: { empty: "#0062a3", loaded: "#d55e00", idle: "#00735a", wait: "#f0a500", good: "#d55e00", none: "#2f3942", noneFar: "#aeb8c2",
       low: "#d55e00", full: "#00735a", ring: "#a0418a" },
-    dark: { empty: "#56b4e9", loaded: "#ff8a3d", idle: "#2fc79b", wait: "#ffd34d", good: "#f07a2c", none: "#46525e",
+    dark: { empty: "#56b4e9", loaded: "#ff8a3d", idle: "#2fc79b", wait: "#ffd34d", good: "#f07a2c", none: "#46525e", noneFar: "#333d47",
       low: "#ff8a3d", full: "#2fc79b", ring: "#e58fcb", label: "#0b0e12" },
   },
   paper: {
-    light: { empty: "#0000ff", loaded: "#ff0000", idle: "#008000", wait: "#ffb000", good: "#ff0000", none: "#000000",
+    light: { empty: "#0000ff", loaded: "#ff0000", idle: "#008000", wait: "#ffb000", good: "#ff0000", none: "#000000", noneFar: "#b0b0b0",
       low: "#ff0000", full: "#008000", ring: "#c000c0" },
-    dark: { empty: "#6f8dff", loaded: "#ff4d4d", idle: "#3ddc5a", wait: "#ffd34d", good: "#ff3b3b", none: "#000000",
+    dark: { empty: "#6f8dff", loaded: "#ff4d4d", idle: "#3ddc5a", wait: "#ffd34d", good: "#ff3b3b", none: "#000000", noneFar: "#0c0f12",
       low: "#ff4d4d", full: "#3ddc5a", ring: "#ff7bff", label: "#0b0e12" },
   },
 };

@@ -123,7 +123,7 @@ class Floor {
   }
 
   storage(ctx, view, colours) {
-    ctx.fillStyle = colours.none;
+    ctx.fillStyle = this.size * view.scale < 4 ? colours.noneFar : colours.none;
     this.squares(ctx, view, this.storageX.length, (i) => i);
   }
 
@@ -171,9 +171,18 @@ class Floor {
     ctx.closePath();
   }
 
+  shortest() {
+    const { edges } = this;
+    return (this.least ??= edges.dx.slice(0, edges.real).reduce((least, dx, i) => Math.min(least, Math.hypot(dx, edges.dy[i])), Infinity));
+  }
+
+  longestName() {
+    return (this.longest ??= Math.min(this.header.nodes.reduce((most, [name]) => Math.max(most, name.length), 1), 14));
+  }
+
   letters(ctx, view, colours) {
     const s = view.scale, room = (this.header.aisle || this.radius * 4) * s;
-    if (room < 11) return;
+    if (room < 11 || this.shortest() * s < this.longestName() * 6 + 8) return;
     const size = Math.min(Math.max(room * 0.26, 8), 22), away = Math.min(room * 0.3, 26);
     ctx.font = `600 ${size}px system-ui, sans-serif`;
     ctx.textAlign = "center";

@@ -18,12 +18,12 @@ Object.assign(Scene.prototype, {
   },
 
   robots(mood, colours) {
-    const { ctx, tracks } = this, robots = this.groups[mood];
+    const { ctx } = this, robots = this.groups[mood];
     const hollow = mood === "idle";
     ctx.fillStyle = hollow ? colours.floor : colours[mood];
     ctx.strokeStyle = hollow ? colours[mood] : colours.outline;
     ctx.beginPath();
-    let width = 1;
+    let width = 0;
     this.each(robots, (robot, x, y, r) => {
       if (r < SMALL) return ctx.rect(x - r, y - r, 2 * r, 2 * r);
       const inner = hollow ? r * 0.86 : r;
@@ -31,13 +31,12 @@ Object.assign(Scene.prototype, {
       ctx.arc(x, y, inner, 0, 7);
       width = hollow ? r * 0.3 : Math.min(r * 0.1, 1.5);
     });
-    if (hollow && width <= 1) ctx.fillStyle = colours[mood];
+    if (hollow && !width) ctx.fillStyle = colours[mood];
     ctx.fill();
     ctx.lineWidth = width;
-    ctx.stroke();
+    if (width) ctx.stroke();
     this.heads(robots, hollow ? colours[mood] : colours.outline);
-    if (mood === "loaded") this.squares(robots, colours);
-    return tracks;
+    if (mood === "loaded") this.loads(robots, colours);
   },
 
   heads(robots, colour) {
@@ -54,13 +53,13 @@ Object.assign(Scene.prototype, {
     ctx.stroke();
   },
 
-  squares(robots, colours) {
+  loads(robots, colours) {
     const { ctx } = this;
     ctx.strokeStyle = colours.label;
     ctx.lineWidth = 1.5;
     ctx.beginPath();
     this.each(robots, (robot, x, y, r) => {
-      if (r >= PLAIN) ctx.rect(x - r * 0.58, y - r * 0.58, r * 1.16, r * 1.16);
+      if (r >= PLAIN) ctx.rect(x - r * 0.62, y - r * 0.62, r * 1.24, r * 1.24);
     });
     ctx.stroke();
   },
@@ -100,7 +99,8 @@ Object.assign(Scene.prototype, {
       this.each(robots, (robot, x, y, r) => {
         if (r < 6.5) return;
         const text = String(robot);
-        ctx.font = `600 ${r * (text.length > 2 ? 0.75 : 0.95)}px system-ui, sans-serif`;
+        const share = (text.length > 2 ? 0.72 : 0.95) * (mood === "loaded" ? 0.85 : 1);
+        ctx.font = `600 ${r * share}px system-ui, sans-serif`;
         ctx.fillText(text, x, y + r * 0.05);
       });
     }
@@ -114,7 +114,7 @@ Object.assign(Scene.prototype, {
     ctx.fillStyle = colours.wait;
     ctx.beginPath();
     this.each(waiting, (robot, x, y, r) => {
-      const reach = Math.max(r * 1.42, r + 1.5);
+      const reach = Math.max(r * 1.42, r + 1);
       ctx.moveTo(x + reach, y);
       ctx.arc(x, y, reach, 0, 7);
     });

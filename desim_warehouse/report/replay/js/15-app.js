@@ -44,7 +44,7 @@ class App {
   // The time in the model's unit and, where that is another, in hours, minutes and seconds.
   clock() {
     const { tick, start, units } = this.header, time = this.player.time * tick + start;
-    const seconds = time * units.seconds, two = (n) => String(Math.floor(n)).padStart(2, "0");
+    const seconds = time * units.seconds + 0.01, two = (n) => String(Math.floor(n)).padStart(2, "0");
     const hours = seconds >= 3600 ? `${Math.floor(seconds / 3600)}:` : "";
     return `${time.toFixed(1)} ${units.time} = ${hours}${two((seconds / 60) % 60)}:${two(seconds % 60)}`;
   }

@@ -1,0 +1,70 @@
+"""`desim replay`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
+
+
+@click.command("replay")
+@click.argument("source", metavar="MODEL|RUN_DIR")
+@click.option("-o", "--output", metavar="FILE", help="The page to write.  [default: replay.html]")
+@with_overrides
+@with_seed
+@click.option("--from", "start", type=float, metavar="T", help="First moment shown, in the model's time unit.")
+@click.option("--to", "end", type=float, metavar="T", help="Last moment shown.")
+@click.option("--gif", metavar="FILE", help="Write an animated GIF of the window instead of the page.")
+@click.option("--mp4", metavar="FILE", help="Write a film of the window instead of the page (needs ffmpeg).")
+@click.option(
+    "--palette",
+    type=click.Choice(["safe", "paper"]),
+    default="safe",
+    show_default=True,
+    help="Colours safe for colour-blind people, or the paper's.",
+)
+@click.option("--speed", type=float, metavar="X", help="GIF and MP4: times real time.  [default: to last 20 s]")
+def command(
+    source: str,
+    output: str | None,
+    assignments: tuple[str, ...],
+    seed: int,
+    start: float | None,
+    end: float | None,
+    gif: str | None,
+    mp4: str | None,
+    palette: str,
+    speed: float | None,
+) -> None:
+    """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
+    run = _run_of(source, assignments, seed)
+    films = [path for path in (gif, mp4) if path is not None]
+    if films:
+        from desim_warehouse.report.film import film
+
+        for path in films:
+            click.echo(film(run, path, start=start, end=end, speed=speed, palette=palette))
+    if output is not None or not films:
+        from desim_warehouse.report.replay import replay
+
+        page = replay(run, output or "replay.html", start=start, end=end, palette=palette)
+        click.echo(f"{output or 'replay.html'}: {len(page.html) / 1e6:.1f} MB; open it in a browser")
+
+
+def _run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
+    """The run of a folder, or of a model file simulated now."""
+    from desim_warehouse.run import simulate
+    from desim_warehouse.runfolder import load_run
+
+    if not Path(source).is_dir():
+        return simulate(load_model(source, assignments), seed)
+    if assignments:
+        raise ReportError(f"{source} is a run that is over: --set is for models")
+    return load_run(source)

@@ -1,0 +1,200 @@
+"""Films of a run for slides: GIF or MP4, drawn with matplotlib from the same positions as the replay page."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.positions import Positions
+from desim_warehouse.report.replay import PALETTES, window
+from desim_warehouse.report.replay.timeline import STATES, Timeline, timeline
+from desim_warehouse.report.zones import robot_radii
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.run import Run
+
+FRAMES_PER_SECOND = {".gif": 12, ".mp4": 25}
+SECONDS = 20.0
+"""How long a film lasts unless a speed is given."""
+MOST_FRAMES = 3000
+COLOURS = {
+    "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
+    "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
+}
+MOOD = dict(zip(STATES, ("idle", "empty", "empty", "loaded", "loaded", "idle", "idle"), strict=True))
+
+
+def film(
+    run: Run,
+    path: str | Path,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    speed: float | None = None,
+    palette: str = "safe",
+) -> Path:
+    """Write a film of a run, or of a window of it, to a .gif or .mp4 file.
+
+    Args:
+        run: a run with `log: all`.
+        path: where to; the ending says which kind.
+        start: first moment shown, in the model's time unit; default: the start of the run.
+        end: last moment shown; default: the end of the run.
+        speed: times real time; default: so that the film lasts 20 s.
+        palette: `safe` for colour-blind people, or `paper`.
+
+    Raises:
+        ReportError: for another ending, an empty window, a film too long, or an MP4 where there is no ffmpeg.
+    """
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind not in FRAMES_PER_SECOND:
+        raise ReportError(f"{path}: a film ends in .gif or .mp4")
+    if kind == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ReportError(f"{path}: an MP4 needs the program ffmpeg, which is not installed; a .gif does not")
+    if palette not in PALETTES:
+        raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
+    times = _moments(run, start, end, speed, FRAMES_PER_SECOND[kind])
+    figure = Figure(figsize=(8, 6), dpi=100, layout="constrained")
+    picture = Picture(figure.add_subplot(), run, palette)
+    writer = _writer(kind)
+    try:
+        with writer.saving(figure, str(path), dpi=100):
+            for time in times:
+                picture.show(time)
+                writer.grab_frame()
+    except OSError as error:
+        raise ReportError(f"{path}: the film cannot be written ({error.strerror or error})") from error
+    return path
+
+
+def _moments(run: Run, start: float | None, end: float | None, speed: float | None, rate: int) -> list[float]:
+    """The times of the frames, the last one included."""
+    begin, finish = window(run, start, end)
+    real = (finish - begin) * run.model.units.seconds
+    if speed is not None and not (math.isfinite(speed) and speed > 0):
+        raise ReportError(f"speed: {speed:g}, expected a number above 0")
+    frames = max(round((SECONDS if speed is None else real / speed) * rate), 1)
+    if frames > MOST_FRAMES:
+        raise ReportError(
+            f"the film would have {frames} frames, more than {MOST_FRAMES}: choose a shorter window or a higher speed"
+        )
+    return [float(time) for time in np.linspace(begin, finish, frames + 1)]
+
+
+def _writer(kind: str) -> Any:
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    rate = FRAMES_PER_SECOND[kind]
+    return PillowWriter(fps=rate) if kind == ".gif" else FFMpegWriter(fps=rate)
+
+
+class Picture:
+    """The warehouse at one time on matplotlib axes; `show` moves it to another."""
+
+    def __init__(self, axes: Axes, run: Run, palette: str = "safe") -> None:
+        self.axes = axes
+        self.run = run
+        self.colours = COLOURS[palette]
+        self.positions = Positions(run)
+        self.events: Timeline = timeline(run)
+        self.radii = np.array(robot_radii(run.model))
+        self.state_times = [np.array([row[0] for row in rows]) for rows in self.events.states]
+        self._draw_floor()
+        self._add_robots()
+
+    def show(self, time: float) -> None:
+        """Move robots and goods to where they are at a time."""
+        points = self.positions.points(time)
+        headings = self.positions.headings(time)
+        self.robots.set_offsets(points)
+        self.robots.set_facecolor([self.colours[MOOD[state]] for state in self.states(time)])
+        waiting = self.waiting(time)
+        self.robots.set_edgecolor([self.colours["wait"] if wait else "#16202a" for wait in waiting])
+        self.robots.set_linewidth([2.5 if wait else 0.8 for wait in waiting])
+        noses = np.stack([np.cos(headings), np.sin(headings)], axis=1) * self.radii[:, None]
+        self.heads.set_segments(list(np.stack([points + 0.6 * noses, points + 1.5 * noses], axis=1)))
+        self.goods.set_facecolor(self._goods(time))
+        done = sum(1 for moment, _ in self.events.deliveries if moment <= time)
+        counted = sum(1 for wait in self.events.waits if self.run.record.begin <= wait.time <= time)
+        unit = self.run.model.units
+        self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
+
+    def states(self, time: float) -> list[str]:
+        """What every robot does at a time."""
+        rows = self.events.states
+        return [
+            STATES[rows[robot][max(int(np.searchsorted(times, time, side="right")) - 1, 0)][1]]
+            for robot, times in enumerate(self.state_times)
+        ]
+
+    def waiting(self, time: float) -> list[bool]:
+        """Whether each robot waits at a time."""
+        result = [False] * len(self.radii)
+        for wait in self.events.waits:
+            if wait.begin <= time < wait.end:
+                result[wait.robot] = True
+        return result
+
+    def _goods(self, time: float) -> list[str]:
+        colours = [self.colours["none"]] * len(self.run.layout.storage)
+        for task in self.events.tasks.values():
+            if task.good >= 0 and task.released <= time < task.loaded:
+                colours[task.good] = self.colours["loaded"]
+        return colours
+
+    def _draw_floor(self) -> None:
+        from matplotlib.collections import LineCollection, PatchCollection
+        from matplotlib.patches import Rectangle
+
+        axes, run, edges = self.axes, self.run, self.positions.edges
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        lines = [(start, end) for start, end in zip(edges.start[: edges.real], edges.end[: edges.real], strict=True)]
+        axes.add_collection(LineCollection(lines, colors="#aab4be", linewidths=0.8, zorder=1))
+        middle, way = (edges.start + edges.end)[: edges.real] / 2, (edges.end - edges.start)[: edges.real]
+        angles = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
+        for (x, y), angle in zip(middle, angles, strict=True):
+            axes.plot(x, y, marker=(3, 0, -angle - 90), color="#8995a1", markersize=5, zorder=1)
+        size = run.layout.goods_size or 1.3 * float(self.radii.max())
+        squares = [
+            Rectangle((place.x - size / 2, place.y - size / 2), 0.94 * size, 0.94 * size)
+            for place in run.layout.storage
+        ]
+        self.goods = PatchCollection(squares, zorder=0)
+        axes.add_collection(self.goods)
+        if run.layout.graph.number_of_nodes() <= 60:  # noqa: PLR2004 - more would not be legible
+            for name, data in run.layout.graph.nodes(data=True):
+                axes.annotate(name, (data["x"], data["y"]), (6, 6), textcoords="offset points", size=8)
+        self._frame(size)
+
+    def _frame(self, size: float) -> None:
+        edges, storage = self.positions.edges, self.run.layout.storage
+        goods = np.array([(place.x, place.y) for place in storage]).reshape(-1, 2)
+        points = np.concatenate([edges.start, edges.end, goods - size / 2, goods + size / 2])
+        air = 2 * float(self.radii.max())
+        (left, top), (right, bottom) = points.min(axis=0) - air, points.max(axis=0) + air
+        self.axes.set_xlim(left, right)
+        self.axes.set_ylim(bottom, top)
+        self.caption = self.axes.set_title(self.run.model.name, fontsize=10, parse_math=False)
+
+    def _add_robots(self) -> None:
+        from matplotlib.collections import EllipseCollection, LineCollection
+
+        size = 2 * self.radii
+        self.robots = EllipseCollection(
+            size, size, np.zeros(len(size)), units="xy", offsets=np.zeros((len(size), 2)),
+            transOffset=self.axes.transData, zorder=3,
+        )  # fmt: skip
+        self.heads = LineCollection([], colors="#16202a", linewidths=1.5, zorder=4)
+        self.axes.add_collection(self.robots)
+        self.axes.add_collection(self.heads)
