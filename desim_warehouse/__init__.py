@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.runfolder import load_run
+    from desim_warehouse.study.study import Study
 
 _HOME = {
     "errors": (
@@ -43,6 +44,7 @@ _HOME = {
     "model": ("Model", "load"),
     "run": ("Run", "simulate"),
     "runfolder": ("load_run",),
+    "study.study": ("Study",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _PACKAGES = {"plot": "report.plot"}
@@ -59,6 +61,7 @@ __all__ = [
     "Run",
     "SimulationError",
     "StallError",
+    "Study",
     "StudyError",
     "WarehouseError",
     "__version__",

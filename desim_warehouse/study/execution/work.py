@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
 
+TIME_OUT = "time-out"
 _KEPT = 64  # models at hand
 _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 
@@ -114,7 +115,7 @@ class Bench:
                     values = simulate(model, wanted.seed).kpis
         except TimeOutError:
             taken = perf_counter() - begin
-            return Outcome({}, taken, f"time-out: not finished after {timeout:g} s", final=False)
+            return Outcome({}, taken, f"{TIME_OUT}: not finished after {timeout:g} s", final=False)
         except Exception as error:  # noqa: BLE001 - one failing run is a row with its error
             taken = perf_counter() - begin
             said = " ".join(str(error).split()) or "no message"

@@ -1,0 +1,253 @@
+"""Runs in processes of this machine: each worker is a process of its own, replaced if it dies.
+
+Every worker is a `ProcessPoolExecutor` of one process, started afresh ("spawn"): so it is known which runs a
+process had when it died, and another worker's runs are not disturbed. This process takes part in studies of
+short runs: with two workers it does half of the work while the other worker is still starting.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
+from time import monotonic
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.work import TIME_OUT, Bench, Outcome, Wanted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from types import TracebackType
+
+    from desim_warehouse.model import Model
+
+_AHEAD = 2  # batches that a worker has: one to work on, one to go on with
+_GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
+_POLL = 0.2  # seconds
+_HELP = 0.025  # seconds of work that this process does between looking after the workers
+_SHORT = 0.05  # seconds: runs of this length at most are done here
+_STUCK = 0.5  # seconds after which a run begun here is left to a worker
+_STARTS = 3  # processes of one worker that may die before they are ready
+
+
+class Batch(NamedTuple):
+    """Runs that a worker was given, by position."""
+
+    positions: list[int]
+    result: Future[list[Outcome]]
+
+
+_bench: Bench | None = None  # in a worker
+
+
+def _begin(base: Model) -> int:
+    """In a new worker: take the base model, leave Ctrl-C to the parent, and end when the parent does."""
+    global _bench  # noqa: PLW0603 - what a worker process is set up with
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _bench = Bench(base)
+    return os.getpid()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+def _work(batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
+    """In a worker: simulate a batch."""
+    assert _bench is not None
+    return _bench.batch(batch, timeout)
+
+
+class Worker:
+    """One process and the batches it was given, the first of which it is at."""
+
+    def __init__(self, base: Model, timeout: float | None) -> None:
+        self.base = base
+        self.timeout = timeout
+        self.batches: deque[Batch] = deque()
+        self.starts = 0
+        self.start()
+
+    def start(self) -> None:
+        """Begin a new process."""
+        self.starts += 1
+        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+        with _bare_main(), _without_ctrl_c():
+            self.hello: Future[int] = self.executor.submit(_begin, self.base)
+        self.begun: float | None = None
+
+    def give(self, positions: list[int], runs: list[Wanted]) -> None:
+        """Give it a further batch."""
+        if not self.batches:
+            self.begun = None
+        try:
+            result = self.executor.submit(_work, runs, self.timeout)
+        except BrokenProcessPool as error:  # it died since we last looked
+            result = Future()
+            result.set_exception(error)
+        self.batches.append(Batch(positions, result))
+
+    @property
+    def awaited(self) -> Future[Any]:
+        """What comes next from it."""
+        return self.batches[0].result if self.hello.done() and self.batches else self.hello
+
+    def late(self) -> bool:
+        """Whether the run it is at can neither end nor be interrupted."""
+        if self.timeout is None or not self.batches or not self.hello.done():
+            return False
+        if self.begun is None:
+            self.begun = monotonic()
+        return monotonic() - self.begun > (self.timeout + _GRACE) * len(self.batches[0].positions)
+
+    def kill(self) -> None:
+        """End the process at once."""
+        if self.hello.done() and not self.hello.cancelled() and self.hello.exception() is None:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(self.hello.result(), signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
+
+class Processes:
+    """Simulates in `count` processes, this one among them while runs are short."""
+
+    def __init__(
+        self, base: Model, count: int, timeout: float | None, say: Callable[[str], None]
+    ) -> None:
+        self.base = base
+        self.count = count
+        self.timeout = timeout
+        self.say = say
+        self.workers: list[Worker] = []
+        self.bench: Bench | None = Bench(base)  # None: this process does no runs
+        self.run_time: float | None = None
+
+    def __enter__(self) -> Processes:
+        self.workers = [Worker(self.base, self.timeout) for _ in range(self.count - 1)]
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for worker in self.workers:
+            worker.kill()
+
+    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+        """Simulate every wanted run.
+
+        Raises:
+            StudyError: where worker processes cannot be started.
+        """
+        batches = Batches(wanted, done, self.run_time)
+        while batches.open:
+            for worker in self.workers:
+                while len(worker.batches) < _AHEAD and (positions := batches.take(self.count)):
+                    worker.give(positions, [wanted[position] for position in positions])
+            self.run_time = batches.run_time
+            if self.bench is not None and (positions := batches.take(self.count, _HELP)):
+                self.help(self.bench, positions, batches)
+                self.collect(batches)
+            elif any(worker.batches for worker in self.workers):
+                wait([w.awaited for w in self.workers if w.batches], _POLL, FIRST_COMPLETED)
+                self.collect(batches)
+
+    def collect(self, batches: Batches) -> None:
+        """Take what the workers have finished, and replace those that died."""
+        for worker in self.workers:
+            while worker.batches and worker.awaited.done():
+                error = worker.awaited.exception()
+                if isinstance(error, BrokenProcessPool):
+                    self.died(worker, batches)
+                    break
+                positions, result = worker.batches.popleft()
+                worker.begun = None
+                worker.starts = 0
+                batches.finish(positions, result.result())
+            if worker.late():
+                self.stuck(worker, batches)
+
+    def died(self, worker: Worker, batches: Batches) -> None:
+        """A process is gone: what it was at is dealt out again, run by run, to find one that kills workers."""
+        error = worker.hello.exception()
+        if error is None:
+            at = worker.batches.popleft().positions
+            said = "the worker process died each time it was at this run (killed, or out of memory)"
+            for position in batches.lost(at):
+                batches.finish([position], [Outcome({}, 0.0, said, final=False)])
+        elif worker.starts >= _STARTS:
+            raise StudyError(f"worker processes end before they can begin ({error}); try --workers 1")
+        self.replace(worker, batches, "a worker process died; its runs are done again")
+
+    def stuck(self, worker: Worker, batches: Batches) -> None:
+        """A run does not end, not even when interrupted: its process is killed."""
+        at = worker.batches.popleft().positions
+        if len(at) == 1:
+            said = f"time-out: not finished after {self.timeout:g} s, and its process had to be killed"
+            batches.finish(at, [Outcome({}, float(self.timeout or 0), said, final=False)])
+        batches.lost(at if len(at) > 1 else [])
+        self.replace(worker, batches, "a run did not end and could not be interrupted; its process was killed")
+
+    def replace(self, worker: Worker, batches: Batches, why: str) -> None:
+        """Start a new process for a worker; the batches it had not begun are dealt out again."""
+        for batch in reversed(worker.batches):
+            batches.put_back(batch.positions)
+        worker.batches.clear()
+        worker.kill()
+        self.say(why)
+        worker.start()
+
+    def help(self, bench: Bench, positions: list[int], batches: Batches) -> None:
+        """Do some runs here, if they are short; else get a further worker in place of this process."""
+        limit = _STUCK if self.timeout is None else min(_STUCK, self.timeout)
+        for rank, position in enumerate(positions):
+            outcome = bench.run(batches.wanted[position], limit)
+            stuck = outcome.error is not None and outcome.error.startswith(TIME_OUT)
+            if not stuck:
+                batches.finish([position], [outcome])
+            if stuck or outcome.run_time > _SHORT:
+                batches.put_back(positions[rank + (not stuck) :])
+                self.bench = None
+                self.workers.append(Worker(self.base, self.timeout))
+                return
+
+
+@contextmanager
+def _bare_main() -> Iterator[None]:
+    """Hide the main module from new processes: they need ours only.
+
+    So they start sooner, and a script that runs a study needs no `if __name__ == "__main__"`.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """New processes inherit that Ctrl-C is not for them; here it is only held up."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # it would let signals through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
