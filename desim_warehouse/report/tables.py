@@ -9,7 +9,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.words import level, plain
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
 
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Cell:
-    """What the runs at some levels of the factors say about an indicator."""
+    """What the runs at some levels of the factors say about an indicator, and its value by replication."""
 
     levels: tuple[Any, ...]
     estimate: Estimate
+    by_replication: Mapping[int, float]
 
 
 def cells(
@@ -47,7 +48,13 @@ def cells(
     for key in order(rows, factors):
         chosen = _where(rows, factors, key)
         values = _by_replication(chosen, indicator) * scale
-        found.append(Cell(key, estimate(values.tolist(), confidence)))
+        found.append(
+            Cell(
+                key,
+                estimate(values.tolist(), confidence),
+                {int(r): value for r, value in zip(values.index, values, strict=True)},
+            )
+        )
     return found
 
 

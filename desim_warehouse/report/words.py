@@ -91,6 +91,12 @@ def indicator_name(indicator: str) -> str:
     return INDICATORS.get(indicator, (indicator, ""))[0]
 
 
+def in_sentence(indicator: str) -> str:
+    """An indicator's name inside a sentence: `task time T`."""
+    name = indicator_name(indicator)
+    return f"{name[:1].lower()}{name[1:]}"
+
+
 def indicator_label(indicator: str, units: Units | None, seconds: bool = False) -> str:
     """Name and unit of an indicator, for an axis: `Task time T (step)`."""
     return with_unit(indicator_name(indicator), unit(indicator_kind(indicator), units, seconds))
@@ -174,7 +180,10 @@ def number(value: float, digits: int | None = None) -> str:
     if digits is None:
         whole = float(value).is_integer() and abs(value) < 1e15  # noqa: PLR2004 - beyond, floats skip
         digits = 0 if whole or not value else max(0, 3 - math.floor(math.log10(abs(value))))
-    shown = f"{value:,.{digits}f}"
+        shown = f"{value:,.{digits}f}"
+        shown = shown.rstrip("0").rstrip(".") if "." in shown else shown
+    else:
+        shown = f"{value:,.{digits}f}"
     return shown.replace("-", "−") if float(shown.replace(",", "")) else shown.removeprefix("-")
 
 

@@ -27,8 +27,10 @@ from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
 from desim_warehouse.report.plot.response import surface
 from desim_warehouse.report.plot.series import warm_up
+from desim_warehouse.report.plot.style import COLOURS
 
 __all__ = [
+    "COLOURS",
     "battery",
     "by_factor",
     "congestion",

@@ -22,6 +22,8 @@ _NAMED = 8
 def battery(
     run: Run,
     *,
+    start: float | None = None,
+    end: float | None = None,
     robots: Sequence[int] | None = None,
     title: str | None = None,
     style: look.Style = "light",
@@ -31,14 +33,19 @@ def battery(
 
     Args:
         run: the run; corners are exact at every change of state.
+        start: of the window shown, in the model's time unit; default: the start of the run.
+        end: of the window; default: the end of the run.
         robots: by number; default: all. Up to eight have a colour and a name each.
 
     Raises:
-        ReportError: a model without batteries, or a robot that is not there.
+        ReportError: a model without batteries, an empty window, or a robot that is not there.
     """
     spec = run.model.battery
     if spec is None:
         raise ReportError("battery: the robots of this model have none")
+    begin, until = start or 0.0, run.record.end if end is None else end
+    if not begin < until:
+        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
     curves = energy_curves(run)
     shown = list(range(len(curves))) if robots is None else list(robots)
     strange = [number for number in shown if not 0 <= number < len(curves)]
@@ -56,7 +63,7 @@ def battery(
         axes.axhline(spec.threshold, color=look.INK, linestyle="--", linewidth=1, label="threshold")
         lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
         axes.set_ylim(min(0.0, lowest) * 1.05, spec.capacity * 1.03)
-        axes.set_xlim(0, run.record.end)
+        axes.set_xlim(begin, until)
         axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
         axes.set_ylabel("Energy")
         look.legend(axes, len(shown) + 1 if few else 2)

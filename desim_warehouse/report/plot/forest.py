@@ -41,7 +41,7 @@ def differences(
     units = model.units if model else None
     rows = list(comparison.differences)
     base = names.get(comparison.baseline, str(comparison.baseline))
-    size = (6.4, 1.3 + 0.36 * len(rows))
+    size = (6.4, 1.3 + 0.29 * len(rows))
     alt = f"Differences in {words.indicator_name(indicator)} to {base}"
     with look.drawing(ax, style, title, size, alt) as axes:
         axes.axvline(0.0, color=look.INK, linewidth=1.0)

@@ -1,0 +1,18 @@
+"""`desim report`."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command("report")
+@click.argument("folder", metavar="DIR")
+@click.option("-o", "--out", metavar="FILE", help="Default: report.html in DIR; report.pdf with --pdf.")
+@click.option("--pdf", is_flag=True, help="Print to PDF with an installed Chromium or Chrome.")
+@click.option("--code", is_flag=True, help="Show the notebook's code, too.")
+@click.option("--notebook", metavar="FILE", help="Write the executed notebook, too.")
+def command(folder: str, out: str | None, pdf: bool, code: bool, notebook: str | None) -> None:
+    """Write the report of a study or run folder DIR: one page that needs nothing from outside."""
+    from desim_warehouse.report.notebook import report
+
+    click.echo(report(folder, out, pdf=pdf, code=code, keep=notebook))

@@ -1,0 +1,75 @@
+"""A model in numbers, for reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout import build
+from desim_warehouse.report import html, words
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.html import Html
+
+
+def model_facts(model: Model) -> Html:
+    """Floor, fleet, work, batteries and policies."""
+    floor = build(model.layout)
+    units, fleet = model.units, model.fleet
+    graph = floor.graph
+    rows = [
+        ("Model", model.name),
+        (
+            "Floor",
+            f"{len(graph)} nodes, {graph.number_of_edges()} one-way edges, {len(floor.storage)} storage places",
+        ),
+        (
+            "Robots",
+            (
+                f"{fleet.size}, radius {words.number(fleet.robot.radius)} {units.length}, "
+                f"speed {words.number(fleet.robot.speed)} {units.length} per {units.time}"
+            ),
+        ),
+        ("Work", work(model)),
+        ("Unloading", f"at {', '.join(model.tasks.unload_at)}"),
+        ("Battery", _battery(model)),
+        ("Policies", _policies(model)),
+        ("Time unit", f"1 {units.time} = {words.number(units.seconds)} s"),
+    ]
+    if model.run.length is not None:
+        length = f"{words.number(model.run.length)} {units.time}"
+        rows.append(("Run", f"{length}, counted after a warm-up of {words.number(model.run.warm_up)} {units.time}"))
+    return html.facts(rows, "model")
+
+
+def work(model: Model) -> str:
+    """The demand in words."""
+    goods = model.tasks.goods
+    if isinstance(goods, tuple):
+        return f"{len(goods)} goods, one by one as listed"
+    for name, text in (
+        ("random", "{} goods drawn at random"),
+        ("saturated", "lifelong, {} tasks always open"),
+        ("poisson", "lifelong, {} tasks an hour on average"),
+    ):
+        if hasattr(goods, name):
+            return text.format(words.number(getattr(goods, name)))
+    return "as the model says"
+
+
+def _battery(model: Model) -> str:
+    battery = model.battery
+    if battery is None:
+        return "none: robots never need charging"
+    return (
+        f"capacity {words.number(battery.capacity)}, sent to charge at {words.number(battery.threshold)}, "
+        f"charging {words.number(battery.charge_rate)} per {model.units.time}"
+    )
+
+
+def _policies(model: Model) -> str:
+    policies = model.policies
+    named = {kind: getattr(policies, kind) for kind in type(policies).model_fields}
+    return ", ".join(
+        f"{kind}: {spec.name}" + (f" {dict(spec.params)}" if spec.params else "") for kind, spec in named.items()
+    )

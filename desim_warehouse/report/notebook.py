@@ -1,0 +1,193 @@
+"""Reports: a notebook run on a study or run folder, as one HTML page that needs nothing from outside."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import warnings
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from nbformat import NotebookNode
+
+_NEEDED = ("nbclient", "nbconvert", "nbformat", "ipykernel")
+_KINDS = {"study": "study.json", "run": "run.json"}
+"""Notebook: the file by which its kind of folder is known."""
+
+
+def report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    *,
+    pdf: bool = False,
+    code: bool = False,
+    keep: str | Path | None = None,
+) -> Path:
+    """Write the report of a study folder or a run folder.
+
+    Args:
+        folder: what `desim study --out`, `desim what-if --out` or `desim run --out` wrote.
+        out: the page; default: report.html in the folder (report.pdf with `pdf`).
+        pdf: print the page with an installed Chromium or Chrome.
+        code: show the notebook's code cells, too.
+        keep: write the executed notebook here, to go on with in Jupyter.
+
+    Returns:
+        What was written.
+
+    Raises:
+        ReportError: no such folder, the extra `report` is not installed, no browser for `pdf`, a cell that fails.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ReportError(f"reports need {', '.join(missing)}; install them with pip install 'desim-warehouse[report]'")
+    folder = Path(folder)
+    kind = kind_of(folder)
+    path = folder / ("report.pdf" if pdf else "report.html") if out is None else Path(out)
+    notebook = executed(kind, folder)
+    if keep is not None:
+        _write(Path(keep), _as_file(notebook))
+    page = page_of(notebook, title_of(notebook), code=code)
+    if pdf:
+        from desim_warehouse.report.browser import print_pdf
+
+        print_pdf(page, path)
+    else:
+        _write(path, page)
+    return path
+
+
+def kind_of(folder: Path) -> str:
+    """Whether a folder holds a study or a run."""
+    for kind, file in _KINDS.items():
+        if (folder / file).is_file():
+            return kind
+    raise ReportError(
+        f"{folder}: neither a study nor a run is there; desim study STUDY --out DIR or desim run MODEL --out DIR "
+        "makes one"
+    )
+
+
+def template(kind: str) -> Path:
+    """The notebook of a kind of report: in the installed package, or in reports/ of the source tree."""
+    name = f"{kind}.ipynb"
+    for home in (Path(__file__).parent / "notebooks", Path(__file__).parents[2] / "reports"):
+        if (home / name).is_file():
+            return home / name
+    raise ReportError(f"{name} is missing from this installation of desim-warehouse")
+
+
+def executed(kind: str, folder: Path) -> NotebookNode:
+    """The notebook with its `parameters` cell set for a folder, run from the first cell to the last."""
+    with _quiet():
+        import nbformat
+        from nbclient import NotebookClient
+        from nbclient.exceptions import CellExecutionError, DeadKernelError
+
+        here = str(folder.resolve())
+        notebook = nbformat.read(template(kind), as_version=4)
+        set_parameters(notebook, {"folder": here})
+        client = NotebookClient(notebook, timeout=None, km=_kernel(), resources={"metadata": {"path": here}})
+        try:
+            asyncio.run(client.async_execute())
+        except CellExecutionError as error:
+            raise ReportError(f"{folder}: the report stopped: {error.ename}: {error.evalue}") from error
+        except DeadKernelError as error:
+            raise ReportError(f"{folder}: the report stopped: its Python process died") from error
+    return notebook
+
+
+def _kernel() -> Any:
+    """This Python as a notebook kernel; where the system can, its messages go through files only we can open."""
+    from jupyter_client.manager import AsyncKernelManager
+
+    return AsyncKernelManager(kernel_name="python3", transport="ipc" if os.name == "posix" else "tcp")
+
+
+def set_parameters(notebook: NotebookNode, values: dict[str, Any]) -> None:
+    """Give the parameters their values, as papermill does: in a cell of its own after the one that is tagged."""
+    from nbformat.v4 import new_code_cell
+
+    tagged = [n for n, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", [])]
+    source = "\n".join(f"{name} = {value!r}" for name, value in values.items())
+    cell = new_code_cell(source, id="injected-parameters", metadata={"tags": ["injected-parameters"]})
+    notebook.cells.insert(tagged[0] + 1, cell)
+
+
+def title_of(notebook: NotebookNode) -> str:
+    """The page's title: what the first cell's heading says."""
+    from html.parser import HTMLParser
+
+    class Heading(HTMLParser):
+        inside, text = False, ""
+
+        def handle_starttag(self, tag: str, attrs: object) -> None:  # noqa: ARG002
+            self.inside = self.inside or tag == "h1"
+
+        def handle_endtag(self, tag: str) -> None:
+            self.inside = self.inside and tag != "h1"
+
+        def handle_data(self, data: str) -> None:
+            self.text += data if self.inside else ""
+
+    for source in _shown(notebook):
+        parser = Heading()
+        parser.feed(source)
+        if parser.text:
+            return parser.text
+    return "Report"
+
+
+def _shown(notebook: NotebookNode) -> Iterator[str]:
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            if "text/html" in output.get("data", {}):
+                yield "".join(output["data"]["text/html"])
+
+
+def page_of(notebook: NotebookNode, title: str, *, code: bool = False) -> str:
+    """An executed notebook as one page: styles and figures inside, no script, no address outside."""
+    with _quiet():
+        from nbconvert import HTMLExporter
+
+        exporter = HTMLExporter(
+            template_name="desim",
+            extra_template_basedirs=[str(Path(__file__).parent / "templates")],
+            exclude_input=not code,
+            exclude_input_prompt=True,
+            exclude_output_prompt=True,
+            exclude_anchor_links=True,
+        )
+        page, _ = exporter.from_notebook_node(notebook, resources={"report_title": title})
+    return str(page)
+
+
+def _as_file(notebook: NotebookNode) -> str:
+    import nbformat
+
+    return str(nbformat.writes(notebook)) + "\n"
+
+
+def _write(path: Path, text: str) -> None:
+    from desim_warehouse.runfolder import write_whole
+
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text)
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Warnings of the notebook libraries about one another concern nobody here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

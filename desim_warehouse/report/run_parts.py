@@ -1,0 +1,129 @@
+"""The sections of a single run's report, as the notebook shows them one by one."""
+
+from __future__ import annotations
+
+import platform
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import WarehouseError
+from desim_warehouse.report import html, plot, words
+from desim_warehouse.report.model_parts import model_facts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.report.html import Html
+    from desim_warehouse.run import Run
+
+_PLACES = 10
+"""Edges and intersections in the list of the worst."""
+_GANTT = 40
+"""Robots in the Gantt chart."""
+_SPANS = 600
+"""States in the Gantt chart, or it cannot be read: a part of the run is shown then."""
+
+
+def heading(run: Run) -> Html:
+    """Title and what the model is."""
+    title = html.heading(f"{run.model.name}, seed {run.seed}")
+    return title + html.paragraph(run.model.description or "One simulation run.", "lead")
+
+
+def short(run: Run) -> Html:
+    """The run in a sentence or two."""
+    units, kpis = run.model.units, run.kpis
+    seconds = kpis["T"] * units.seconds
+    lines = [
+        (
+            f"{words.number(kpis['tasks'])} tasks delivered in {words.number(kpis['T'])} {units.time} "
+            f"({words.number(seconds)} s), {words.number(kpis['throughput_per_hour'])} an hour."
+        ),
+        (
+            f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
+            f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
+        ),
+        f"{words.number(kpis['C'])} chargings after which a robot went out again.",
+    ]
+    return html.bullets(lines, "answers")
+
+
+def warehouse(run: Run) -> Html:
+    """The model in numbers."""
+    return model_facts(run.model)
+
+
+def indicators(run: Run) -> Html:
+    """All indicators with their units."""
+    rows = [
+        [key, words.indicator_name(key), words.number(float(value)), _unit(run, key)] for key, value in run.kpis.items()
+    ]
+    return html.table(["indicator", "meaning", "value", "unit"], rows, words=2, name="indicators")
+
+
+def _unit(run: Run, key: str) -> str:
+    return words.unit(words.indicator_kind(key), run.model.units)
+
+
+def robot_figures(run: Run) -> list[Axes]:
+    """Shares of time, states over time, and batteries where there are any."""
+    fleet = range(run.model.fleet.size)
+    figures = [plot.utilisation(run)]
+    shown = list(fleet[:_GANTT])
+    states = sum(1 for row in run.record.rows if row[2] in fleet[:_GANTT] and row[6] is not None) or 1
+    end = run.record.end * min(1.0, _SPANS / states)
+    if end > 0:
+        figures.append(plot.gantt(run, robots=shown, end=end))
+    if run.model.battery is not None:
+        figures.append(plot.battery(run))
+    return figures
+
+
+def worst_places(run: Run) -> Html:
+    """The edges and intersections at which most was waited."""
+    places = [
+        (f"{kind} {name}", float(row["blocked"]), int(row["waits"]), int(row["passages"]))
+        for kind, table in (("on", run.edges), ("before", run.nodes))
+        for name, row in table.iterrows()
+    ]
+    worst = sorted((item for item in places if item[2]), key=lambda item: -item[1])[:_PLACES]
+    if not worst:
+        return html.paragraph("No robot waited for another.", "note")
+    rows = [
+        [place, words.number(blocked), words.number(waits), words.number(passages)]
+        for place, blocked, waits, passages in worst
+    ]
+    head = ["place", f"time waited ({run.model.units.time})", "waiting episodes", "passages"]
+    return html.table(head, rows, name="places")
+
+
+def warm_up_figures(run: Run) -> list[Axes]:
+    """Where the warm-up ends, for a lifelong run long enough to tell."""
+    if isinstance(run.model.tasks.goods, tuple) or hasattr(run.model.tasks.goods, "random"):
+        return []
+    try:
+        return [plot.warm_up(run)]
+    except WarehouseError:
+        return []
+
+
+def warm_up(run: Run) -> Html:
+    """What to make of the figure of the warm-up."""
+    if not warm_up_figures(run):
+        return html.paragraph(
+            "This run ends with its work, or is too short: there is no steady state to look for.", "note"
+        )
+    return html.paragraph(f"Counted from {words.number(run.record.begin)} {run.model.units.time} on.", "note")
+
+
+def method(run: Run, folder: str) -> Html:
+    """How to get the same run again."""
+    from desim_warehouse import __version__
+
+    rows = [
+        ("Again, in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})"),
+        ("Seed", str(run.seed)),
+        ("Model", f"{run.model.name}, SHA-256 {run.model.digest()}"),
+        ("desim-warehouse", __version__),
+        ("Report made with", f"Python {platform.python_version()}"),
+    ]
+    return html.facts(rows, "method")

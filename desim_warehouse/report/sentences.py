@@ -1,0 +1,105 @@
+"""Conclusions in words, from the statistics: where nothing is significant, nothing is said."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.report import words
+from desim_warehouse.report.tables import is_numeric
+
+if TYPE_CHECKING:
+    from desim_warehouse.report.source import StudyFacts
+    from desim_warehouse.study.statistics import Comparison, Difference
+
+
+def conclusions(study: StudyFacts) -> list[str]:
+    """What the study shows: each indicator's significant falls and rises, and where more robots stop paying."""
+    lines = []
+    for indicator in study.moving:
+        comparison = study.comparison(indicator)
+        if comparison is not None:
+            lines += against_baseline(study, indicator, comparison)
+    return lines + knee_of_throughput(study)
+
+
+def against_baseline(study: StudyFacts, indicator: str, comparison: Comparison) -> list[str]:
+    """One sentence on the designs significantly below the baseline, and one on those above, with the farthest."""
+    told = [row for row in comparison.differences if row.differs]
+    sides = (
+        ("lower", [row for row in told if row.estimate.mean < 0]),
+        ("higher", [row for row in told if row.estimate.mean > 0]),
+    )
+    name, base = words.indicator_name(indicator), study.name_of(study.baseline)
+    lines = []
+    for word, rows in sides:
+        if not rows:
+            continue
+        most = max(rows, key=lambda row: abs(row.estimate.mean))
+        by = f"by {_amount(study, indicator, most)}"
+        if len(comparison.differences) == 1:
+            lines.append(f"{name} is {word} with {_name(study, most)} than with {base}, {by}.")
+        else:
+            lines.append(
+                f"{name} is {word} than with {base} in {len(rows)} of {len(comparison.differences)} designs, "
+                f"most with {_name(study, most)}: {by}."
+            )
+    return lines
+
+
+def _name(study: StudyFacts, row: Difference) -> str:
+    assert isinstance(row.design, tuple)
+    return study.name_of(row.design)
+
+
+def _amount(study: StudyFacts, indicator: str, row: Difference) -> str:
+    """By how much: with the half-width, and as a share of the baseline's mean."""
+    estimate = row.estimate
+    unit = words.unit(words.indicator_kind(indicator), study.base.units)
+    digits = None if estimate.half_width is None else words.decimals(estimate.half_width)
+    by = words.number(abs(estimate.mean), digits)
+    if estimate.half_width is not None:
+        by += f" ± {words.number(estimate.half_width, digits)}"
+    by += f" {unit}" if unit else ""
+    by += ", exactly" if estimate.half_width is None else ""
+    base = study.runs(study.baseline)[indicator].mean()
+    if not base:
+        return by
+    share = 100 * estimate.mean / abs(base)
+    return f"{by} ({'+' if share > 0 else ''}{words.number(share, 0 if abs(share) >= 10 else 1)} %)"  # noqa: PLR2004
+
+
+def knee_of_throughput(study: StudyFacts) -> list[str]:
+    """Where more robots stop paying, if throughput surely rises up to there."""
+    from desim_warehouse.report.tables import cells
+    from desim_warehouse.study.statistics import knee, paired
+
+    factor, indicator = "fleet.size", "throughput_per_hour"
+    if study.sampled or factor not in study.factors or indicator not in study.moving:
+        return []
+    found = cells(study.table, [factor], indicator, study.confidence)
+    sizes = [cell.levels[0] for cell in found]
+    if len(sizes) < 3 or not is_numeric(sizes):  # noqa: PLR2004 - fewer have no knee
+        return []
+    shape = knee(sizes, [cell.estimate.mean for cell in found])
+    if shape.at is None or shape.output is None:
+        return []
+    first, there = found[0].by_replication, found[sizes.index(shape.at)].by_replication
+    common = sorted(first.keys() & there.keys())
+    if not common:
+        return []
+    rise = paired(
+        [there[r] for r in common],
+        [first[r] for r in common],
+        study.confidence,
+        deterministic=study.deterministic,
+    )
+    low = rise.mean if rise.deterministic else rise.interval[0] if rise.interval else 0.0
+    if low <= 0:
+        return []
+    return [
+        (
+            f"Throughput has its knee at {factor} = {words.level(shape.at)}, with {words.number(shape.output)} tasks "
+            "per hour: beyond it, each further robot adds less than before. "
+            f"The largest mean, {words.number(shape.maximum)}, is at {words.level(shape.maximum_at)}."
+        )
+    ]
