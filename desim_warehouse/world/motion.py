@@ -61,7 +61,7 @@ class Motion(Reservations):
                 target = room
                 until = clear + target / pace
             ahead.behind = robot
-        if self.mixed and (late := self.free_at(robot, onward, ahead, target) - until) > EPS:
+        if self.mixed and (late := self.free_at(robot, onward, ahead, target, pace) - until) > EPS:
             self.count_wait(robot, ahead, onward, late)
             clear += late
             until += late
@@ -139,7 +139,7 @@ class Motion(Reservations):
         lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
-        if self.mixed and (late := self.free_at(robot, lane, robot.ahead, target) - until) > EPS:
+        if self.mixed and (late := self.free_at(robot, lane, robot.ahead, target, robot.pace) - until) > EPS:
             self.count_wait(robot, robot.ahead, lane, late)
             since += late
             until += late
@@ -152,11 +152,15 @@ class Motion(Reservations):
             self.leave(robot, robot.trailing)
             robot.trailing = None
 
-    def free_at(self, robot: Body, lane: Lane, ahead: Body | None, target: float) -> float:
-        """When a robot may be at `target`: as soon as the one ahead is D beyond it, on the lane or just off its end."""
-        if ahead is not None:
-            return ahead.passes(target + ahead.gap + robot.gap)
-        return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
+    def free_at(self, robot: Body, lane: Lane, ahead: Body | None, target: float, pace: float) -> float:
+        """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
+
+        Both drive at a steady pace, so it is enough that it keeps D where the one ahead sets off and at the target.
+        """
+        if ahead is None:
+            return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
+        gap = ahead.gap + robot.gap
+        return max(ahead.passes(target + gap), ahead.since + max(target - (ahead.pos - gap), 0.0) / pace)
 
     def enter(self, robot: Body, lane: Lane) -> None:
         """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
