@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, StudyError, WarehouseError
+from desim_warehouse.model.policy import PolicySpec
 from desim_warehouse.model.problems import got
 from desim_warehouse.study.design import Point, Rule, points
 
@@ -90,8 +91,9 @@ def models(plan: Plan, among: Iterable[Point], places: Places | None = None) -> 
     for point in among:
         try:
             made[point.number] = model = plan.base.replace(point.overrides)
-            for key in _policies_of(point.overrides):
-                _policy_of(key, model)
+            for kind, spec in _specs(model).items():
+                if any(key.startswith(f"policies.{kind}") for key in point.overrides):
+                    _make_policy(kind, spec)
         except ModelError as error:
             said.update(dict.fromkeys(_at_place(text, point, places) for text in error.problems))
     if said:
@@ -99,16 +101,16 @@ def models(plan: Plan, among: Iterable[Point], places: Places | None = None) -> 
     return made
 
 
-def _policies_of(overrides: Mapping[str, Any]) -> list[str]:
-    """The kinds of policies that these changes concern."""
-    return [key.split(".")[1] for key in overrides if key.startswith("policies.")]
+def _specs(model: Model) -> dict[str, PolicySpec]:
+    """The policies of a model, by kind."""
+    found = {kind: getattr(model.policies, kind) for kind in type(model.policies).model_fields}
+    return {kind: spec for kind, spec in found.items() if isinstance(spec, PolicySpec)}
 
 
-def _policy_of(kind: str, model: Model) -> None:
+def _make_policy(kind: str, spec: PolicySpec) -> None:
     """Make a policy, to see that it can be had."""
     from desim_warehouse.policies.catalogue import create
 
-    spec = getattr(model.policies, kind)
     try:
         create(kind, spec.name, spec.params)
     except WarehouseError as error:
@@ -139,17 +141,15 @@ def is_deterministic(model: Model) -> bool:
     tasks = model.tasks
     if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random":
         return False
-    specs = [(kind, getattr(model.policies, kind).name) for kind in type(model.policies).model_fields]
-    return all(":" not in name and not getattr(find(kind, name), "random", False) for kind, name in specs)
+    return all(
+        ":" not in spec.name and not getattr(find(kind, spec.name), "random", False)
+        for kind, spec in _specs(model).items()
+    )
 
 
 def content_key(model: Model) -> str:
     """What a run depends on beside its seed and our version: the model and the user's own policies' code."""
-    own = sorted(
-        spec.name
-        for kind in type(model.policies).model_fields
-        if ":" in (spec := getattr(model.policies, kind)).name
-    )
+    own = sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
     if not own:
         return model.digest()
     parts = [model.digest(), *(_source_digest(name) for name in own)]
