@@ -1,102 +1,206 @@
-"""The distance oracle: directed distances and times between nodes, worked out when asked for.
+"""The distance oracle: directed distances and driving times between nodes, worked out when asked for.
 
-One Dijkstra (scipy.sparse.csgraph) per goal on the reversed Highways, kept for the goals used last; so memory
-stays within `keep` rows of one number a node, also on layouts of 10,000 nodes.
+One search a row (scipy.sparse.csgraph.dijkstra towards a goal, or Algorithm 1's breadth-first search from an
+origin), kept for the rows used last; so memory stays within KEPT numbers, also on layouts of 10,000 nodes.
 """
 
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
-from typing import TYPE_CHECKING, Any
+from array import array
+from collections import OrderedDict, deque
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Sequence
 
     import networkx as nx
 
+Cost = Literal["hops", "length", "time"]
+KEPT = 8_000_000
+"""Numbers of each kind that an oracle keeps: rows times nodes (64 MB of times, as much of lengths)."""
+
 
 class Oracle:
-    """Costs of the cheapest ways on the Highways, for one cost of an edge."""
+    """The cheapest ways on the Highways for one cost of an edge, with their lengths and free driving times.
 
-    def __init__(self, highways: nx.DiGraph, cost: Callable[[dict[str, float]], float], keep: int = 2000) -> None:
+    `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1
+    does; `length` is in length units; `time` includes node times and edge speed limits, waiting not. Times of
+    a way are at `speed`, whatever the cost that chose it.
+    """
+
+    def __init__(self, highways: nx.DiGraph, cost: Cost, speed: float, node_time: float) -> None:
+        self.cost = cost
+        self.names = list(highways)
+        self.index = {name: i for i, name in enumerate(self.names)}
+        self._next: list[list[tuple[int, float, float]]] = [
+            [
+                (self.index[target], data["length"], data["length"] / min(speed, data["speed"]) + node_time)
+                for target, data in highways[name].items()
+            ]
+            for name in self.names
+        ]
+        self._keep = max(KEPT // max(len(self.names), 1), 1)
+        self._rows: OrderedDict[int, tuple[Any, Any, Any]] = OrderedDict()
+        self._reversed: Any = None
+
+    def length(self, origin: str, goal: str) -> float:
+        """Length of the way; inf where there is none."""
+        row, at = self._row_of(origin, goal)
+        return float(row[0][at])
+
+    def time(self, origin: str, goal: str) -> float:
+        """Free driving time of the way; inf where there is none."""
+        row, at = self._row_of(origin, goal)
+        return float(row[1][at])
+
+    def way(self, origin: str, goal: str) -> list[str]:
+        """Nodes of the way, both ends included; empty where there is none."""
+        (lengths, _, steps), at = self._row_of(origin, goal)
+        if math.isinf(lengths[at]):
+            return []
+        names, root = self.names, self.index[origin if self.cost == "hops" else goal]
+        way = [names[at]]
+        while at != root:
+            at = steps[at]
+            way.append(names[at])
+        return way[::-1] if self.cost == "hops" else way
+
+    def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
+        """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
+        import numpy as np
+
+        part = 0 if what == "length" else 1
+        index = self.index
+        by_origin = self.cost == "hops"
+        keys, others = (origins, goals) if by_origin else (goals, origins)
+        at = np.array([index[name] for name in others], dtype=np.intp)
+        rows = {name: np.frombuffer(self._row(index[name])[part])[at] for name in dict.fromkeys(keys)}
+        table = np.empty((len(keys), len(others)))
+        for number, name in enumerate(keys):
+            table[number] = rows[name]
+        return table if by_origin else table.T
+
+    def _row_of(self, origin: str, goal: str) -> tuple[tuple[Any, Any, Any], int]:
+        root, at = self.index[origin], self.index[goal]
+        if self.cost != "hops":
+            root, at = at, root
+        return self._row(root), at
+
+    def _row(self, root: int) -> tuple[Any, Any, Any]:
+        """Lengths, times and next nodes (towards the root) of all nodes."""
+        row = self._rows.get(root)
+        if row is None:
+            row = self._rows[root] = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root)
+            if len(self._rows) > self._keep:
+                self._rows.popitem(last=False)
+        elif len(self._rows) == self._keep:
+            self._rows.move_to_end(root)
+        return row
+
+    def _breadth_first(self, root: int) -> tuple[Any, Any, Any]:
+        size = len(self.names)
+        lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
+        before = array("i", range(size))
+        lengths[root] = times[root] = 0.0
+        seen, line = {root}, deque([root])
+        while line:
+            here = line.popleft()
+            for there, length, time in self._next[here]:
+                if there not in seen:
+                    seen.add(there)
+                    before[there] = here
+                    lengths[there] = lengths[here] + length
+                    times[there] = times[here] + time
+                    line.append(there)
+        return lengths, times, before
+
+    def _dijkstra(self, root: int) -> tuple[Any, Any, Any]:
+        import numpy as np
+        from scipy.sparse.csgraph import dijkstra
+
+        if self._reversed is None:
+            self._reversed = self._matrices()
+        graph, keys, other = self._reversed
+        costs, steps = dijkstra(graph, indices=root, return_predecessors=True)
+        here = np.arange(len(costs))
+        steps = np.where(steps < 0, here, steps)
+        first = np.where(np.isinf(costs), np.inf, 0.0)
+        moved = steps != here
+        edges = np.searchsorted(keys[0], here[moved] * len(costs) + steps[moved])
+        first[moved] = other[keys[1][edges]]
+        along = _along(steps, first)
+        lengths, times = (costs, along) if self.cost == "length" else (along, costs)
+        return tuple(
+            array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddi", (lengths, times, steps), strict=True)
+        )  # type: ignore[return-value]
+
+    def _matrices(self) -> tuple[Any, Any, Any]:
+        """The reversed Highways with their costs; edges by (from, to) in order; the edges' other cost."""
         import numpy as np
         from scipy.sparse import csr_array
 
-        self.names = list(highways)
-        self.index = {name: i for i, name in enumerate(self.names)}
-        edges = list(highways.edges(data=True))
-        rows = [self.index[target] for _, target, _ in edges]
-        columns = [self.index[source] for source, _, _ in edges]
         size = len(self.names)
-        self._reversed = csr_array(
-            (np.array([cost(data) for _, _, data in edges]), (rows, columns)), shape=(size, size)
-        )
-        self._keep = keep
-        self._rows: OrderedDict[str, tuple[Any, Any]] = OrderedDict()
+        edges = [(i, *edge) for i, row in enumerate(self._next) for edge in row]
+        source, target, length, time = (np.array(column) for column in zip(*edges, strict=True))
+        cost, other = (length, time) if self.cost == "length" else (time, length)
+        keys = source * size + target
+        order = np.argsort(keys)
+        return csr_array((cost, (target, source)), shape=(size, size)), (keys[order], order), other
 
-    def _towards(self, goal: str) -> tuple[Any, Any]:
-        row = self._rows.get(goal)
-        if row is None:
-            from array import array
 
-            from scipy.sparse.csgraph import dijkstra
-
-            costs, nexts = dijkstra(self._reversed, indices=self.index[goal], return_predecessors=True)
-            row = array("d", costs.tobytes()), array("i", nexts.astype("int32").tobytes())
-            self._rows[goal] = row
-            if len(self._rows) > self._keep:
-                self._rows.popitem(last=False)
-        else:
-            self._rows.move_to_end(goal)
-        return row
-
-    def cost(self, origin: str, goal: str) -> float:
-        """Cost of the cheapest way; inf where there is none."""
-        return float(self._towards(goal)[0][self.index[origin]])
-
-    def way(self, origin: str, goal: str) -> list[str]:
-        """Nodes of the cheapest way, both ends included; empty where there is none."""
-        costs, nexts = self._towards(goal)
-        i, last = self.index[origin], self.index[goal]
-        if math.isinf(costs[i]):
-            return []
-        way = [origin]
-        while i != last:
-            i = nexts[i]
-            way.append(self.names[i])
-        return way
+def _along(steps: Any, first: Any) -> Any:
+    """Sum of `first` along the chains of `steps`, each of which ends in a node that leads to itself."""
+    total = first
+    while True:
+        further = steps[steps]
+        total = total + total[steps]
+        if (further == steps).all():
+            return total
+        steps = further
 
 
 class Travel:
-    """Distances by the shortest way, times by the fastest (edge speed limits and node times included)."""
+    """Distances and free driving times on the Highways: `distance` by the shortest way, `time` by the fastest.
 
-    def __init__(self, highways: nx.DiGraph, speed: float, node_time: float) -> None:
-        self._highways = highways
-        self._speed = speed
-        self._node_time = node_time
-        self._lengths: Oracle | None = None
-        self._times: Oracle | None = None
+    `ways` is the oracle of the routing policy in force: lengths and times along the ways that robots do drive.
+    """
+
+    def __init__(self, highways: nx.DiGraph, speed: float, node_time: float, cost: Cost = "time") -> None:
+        self.highways = highways
+        self.speed = speed
+        self.node_time = node_time
+        self.cost = cost
+        self._oracles: dict[str, Oracle] = {}
+
+    def oracle(self, cost: Cost) -> Oracle:
+        """The oracle for ways that are cheapest by a cost."""
+        found = self._oracles.get(cost)
+        if found is None:
+            found = self._oracles[cost] = Oracle(self.highways, cost, self.speed, self.node_time)
+        return found
 
     @property
-    def lengths(self) -> Oracle:
-        """The oracle of lengths."""
-        if self._lengths is None:
-            self._lengths = Oracle(self._highways, lambda edge: edge["length"])
-        return self._lengths
-
-    @property
-    def times(self) -> Oracle:
-        """The oracle of free driving times."""
-        if self._times is None:
-            speed, pause = self._speed, self._node_time
-            self._times = Oracle(self._highways, lambda edge: edge["length"] / min(speed, edge["speed"]) + pause)
-        return self._times
+    def ways(self) -> Oracle:
+        """The oracle of the ways that robots drive."""
+        return self.oracle(self.cost)
 
     def distance(self, origin: str, goal: str) -> float:
         """Length of the shortest way."""
-        return self.lengths.cost(origin, goal)
+        return self.oracle("length").length(origin, goal)
 
     def time(self, origin: str, goal: str) -> float:
         """Time of the fastest way: node times and speed limits included, waiting not."""
-        return self.times.cost(origin, goal)
+        return self.oracle("time").time(origin, goal)
+
+    def way(self, origin: str, goal: str) -> list[str]:
+        """The nodes that a robot drives from origin to goal, both included."""
+        return self.ways.way(origin, goal)
+
+    def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
+        """Free driving times of the ways that robots drive: a row for each origin, a column for each goal."""
+        return self.ways.matrix(origins, goals, "time")
+
+    def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
+        """Lengths of the ways that robots drive: a row for each origin, a column for each goal."""
+        return self.ways.matrix(origins, goals, "length")

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import checks_layout
 from desim_warehouse.model.checks_layout import node_problems, storage_places
+from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.problems import Problem, got
 from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, SaturatedGoods
+from desim_warehouse.policies.catalogue import problems
 
 if TYPE_CHECKING:
     from desim_warehouse.model.places import Keys
@@ -46,12 +48,11 @@ def check_policies(
 
     Args:
         model: the model with the names and parameters.
-        ask: `problems(kind, name, params)` of the policies: pairs of parameter ("" for the name) and message.
+        ask: pairs of parameter ("" for the name) and message; default: the policies' own `problems`.
     """
-    if ask is None:
-        return []
+    ask = ask or problems
     found = []
-    for kind in type(model.policies).model_fields:
+    for kind in KINDS:
         spec = getattr(model.policies, kind)
         for parameter, message in ask(kind, spec.name, spec.params):
             found.append((".".join(("policies", kind, *([parameter] if parameter else []))), message))
@@ -67,9 +68,7 @@ def _goods(model: Model) -> Iterator[Problem]:
         keys: Keys = ("tasks", "goods", rank, "good") if listed else ("tasks", "goods", rank)
         good = item.good if isinstance(item, Good) else item
         if good >= places > 0:
-            expected = (
-                f"a number from 0 to {places - 1}" if places > 1 else "0, as there is one storage place"
-            )
+            expected = f"a number from 0 to {places - 1}" if places > 1 else "0, as there is one storage place"
             yield Problem.of(keys, "no such good", good, expected)
 
 
@@ -93,9 +92,7 @@ def _stations(model: Model) -> Iterator[Problem]:
     entries, size = len(model.tasks.unload_at), model.fleet.size
     if model.tasks.station_choice == "each" and entries not in {1, size}:
         robots = "1 robot" if size == 1 else f"{size} robots"
-        expected = (
-            "one node" if size == 1 else f"one node for all, or {size}: one for each robot of fleet.size"
-        )
+        expected = "one node" if size == 1 else f"one node for all, or {size}: one for each robot of fleet.size"
         wrong = f"{entries} nodes for {robots}"
         yield Problem.of(("tasks", "unload_at"), wrong, list(model.tasks.unload_at), expected)
 
@@ -132,9 +129,7 @@ def _lifelong(model: Model) -> Iterator[Problem]:
     if isinstance(goods, SaturatedGoods | PoissonGoods) and model.run.length is None:
         form = "saturated" if isinstance(goods, SaturatedGoods) else "poisson"
         value = {form: getattr(goods, form)}
-        yield Problem.of(
-            ("tasks", "goods"), "work without an end", value, "run.length to say when a run ends"
-        )
+        yield Problem.of(("tasks", "goods"), "work without an end", value, "run.length to say when a run ends")
 
 
 def _threshold(model: Model) -> Iterator[Problem]:
@@ -162,7 +157,7 @@ def _kinds(model: Model) -> Iterator[Problem]:
 
 
 def _parameters(model: Model) -> Iterator[Problem]:
-    for kind in type(model.policies).model_fields:
+    for kind in KINDS:
         spec = getattr(model.policies, kind)
         for keys, value in _leaves(("policies", kind), spec.params):
             if isinstance(value, float) and value - value != 0:

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
-from desim_warehouse.layout.spec import FrozenMap, Name, Part, Says
+from desim_warehouse.layout.spec import FrozenMap, Name, NotNegative, Part, Says
+from desim_warehouse.policies.catalogue import user_source
 
 
 def _frozen(value: Any) -> Any:
@@ -47,6 +48,9 @@ Policy = Annotated[
 ]
 
 
+KINDS = ("allocation", "routing", "charging", "parking")
+
+
 class Policies(Part):
     """Who decides what."""
 
@@ -54,3 +58,10 @@ class Policies(Part):
     routing: Policy = Field(PolicySpec(name="highways"), description="which way a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
+    interval: NotNegative = Field(
+        0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
+    )
+
+    def sources(self) -> bytes:
+        """The content of the files that the user's own policies come from: what a run depends on besides names."""
+        return b"".join(user_source(getattr(self, kind).name) for kind in KINDS)

@@ -15,9 +15,11 @@ from desim_warehouse.model.checks import check, check_policies
 from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.places import Keys, Places
+from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.problems import Problem, from_pydantic, got, report
 from desim_warehouse.model.schema import Model
 from desim_warehouse.model.tables import resolve
+from desim_warehouse.policies.catalogue import resolved
 
 
 def load(
@@ -90,17 +92,13 @@ def read_document(path: Path, name: str, whole: str) -> Document:
     except UnicodeDecodeError as error:
         before = content[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        wrong = (
-            f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
-        )
+        wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
         raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
     document = read_yaml(text, name)
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):
-        raise ModelError(
-            [f"{document.places.of(()).said}: not a mapping (got {got(document.data)}), expected {whole}"]
-        )
+        raise ModelError([f"{document.places.of(()).said}: not a mapping (got {got(document.data)}), expected {whole}"])
     return document
 
 
@@ -108,6 +106,7 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
     data, places, problems = document.data, document.places, document.problems
     problems += override(data, overrides, places, named)
     problems += resolve(data, folder, places)
+    _policy_files(data, folder)
     model, found = _validated(data, [problem.keys for problem in problems])
     problems += found
     if model is None or problems:
@@ -115,6 +114,17 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
             places.number(data)
         raise ModelError(report(problems, places))
     return model
+
+
+def _policy_files(data: dict[str, Any], folder: Path) -> None:
+    """Write the paths of the user's own policies in full: the model is then the same wherever it is used."""
+    policies = data.get("policies")
+    for kind in KINDS if isinstance(policies, dict) else ():
+        named = policies.get(kind)
+        if isinstance(named, str):
+            policies[kind] = resolved(named, folder)
+        elif isinstance(named, dict) and isinstance(named.get("name"), str):
+            named["name"] = resolved(named["name"], folder)
 
 
 def _validated(data: dict[str, Any], wrong: list[Keys]) -> tuple[Model | None, list[Problem]]:

@@ -55,14 +55,10 @@ class Fleet(Part):
     """The robots and where they start."""
 
     size: Count = Field(description="number of robots")
-    start: tuple[Name, ...] = Field(
-        (), description="nodes with bays, dealt out in turn; default: all nodes with bays"
-    )
+    start: tuple[Name, ...] = Field((), description="nodes with bays, dealt out in turn; default: all nodes with bays")
     robot: Robot
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
-    first_exit_time: NotNegative = Field(
-        0.0, description="from the start of a run to standing at the start node"
-    )
+    first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
 
 
@@ -159,9 +155,7 @@ class Tasks(Part):
         Annotated[Literal["uniform", "layout"], tagged("rule")] | Annotated[Popularity, tagged("given")],
         Discriminator(_popularity_form),
         Says("'uniform', 'layout', or a section with classes, weights or file", WeightsFile),
-    ] = Field(
-        "uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights"
-    )
+    ] = Field("uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights")
     unload_at: tuple[Name, ...] = Field(min_length=1, description="nodes: one for all robots, or one each")
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
         "each", description="each: one for all or one each; else any of unload_at, chosen for every task"
@@ -215,9 +209,7 @@ class Battery(Part):
 class Traffic(Part):
     """Collision waiting."""
 
-    collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(
-        30.0, description="theta, degrees"
-    )
+    collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
     node_time: NotNegative = Field(0.0, description="turning and re-planning at every node reached")
     gridlock: Literal["rotate", "stop"] = Field("rotate", description="what a full ring of robots does")
 
@@ -245,10 +237,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, PolicySpec):
         return {"name": value.name, **_plain(value.params)} if value.params else value.name
     if isinstance(value, Part):
-        return {
-            field.alias or name: _plain(getattr(value, name))
-            for name, field in type(value).model_fields.items()
-        }
+        return {field.alias or name: _plain(getattr(value, name)) for name, field in type(value).model_fields.items()}
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, tuple):
@@ -283,8 +272,9 @@ class Model(Part):
         return {key: _plain(getattr(self, key)) for key in type(self).model_fields}
 
     def digest(self) -> str:
-        """The SHA-256 of the content: the same for the same model, however it was written."""
-        return hashlib.sha256(json.dumps(self.content(), separators=(",", ":")).encode()).hexdigest()
+        """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
+        content = json.dumps(self.content(), separators=(",", ":")).encode()
+        return hashlib.sha256(content + self.policies.sources()).hexdigest()
 
     def replace(self, overrides: Mapping[str, Any]) -> Model:
         """Make a changed copy, checked like a file.

@@ -1,26 +1,149 @@
-"""Allocation policies: which free robot does which open task."""
+"""Allocation policies that give one robot after the other a task by a simple rule."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from desim_warehouse.policies.protocols import Situation
+    from desim_warehouse.policies.situation import Situation
+
+CANDIDATES = 1000
+"""Open tasks that a decision looks at, the first of the list; more if more robots are free."""
 
 
 @dataclass(frozen=True)
 class InOrder:
-    """First in, first out: the free robot with the lowest number gets the first task of the list (the paper)."""
+    """First in, first out: the free robot with the lowest number gets the first task of the list (the paper).
+
+    Source: Liu et al., ROBIO 2017, section V.
+    """
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Robots by number, tasks by their place in the list."""
+        """Robots by number, tasks by their place in the list; a robot that may not take the next one is passed over."""
         tasks = iter(situation.tasks)
+        task = next(tasks, None)
         for robot in situation.robots:
-            task = next(tasks, None)
             if task is None:
                 return
             if situation.feasible(robot, task):
                 yield robot.number, task.number
+                task = next(tasks, None)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
+
+    Source: nearest-vehicle-first rule; Egbelu and Tanchoco, Int. J. Production Research 22 (1984) 359-374.
+    `candidates`: how many open tasks, the first of the list, are looked at.
+    """
+
+    candidates: int = CANDIDATES
+
+    def __post_init__(self) -> None:
+        """A policy that looks at nothing would never give out a task."""
+        _at_least_one(self.candidates)
+
+    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
+        """Greedy on the table of driving times; ties go to the earlier task, then to the lower robot number."""
+        tasks = situation.first_tasks(self.candidates)
+        return greedy(situation, tasks, situation.approach(situation.robots, tasks))
+
+
+@dataclass(frozen=True)
+class NearestAging:
+    """Nearest, but a task counts as nearer by `aging` for every time unit it has waited, so that none is left behind.
+
+    Source: aging against starvation, as in Tanenbaum, Modern Operating Systems, on shortest-job-first scheduling.
+    `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks looked at.
+    """
+
+    aging: float = 0.2
+    candidates: int = CANDIDATES
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        _at_least_one(self.candidates)
+        if not self.aging >= 0:
+            raise ValueError(f"aging is {self.aging}, expected at least 0")
+
+    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
+        """Greedy on driving time less `aging` times the task's age."""
+        import numpy as np
+
+        tasks = situation.first_tasks(self.candidates)
+        ages = np.array([situation.time - task.release for task in tasks])
+        return greedy(situation, tasks, situation.approach(situation.robots, tasks) - self.aging * ages)
+
+
+@dataclass(frozen=True)
+class EarliestDue:
+    """The task with the highest priority, then the earliest due time, to the robot that is nearest to it.
+
+    Source: Jackson's earliest-due-date rule (1955): least maximum lateness on one machine. Tasks without a due time
+    come last, in the order of the list. `candidates`: open tasks looked at.
+    """
+
+    candidates: int = CANDIDATES
+
+    def __post_init__(self) -> None:
+        """Check the parameter."""
+        _at_least_one(self.candidates)
+
+    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
+        """Tasks by urgency, each to the nearest free robot that may take it."""
+        import numpy as np
+
+        tasks = situation.first_tasks(self.candidates)
+        ranks = sorted(
+            range(len(tasks)),
+            key=lambda i: (-tasks[i].priority, math.inf if tasks[i].due is None else tasks[i].due, i),
+        )
+        near = situation.approach(situation.robots, tasks)
+        near[~situation.allowed(situation.robots, tasks)] = np.inf
+        left = len(situation.robots)
+        for rank in ranks:
+            if not left:
+                return
+            robot = int(near[:, rank].argmin())
+            if math.isfinite(near[robot, rank]):
+                near[robot] = np.inf
+                left -= 1
+                yield situation.robots[robot].number, tasks[rank].number
+
+
+def greedy(situation: Situation, tasks: list[Any], costs: Any) -> Iterable[tuple[int, int]]:
+    """The cheapest allowed pair, then the cheapest of those left, and so on.
+
+    Each robot's cheapest task is kept and looked up anew only when that task has gone to another.
+    """
+    import numpy as np
+
+    costs = np.where(situation.allowed(situation.robots, tasks), costs, np.inf).T
+    best = costs.argmin(axis=0)
+    least = costs[best, np.arange(costs.shape[1])]
+    for _ in range(min(costs.shape)):
+        robot = int(least.argmin())
+        task = int(best[robot])
+        if not math.isfinite(least[robot]):
+            return
+        ties = np.flatnonzero(least == least[robot])
+        if len(ties) > 1:
+            robot = int(ties[best[ties].argmin()])
+            task = int(best[robot])
+        yield situation.robots[robot].number, tasks[task].number
+        costs[task] = np.inf
+        costs[:, robot] = np.inf
+        least[robot] = np.inf
+        for other in np.flatnonzero((best == task) & np.isfinite(least)):
+            best[other] = costs[:, other].argmin()
+            least[other] = costs[best[other], other]
+
+
+def _at_least_one(candidates: int) -> None:
+    if not (isinstance(candidates, int) and candidates >= 1):
+        raise ValueError(f"candidates is {candidates}, expected a whole number of at least 1")

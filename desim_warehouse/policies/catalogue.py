@@ -3,72 +3,226 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import importlib
 import importlib.util
+import inspect
 import sys
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 from desim_warehouse.errors import PolicyError
 
 OURS: dict[str, dict[str, str]] = {
-    "allocation": {"in-order": "allocation:InOrder"},
-    "routing": {"highways": "routing:Highways"},
-    "charging": {"threshold": "charging:Threshold"},
-    "parking": {"home": "parking:Home"},
+    "allocation": {
+        "in-order": "allocation:InOrder",
+        "nearest": "allocation:Nearest",
+        "nearest-aging": "allocation:NearestAging",
+        "earliest-due": "allocation:EarliestDue",
+        "hungarian": "assignment:Hungarian",
+        "regret": "queues:Regret",
+        "auction": "queues:Auction",
+        "cost-aware": "assignment:CostAware",
+    },
+    "routing": {
+        "highways": "routing:Highways",
+        "shortest": "routing:Shortest",
+        "fastest": "routing:Fastest",
+        "congestion-aware": "routing:CongestionAware",
+    },
+    "charging": {
+        "threshold": "charging:Threshold",
+        "reach-aware": "charging:ReachAware",
+        "opportunity": "charging:Opportunity",
+        "four-thresholds": "charging:FourThresholds",
+        "swap": "charging:Swap",
+    },
+    "parking": {
+        "home": "parking:Home",
+        "stay": "parking:Stay",
+        "nearest": "parking:Nearest",
+        "spread": "parking:Spread",
+    },
 }
-METHODS = {"allocation": "assign", "routing": "route", "charging": "recall_level", "parking": "choose"}
+METHODS = {"allocation": "assign", "routing": "route", "charging": "levels", "parking": "choose"}
+
+
+class _RefusedError(Exception):
+    """A policy that cannot be had: the parameter at fault ("" for the name), and what is wrong."""
+
+    def __init__(self, parameter: str, message: str) -> None:
+        super().__init__(parameter, message)
+        self.parameter = parameter
+        self.message = message
 
 
 def find(kind: str, name: str) -> type:
-    """The class of a policy: one of ours by its bare name, or the user's own as `module:Class` or `file.py:Class`."""
-    ours = OURS[kind]
-    if ":" not in name:
-        if name not in ours:
-            raise PolicyError(
-                f"policies.{kind}: no policy {name!r}; there are {', '.join(sorted(ours))}, "
-                "or your own as module:Class or file.py:Class"
-            )
-        module, _, cls = ours[name].partition(":")
-        return getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
-    place, _, cls = name.rpartition(":")
-    found = getattr(_module(kind, place), cls, None)
-    if not isinstance(found, type) or not callable(getattr(found, METHODS[kind], None)):
-        raise PolicyError(f"policies.{kind}: {name}: no class {cls} with a method {METHODS[kind]}()")
-    return found
+    """The class of a policy: one of ours by its bare name, or the user's own as `module:Class` or `file.py:Class`.
 
-
-def _module(kind: str, place: str) -> Any:
+    Raises PolicyError where there is none.
+    """
     try:
-        if not place.endswith(".py"):
-            return importlib.import_module(place)
-        path = Path(place).resolve()
-        label = f"desim_policies_{abs(hash(str(path))):x}"
-        if label in sys.modules:
-            return sys.modules[label]
-        spec = importlib.util.spec_from_file_location(label, path)
-        if spec is None or spec.loader is None or not path.is_file():
-            raise PolicyError(f"policies.{kind}: no file {place}")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[label] = module
-        spec.loader.exec_module(module)
-    except PolicyError:
-        raise
-    except Exception as error:
-        raise PolicyError(f"policies.{kind}: {place} cannot be loaded: {error!r}") from error
-    return module
+        return _find(kind, name)
+    except _RefusedError as refused:
+        raise PolicyError(f"policies.{kind}: {refused.message}") from refused.__cause__
 
 
 def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
-    """The policy itself, with its parameters."""
-    cls = find(kind, name)
-    known = {field.name for field in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else set()
-    unknown = sorted(set(parameters) - known)
-    if unknown:
-        takes = f"it takes {', '.join(sorted(known))}" if known else "it takes none"
-        raise PolicyError(f"policies.{kind}: {name} has no parameter {unknown[0]!r}; {takes}")
+    """The policy itself, with its parameters; raises PolicyError where it cannot be had so."""
+    found = problems(kind, name, parameters)
+    if found:
+        parameter, message = found[0]
+        raise PolicyError(f"policies.{kind}{'.' if parameter else ''}{parameter}: {message}")
+    return _find(kind, name)(**parameters)
+
+
+def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """All that is wrong with a policy as a model names it: pairs of parameter ("" for the name) and message."""
     try:
-        return cls(**parameters)
-    except (TypeError, ValueError) as error:
-        raise PolicyError(f"policies.{kind}: {name}: {error}") from error
+        cls = _find(kind, name)
+    except _RefusedError as refused:
+        return [(refused.parameter, refused.message)]
+    known = parameters_of(cls)
+    found = [(key, _unknown(name, key, known)) for key in parameters if key not in known]
+    for key, (hint, default) in known.items():
+        if key not in parameters:
+            if default is dataclasses.MISSING:
+                found.append((key, f"missing, {name} must have it"))
+        elif not _fits(parameters[key], hint):
+            found.append((key, f"not understood (got {parameters[key]!r}), expected {_said(hint)}"))
+    if found:
+        return found
+    try:
+        cls(**parameters)
+    except Exception as error:  # noqa: BLE001 - whatever a user's class raises is told with its place
+        said = str(error) or repr(error)
+        at = next((key for key in parameters if said.startswith(key)), "")
+        return [(at, f"{name}: {said}")]
+    return []
+
+
+def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
+    """Type and default (dataclasses.MISSING: none) of every parameter of a policy, in the order of its fields."""
+    if not dataclasses.is_dataclass(cls):
+        return {}
+    try:
+        hints = get_type_hints(cls)
+    except Exception:  # noqa: BLE001 - types that cannot be had at run time are not checked
+        hints = {}
+    return {
+        field.name: (
+            hints.get(field.name, Any),
+            field.default if field.default_factory is dataclasses.MISSING else field.default_factory(),
+        )
+        for field in dataclasses.fields(cls)
+        if field.init
+    }
+
+
+def resolved(name: str, folder: Path) -> str:
+    """The name with a policy file's path in full: relative to the model's folder, else to the working folder."""
+    place, _, cls = name.rpartition(":")
+    if not place.endswith(".py"):
+        return name
+    for base in (folder, Path()):
+        if (base / place).is_file():
+            return f"{(base / place).resolve()}:{cls}"
+    return name
+
+
+def source_of(kind: str, name: str) -> str:
+    """The source text of a policy's class; raises PolicyError where it cannot be had."""
+    return inspect.getsource(find(kind, name))
+
+
+def user_source(name: str) -> bytes:
+    """The content of the file that a user's own policy comes from; nothing for ours."""
+    place, _, _ = name.rpartition(":")
+    if not place:
+        return b""
+    if not place.endswith(".py"):
+        try:
+            spec = importlib.util.find_spec(place)
+        except (ImportError, ValueError):
+            return b""
+        place = "" if spec is None or spec.origin is None else spec.origin
+    return Path(place).read_bytes() if Path(place).is_file() else b""
+
+
+def _find(kind: str, name: str) -> type:
+    ours = OURS[kind]
+    if ":" not in name:
+        if name not in ours:
+            near = difflib.get_close_matches(name, ours, n=1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            every = ", ".join(ours)
+            expected = f"{hint}expected one of {every}, or your own as module:Class or file.py:Class"
+            raise _RefusedError("", f"no such policy (got {name!r}), {expected}")
+        module, _, cls = ours[name].partition(":")
+        found: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
+        return found
+    place, _, cls = name.rpartition(":")
+    module = _module(place)
+    own = getattr(module, cls, None)
+    if not isinstance(own, type):
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        near = difflib.get_close_matches(cls, classes, n=1)
+        hint = f", did you mean {near[0]!r}?" if near else ""
+        raise _RefusedError("", f"no class {cls!r} in {place}{hint}")
+    if not callable(getattr(own, METHODS[kind], None)):
+        raise _RefusedError("", f"{name}: the class has no method {METHODS[kind]}(), which policies.{kind} needs")
+    return own
+
+
+def _module(place: str) -> Any:
+    path = Path(place).resolve()
+    if place.endswith(".py") and not path.is_file():
+        raise _RefusedError("", f"no file {place}, neither beside the model file nor in {Path.cwd()}")
+    try:
+        if not place.endswith(".py"):
+            return importlib.import_module(place)
+        label = f"desim_policies_{zlib.crc32(path.read_bytes()):08x}_{zlib.crc32(str(path).encode()):08x}"
+        if label in sys.modules:
+            return sys.modules[label]
+        spec = importlib.util.spec_from_file_location(label, path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[label] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[label]
+            raise
+    except Exception as error:
+        raise _RefusedError("", f"{place} cannot be loaded: {error!r}") from error
+    return module
+
+
+def _unknown(name: str, key: str, known: Mapping[str, Any]) -> str:
+    near = difflib.get_close_matches(key, known, n=1)
+    if near:
+        return f"unknown parameter of {name}, did you mean {near[0]!r}?"
+    return f"unknown parameter of {name}, expected {', '.join(known) if known else 'none'}"
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of a plain type (a number, text, a choice of these); others are left to the policy."""
+    from pydantic import TypeAdapter, ValidationError
+
+    if hint is Any or isinstance(value, tuple | Mapping):
+        return True
+    try:
+        TypeAdapter(hint).validate_python(value, strict=True)
+    except ValidationError:
+        return False
+    except Exception:  # noqa: BLE001 - a type that pydantic does not know
+        return True
+    return True
+
+
+def _said(hint: Any) -> str:
+    names = {int: "a whole number", float: "a number", str: "text", bool: "true or false"}
+    return names.get(hint, str(hint).replace("typing.", "").replace("None", "nothing"))

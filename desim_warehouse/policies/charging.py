@@ -1,28 +1,160 @@
-"""Charging policies: when a robot leaves its work to charge, and when it is ready again."""
+"""Charging policies: when a robot leaves its work to charge, where, and when it is ready again."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from desim_warehouse.policies.protocols import RobotView
+from desim_warehouse.policies.protocols import CHARGERS, Levels, RobotView
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """At the battery's threshold an empty robot gives its task back and goes home, to charge full (the paper)."""
+    """At the battery's threshold an empty robot gives its task back and goes home, to charge full (the paper).
 
-    def recall_level(self, robot: RobotView) -> float | None:
-        """The threshold of the model's battery."""
-        return robot.threshold
+    Above the threshold it takes any task, so the threshold must be worth the longest way from a good's edge by the
+    station to a charger. Source: Liu et al., ROBIO 2017, section IV.
 
-    def may_work(self, robot: RobotView, need: Callable[[], float]) -> bool:
-        """Above the threshold, whatever the task."""
-        return robot.energy > robot.threshold
+    `level`: the threshold, default battery.threshold. `charger`: own (its home), nearest or least-loaded.
+    """
 
-    def ready_level(self, robot: RobotView) -> float:
-        """Full."""
-        return robot.capacity
+    level: float | None = None
+    charger: str = "own"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        _known_charger(self.charger)
+
+    def levels(self, robot: RobotView) -> Levels:
+        """The threshold, and a full battery."""
+        level = robot.threshold if self.level is None else self.level
+        return Levels(level, level, robot.capacity, robot.capacity, charger=self.charger)
+
+
+@dataclass(frozen=True)
+class ReachAware:
+    """Works on until the last moment at which it still surely reaches a charger, with a margin; then charges full.
+
+    A robot gets a task only if its energy lasts for all of it and the way to the nearest charger, free driving, and
+    `margin` is left then. On the way to a good only waiting makes that fail: at that instant it gives the task back.
+    After the good is loaded the delivery is always finished, so the margin is what pays for waiting from there on.
+    Source: the reachability condition of electric-vehicle routing, as in Schneider, Stenger and Goeke, Transportation
+    Science 48 (2014) 500-520, applied at every decision.
+
+    `margin`: part of the capacity. `charger`: nearest, own (its home) or least-loaded.
+    """
+
+    margin: float = 0.1
+    charger: str = "nearest"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        _part("margin", self.margin)
+        _known_charger(self.charger)
+
+    def levels(self, robot: RobotView) -> Levels:
+        """No fixed level but the margin."""
+        margin = self.margin * robot.capacity
+        return Levels(margin, margin, robot.capacity, robot.capacity, margin=margin, charger=self.charger)
+
+
+@dataclass(frozen=True)
+class Opportunity:
+    """Charges whenever it has nothing to fetch, and breaks off as soon as it may take a task.
+
+    Source: opportunity charging; McHaney, Int. J. Production Research 33 (1995), on batteries in AGV simulations.
+    `minimum`: part of the capacity below which it takes no task. `margin`: part of the capacity to be left after a
+    task on reaching a charger. `charger`: nearest, own or least-loaded.
+    """
+
+    minimum: float = 0.2
+    margin: float = 0.1
+    charger: str = "nearest"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        _part("minimum", self.minimum)
+        _part("margin", self.margin)
+        _known_charger(self.charger)
+
+    def levels(self, robot: RobotView) -> Levels:
+        """To a charger at any level; free again as soon as it is above the minimum."""
+        full, low = robot.capacity, self.minimum * robot.capacity
+        return Levels(low, full, low, full, margin=self.margin * full, charger=self.charger)
+
+
+@dataclass(frozen=True)
+class FourThresholds:
+    """Critical: charges now. Good: goes to charge when idle. Sufficient: may break off for work. Full: ends charging.
+
+    Source: the four energy levels of openTCS vehicles (critical, good, sufficiently recharged, fully recharged). All
+    are parts of the capacity, as is `margin`, to be left after a task on reaching a charger. `charger`: nearest, own
+    or least-loaded.
+    """
+
+    critical: float = 0.3
+    good: float = 0.6
+    sufficient: float = 0.5
+    full: float = 0.95
+    margin: float = 0.1
+    charger: str = "nearest"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        for name in ("critical", "good", "sufficient", "full", "margin"):
+            _part(name, getattr(self, name))
+        if not self.critical <= self.sufficient <= self.full:
+            raise ValueError("expected critical <= sufficient <= full")
+        if not self.critical <= self.good:
+            raise ValueError("expected critical <= good")
+        _known_charger(self.charger)
+
+    def levels(self, robot: RobotView) -> Levels:
+        """The four levels in the model's unit."""
+        full = robot.capacity
+        return Levels(
+            self.critical * full,
+            self.good * full,
+            self.sufficient * full,
+            self.full * full,
+            margin=self.margin * full,
+            top_up=False,
+            charger=self.charger,
+        )
+
+
+@dataclass(frozen=True)
+class Swap:
+    """At a charger the battery is swapped for a full one in a fixed time.
+
+    Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: part of the capacity at
+    which a robot goes to swap. `margin`: part of the capacity to be left after a task on reaching a charger.
+    """
+
+    time: float
+    level: float = 0.2
+    margin: float = 0.1
+    charger: str = "nearest"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        if not self.time >= 0:
+            raise ValueError(f"time is {self.time}, expected at least 0")
+        _part("level", self.level)
+        _part("margin", self.margin)
+        _known_charger(self.charger)
+
+    def levels(self, robot: RobotView) -> Levels:
+        """The level for a swap; a robot that parks beside a charger above it keeps its battery."""
+        full, low = robot.capacity, self.level * robot.capacity
+        margin = self.margin * full
+        return Levels(low, low, full, full, margin=margin, top_up=False, charger=self.charger, swap_time=self.time)
+
+
+def _part(name: str, value: float) -> None:
+    if not 0 <= value <= 1:
+        raise ValueError(f"{name} is {value}, expected a part of the capacity, from 0 to 1")
+
+
+def _known_charger(charger: str) -> None:
+    if charger not in CHARGERS:
+        raise ValueError(f"charger is {charger!r}, expected one of {', '.join(CHARGERS)}")

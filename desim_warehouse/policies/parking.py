@@ -13,11 +13,56 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Home:
-    """Back to the bay it started from (the paper); where that is full, to the nearest with a free place."""
+    """Back to the bay it started from (the paper); where that is full, to the nearest with a free place.
+
+    Source: Liu et al., ROBIO 2017, section IV.
+    """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
         """The home bay if it has a free place."""
-        nodes = [bay.node for bay in bays]
-        if robot.home in nodes:
+        if any(bay.node == robot.home for bay in bays):
             return robot.home
-        return min(nodes, key=lambda node: travel.distance(robot.node, node))
+        return _nearest(robot, bays, travel)
+
+
+@dataclass(frozen=True)
+class Stay:
+    """Back to the bay it stood in last; where that is full, to the nearest with a free place.
+
+    Source: dwell points of idle vehicles; Egbelu, European J. Operational Research 71 (1993) 32-44.
+    """
+
+    def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
+        """The last bay if it has a free place."""
+        if any(bay.node == robot.bay for bay in bays):
+            return robot.bay
+        return _nearest(robot, bays, travel)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The bay with a free place that is nearest by driving time, ties by the order of the model file.
+
+    Source: nearest dwell point; Egbelu (1993).
+    """
+
+    def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
+        """The nearest bay."""
+        return _nearest(robot, bays, travel)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The bay with the fewest robots in it or on the way to it, of these the nearest: idle robots stand everywhere.
+
+    Source: distributed dwell points; Egbelu (1993).
+    """
+
+    def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
+        """The emptiest bay."""
+        least = min(bay.present for bay in bays)
+        return _nearest(robot, [bay for bay in bays if bay.present == least], travel)
+
+
+def _nearest(robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
+    return min(bays, key=lambda bay: travel.time(robot.node, bay.node)).node

@@ -1,14 +1,17 @@
-"""What a policy of each kind must offer: one method, plain arguments, no clock and no SimPy."""
+"""What policies see, and what one of each kind must offer: one method, plain arguments, no clock and no SimPy."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
     import networkx as nx
-    from numpy.random import Generator
+
+    from desim_warehouse.policies.situation import Situation
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +29,11 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class RobotView:
-    """A robot as a policy sees it: `node` is where it is or will be next; `energy` what its battery holds now."""
+    """A robot as a policy sees it, read-only; energies in the model's unit.
+
+    `node` is where it is or comes to next; of a busy robot where it will be free, in about `free_in` time units.
+    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the present one.
+    """
 
     number: int
     node: str
@@ -34,19 +41,71 @@ class RobotView:
     energy: float
     capacity: float
     threshold: float
+    bay: str = ""
+    speed: float = 1.0
+    free: bool = True
+    free_in: float = 0.0
+    queue: tuple[Task, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class BayView:
-    """A bay as a policy sees it: places nobody is in or on the way to, and its chargers."""
+    """A bay as a policy sees it: `free` places nobody is in or on the way to, its chargers, `present` robots."""
 
     node: str
     free: int
     chargers: int
+    present: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Levels:
+    """What a charging policy decides for a robot: battery levels, in the model's unit of energy.
+
+    Attributes:
+        critical: at or below it a robot gets no task, and one on the way to a good gives it back; it charges.
+        good: a robot that leaves its work goes to a charger at or below it, above it to a parking place.
+        sufficient: charging may be broken off from here on when there is work.
+        full: charging ends here.
+        margin: energy to be left on reaching a charger after the task; a robot gets no task, and keeps none that it
+            is on its way to, with which it could not. None: tasks are not looked ahead.
+        top_up: whether a robot that parks beside a charger also charges when it is above `good`.
+        charger: which one it goes to: `own` (that of its home bay), `nearest` or `least-loaded`.
+        swap_time: time in which its battery is swapped for a full one; None: it is charged.
+    """
+
+    critical: float
+    good: float
+    sufficient: float
+    full: float
+    margin: float | None = None
+    top_up: bool = True
+    charger: str = "own"
+    swap_time: float | None = None
+
+    def fault(self) -> str | None:
+        """What is wrong with the levels, in words; None if nothing is."""
+        named = {"critical": self.critical, "good": self.good, "sufficient": self.sufficient, "full": self.full}
+        for name, level in named.items():
+            if not math.isfinite(level):
+                return f"{name} is {level}, no level of a battery"
+        if self.sufficient > self.full:
+            return f"sufficient, {self.sufficient:g}, is above full, {self.full:g}"
+        if self.critical > self.full:
+            return f"critical, {self.critical:g}, is above full, {self.full:g}"
+        if self.charger not in CHARGERS:
+            return f"charger is {self.charger!r}, none of {', '.join(CHARGERS)}"
+        if self.swap_time is not None and not 0 <= self.swap_time < math.inf:
+            return f"swap_time is {self.swap_time}, no time"
+        return None
+
+
+CHARGERS = ("own", "nearest", "least-loaded")
+"""Ways to choose a charger; ties go to the nearest, then to the first in the model file."""
 
 
 class Travel(Protocol):
-    """Directed distances and free driving times on the Highways."""
+    """Directed distances and free driving times on the Highways (`desim_warehouse.layout.travel`)."""
 
     def distance(self, origin: str, goal: str) -> float:
         """Length of the shortest way."""
@@ -54,54 +113,70 @@ class Travel(Protocol):
     def time(self, origin: str, goal: str) -> float:
         """Time of the fastest way: node times and speed limits included, waiting not."""
 
+    def way(self, origin: str, goal: str) -> list[str]:
+        """The nodes that a robot drives from origin to goal, both included."""
+
+    def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
+        """Free driving times of the ways that robots drive: a row for each origin, a column for each goal."""
+
+    def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
+        """Lengths of the ways that robots drive: a row for each origin, a column for each goal."""
+
+
+class Oracle(Protocol):
+    """Ways that are cheapest by one cost of an edge."""
+
+    def way(self, origin: str, goal: str) -> list[str]:
+        """Nodes of the way, both ends included; empty where there is none."""
+
+    def time(self, origin: str, goal: str) -> float:
+        """Free driving time of the way."""
+
 
 @dataclass(frozen=True, slots=True)
-class Situation:
-    """What an allocation policy decides on: the free robots by number, the open tasks in order of the list."""
+class Roads:
+    """The Highways as a routing policy sees them.
 
-    time: float
-    robots: Sequence[RobotView]
-    tasks: Collection[Task]
-    travel: Travel
-    station: Callable[[RobotView, Task], str]
-    """The node where a robot would unload a task."""
-    feasible: Callable[[RobotView, Task], bool]
-    """Whether the charging policy lets a robot take a task with the energy it has."""
+    `graph` has x, y at its nodes and length, speed at its edges. `oracle("hops" | "length" | "time")` knows the
+    cheapest ways. `waits` is the mean waiting per passage of each edge so far, its end node included; `queued` how
+    many robots wait now to leave an edge by its end node or are held up on it.
+    """
+
+    graph: nx.DiGraph
+    oracle: Callable[[Any], Oracle]
     waits: Mapping[tuple[str, str], float]
-    """Mean waiting time per passage of each edge so far, its end node included."""
-    random: Callable[[], Generator]
-    """The policy's own stream of random numbers, a numpy Generator."""
+    queued: Callable[[tuple[str, str]], int]
+    speed: float
+    node_time: float
+    contact: float
 
 
 class Allocation(Protocol):
     """Which free robot does which open task."""
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Pairs (robot number, task number); robots and tasks left out stay free and open."""
+        """Pairs (robot number, task number); robots and tasks left out stay free and open.
+
+        A further task for the same robot, or one for a robot at work, is put into that robot's queue.
+        """
 
 
 class Routing(Protocol):
     """Which way a robot drives."""
 
-    def route(self, origin: str, goal: str, highways: nx.DiGraph) -> Sequence[str]:
+    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
 
 
 class Charging(Protocol):
-    """When a robot leaves its work to charge, and when it is ready again."""
+    """When a robot leaves its work to charge, where, and when it is ready again."""
 
-    def recall_level(self, robot: RobotView) -> float | None:
-        """Energy at which an empty robot gives its task back and turns to a charger; None: never."""
-
-    def may_work(self, robot: RobotView, need: Callable[[], float]) -> bool:
-        """Whether a robot may take a task that, with the way to a charger after it, draws `need()` energy."""
-
-    def ready_level(self, robot: RobotView) -> float:
-        """Energy at which a charging robot is ready for a task."""
+    def levels(self, robot: RobotView) -> Levels:
+        """The battery levels that hold for a robot now."""
 
 
 class Parking(Protocol):
     """Where a robot goes that has nothing to fetch."""
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The node of a bay with a free place."""
+        """The node of one of the bays shown, each of which has a free place."""

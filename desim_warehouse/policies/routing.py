@@ -1,25 +1,114 @@
-"""Routing policies: which way a robot drives."""
+"""Routing policies: which way a robot drives.
+
+`cost` names the oracle whose ways a policy takes, so that driving times shown to others are those of its ways.
+"""
 
 from __future__ import annotations
 
+import heapq
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import networkx as nx
+    from desim_warehouse.policies.protocols import Roads
 
 
 @dataclass(frozen=True)
 class Highways:
-    """Algorithm 1 of the paper: breadth-first, fewest nodes; of several ways the first in the successors' order."""
+    """Algorithm 1 of the paper: breadth-first, fewest nodes; of several ways the first in the successors' order.
 
-    def route(self, origin: str, goal: str, highways: nx.DiGraph) -> Sequence[str]:
+    Source: Liu et al., ROBIO 2017, Algorithm 1.
+    """
+
+    cost: ClassVar[str] = "hops"
+
+    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        import networkx as nx
+        return roads.oracle("hops").way(origin, goal)
 
-        before = dict(nx.bfs_predecessors(highways, origin))
+
+@dataclass(frozen=True)
+class Shortest:
+    """The way of least length.
+
+    Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
+    """
+
+    cost: ClassVar[str] = "length"
+
+    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
+        """The nodes from origin to goal, both included."""
+        return roads.oracle("length").way(origin, goal)
+
+
+@dataclass(frozen=True)
+class Fastest:
+    """The way of least free driving time: node times and speed limits of edges included, waiting not.
+
+    Source: Dijkstra (1959).
+    """
+
+    cost: ClassVar[str] = "time"
+
+    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
+        """The nodes from origin to goal, both included."""
+        return roads.oracle("time").way(origin, goal)
+
+
+@dataclass(frozen=True)
+class CongestionAware:
+    """The way of least expected time: free driving, mean waiting on each edge so far, and the queues there now.
+
+    A robot held up at a node decides again there, at most `detours` times on a way so that it does arrive. A queue
+    of n robots before a node counts as n times the time in which one clears it. Source: A* search, Hart, Nilsson and
+    Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as its estimate.
+
+    `history`: weight of the mean waiting so far. `queues`: weight of the queues now. `detours`: see above.
+    """
+
+    history: float = 1.0
+    queues: float = 1.0
+    detours: int = 3
+    cost: ClassVar[str] = "time"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        for name in ("history", "queues"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}, expected a weight of at least 0")
+        if not (isinstance(self.detours, int) and self.detours >= 0):
+            raise ValueError(f"detours is {self.detours}, expected a whole number of at least 0")
+
+    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
+        """The nodes from origin to goal, both included; ties go to the node reached first."""
+        free = roads.oracle("time")
+        edges = roads.graph.adj
+        headway = roads.contact / roads.speed + roads.node_time
+        least = {origin: 0.0}
+        before: dict[str, str] = {}
+        rank = 0
+        ahead = [(free.time(origin, goal), rank, origin)]
+        done: set[str] = set()
+        while ahead:
+            _, _, here = heapq.heappop(ahead)
+            if here == goal:
+                break
+            if here in done:
+                continue
+            done.add(here)
+            for there, edge in edges[here].items():
+                waiting = self.history * roads.waits[here, there] if self.history else 0.0
+                if self.queues:
+                    waiting += self.queues * headway * roads.queued((here, there))
+                time = least[here] + edge["length"] / min(roads.speed, edge["speed"]) + roads.node_time + waiting
+                if time < least.get(there, math.inf):
+                    least[there] = time
+                    before[there] = here
+                    rank += 1
+                    heapq.heappush(ahead, (time + free.time(there, goal), rank, there))
         way = [goal]
         while way[-1] != origin:
             way.append(before[way[-1]])

@@ -25,7 +25,7 @@ RATE_OF = {
 class Battery:
     """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
 
-    __slots__ = ("_level", "_rate", "_since", "capacity", "rates", "spec", "used")
+    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "used")
 
     def __init__(self, spec: Spec | None) -> None:
         self.spec = spec
@@ -39,6 +39,7 @@ class Battery:
         self._rate = 0.0
         self._since = 0.0
         self.used = 0.0
+        self.charging = False
 
     @property
     def varies(self) -> bool:
@@ -50,7 +51,13 @@ class Battery:
 
     def level(self, now: float) -> float:
         """Energy left at `now`."""
+        if self.charging:
+            return self._level + self.charge_gain(self._level, now - self._since)
         return self._level - self._rate * (now - self._since)
+
+    def is_full(self, now: float) -> bool:
+        """Whether nothing was drawn from a full battery."""
+        return self.level(now) >= self.capacity
 
     def draw(self, now: float, rate: float) -> None:
         """From now on energy is drawn at `rate` per time unit."""
@@ -66,10 +73,17 @@ class Battery:
         """Energy drawn since the start of the run."""
         return self.used + self._rate * (now - self._since)
 
-    def charge(self, now: float, energy: float) -> None:
-        """Take up energy, at rest."""
+    def plug(self, now: float) -> None:
+        """Begin to charge; nothing is drawn meanwhile."""
         self.draw(now, 0.0)
-        self._level = min(self._level + energy, self.capacity)
+        self._since = now
+        self.charging = True
+
+    def unplug(self, now: float, level: float | None = None) -> None:
+        """End charging, at the level reached or at the one told."""
+        self._level = min(self.level(now) if level is None else level, self.capacity)
+        self._since = now
+        self.charging = False
 
     def lasts_until(self, now: float, level: float) -> float:
         """The time at which the level is reached at the present rate; `now` if it has been."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simpy import Resource
+from simpy import Event, Resource
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -64,6 +64,10 @@ class Parking:
         self.bays = {bay.node: bay for bay in bays}
         self.free = sum(bay.free for bay in self.bays.values())
         self.placeless = 0
+        self.seeking: Event | None = None
+        self.left: Event | None = None
+        self.seekers = 0
+        self.making_room: set[int] = set()
 
     def settle(self, robot: Robot, bay: Bay) -> None:
         """A robot starts in a bay."""
@@ -102,3 +106,38 @@ class Parking:
         robot.leaving = None
         bay.taken -= 1
         self.free += 1
+        self.making_room.discard(robot.number)
+        if self.left is not None:
+            self.left.succeed()
+            self.left = None
+
+    # Where there are fewer places at chargers than robots
+
+    def scarce(self, robots: int) -> bool:
+        """Whether there are fewer places at chargers than robots."""
+        return sum(bay.places for bay in self.bays.values() if bay.chargers is not None) < robots
+
+    def charger_for(self, robot: Robot) -> bool:
+        """Whether a robot may reserve a place at a charger now."""
+        return any(bay.chargers is not None and self.may_take(robot, bay) for bay in self.bays.values())
+
+    def wanted_from(self, robot: Robot) -> bool:
+        """Whether a robot that rests at a charger should make room for one that seeks it, and can."""
+        return self.seekers > len(self.making_room) and any(
+            bay.chargers is None and self.may_take(robot, bay) for bay in self.bays.values()
+        )
+
+    def seek(self, env: Environment) -> Event:
+        """A robot wants a charger and finds none: those idle at one are told; the event is due when a place is left."""
+        if self.seeking is not None:
+            self.seeking.succeed()
+            self.seeking = None
+        if self.left is None:
+            self.left = Event(env)
+        return self.left
+
+    def sought_after(self, env: Environment) -> Event:
+        """Due when a robot wants a charger and finds none."""
+        if self.seeking is None:
+            self.seeking = Event(env)
+        return self.seeking

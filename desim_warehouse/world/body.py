@@ -27,6 +27,7 @@ class Body:
         "behind",
         "claim",
         "crossings",
+        "detours",
         "driven",
         "gap",
         "goal",
@@ -69,6 +70,7 @@ class Body:
         self.waiting_since = 0.0
         self.recall_at = math.inf
         self.mark = 0
+        self.detours = 0
         self.task = -1
         self.moves = self.rear_ends = self.crossings = 0
         self.driven = self.waited = 0.0
@@ -87,6 +89,10 @@ class Body:
 
     def left_bay(self) -> None:
         """It has just left the bay it stood in."""
+
+    def detour(self, route: list[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
+        """Another way for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
+        return None
 
     def stands(self, waiting: bool) -> None:
         """It begins (or ends) to wait in traffic."""

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from typing import TYPE_CHECKING
+import math
+from collections import Counter, OrderedDict, deque
+from typing import TYPE_CHECKING, Any
 
+from simpy.core import StopSimulation
 from simpy.events import Event
 
 from desim_warehouse.errors import PolicyError
-from desim_warehouse.policies import Situation
-from desim_warehouse.world.streams import stream
+from desim_warehouse.world.decisions import asked
+from desim_warehouse.world.lanes import EPS
 
 if TYPE_CHECKING:
-    from numpy.random import Generator
+    from collections.abc import Iterable
 
-    from desim_warehouse.policies import Allocation, RobotView, Task
+    from desim_warehouse.policies import Allocation, Task
     from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.world import World
 
@@ -23,20 +25,27 @@ AFTER_ALL = 2
 
 
 class Dispatcher:
-    """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant."""
+    """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
 
-    def __init__(self, world: World, allocation: Allocation) -> None:
+    With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at every
+    decision (`waiting`) until `decide` is told the answer.
+    """
+
+    def __init__(self, world: World, allocation: Allocation | None) -> None:
         self.world = world
         self.env = world.env
         self.allocation = allocation
+        self.interval = world.model.policies.interval
         self.open: OrderedDict[int, Task] = OrderedDict()
         self.free: dict[int, tuple[Robot, Event]] = {}
         self.passing: set[int] = set()
+        self.queues: dict[int, deque[Task]] = {}
         self.unload_at: dict[int, str] = {}
+        self.heading: Counter[str] = Counter()
         self.released = 0
         self.done = 0
+        self.waiting = False
         self._called = False
-        self._stream: Generator | None = None
 
     # What happens
 
@@ -47,7 +56,7 @@ class Dispatcher:
         if task.due is not None:
             self.world.log.due[task.number] = task.due
         self.world.record("released", None, task=task.number)
-        self._call()
+        self.call()
 
     def wait(self, robot: Robot) -> Event:
         """A robot in a bay is free: the event is due when it is given a task."""
@@ -61,104 +70,169 @@ class Dispatcher:
     def _offer(self, robot: Robot) -> Event:
         event = Event(self.env)
         self.free[robot.number] = robot, event
-        self._call()
+        self.call()
         return event
+
+    def withdraw(self, robot: Robot) -> None:
+        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
+        self.free.pop(robot.number, None)
+        self._put_back(robot.number)
 
     def give_back(self, robot: Robot) -> None:
         """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
         task = robot.job
         assert task is not None
         self.world.record("returned", robot)
+        self._put_back(robot.number)
         self._forget(robot)
         self.open[task.number] = task
         self.open.move_to_end(task.number, last=False)
-        self._call()
+        self.call()
 
     def delivered(self, robot: Robot) -> None:
         """A task is done."""
         self.world.record("delivered", robot)
         self.done += 1
         robot.delivered += 1
-        assert robot.job is not None
-        del self.unload_at[robot.job.number]
-        robot.job = None
-        robot.task = -1
+        self._forget(robot)
 
     def _forget(self, robot: Robot) -> None:
         assert robot.job is not None
-        del self.unload_at[robot.job.number]
+        self.heading[self.unload_at.pop(robot.job.number)] -= 1
         robot.job = None
         robot.task = -1
         if robot.station is not None:
             robot.station.taken -= 1
             robot.station = None
 
+    def _put_back(self, number: int) -> None:
+        """The tasks of a robot's queue go to the front of the list, in their order."""
+        for task in reversed(self.queues.pop(number, ())):
+            self.open[task.number] = task
+            self.open.move_to_end(task.number, last=False)
+
     # Decisions
 
-    def _call(self) -> None:
-        """Have the policy asked at the end of this instant."""
+    def call(self) -> None:
+        """Have the policy asked at the end of this instant, or of the interval."""
         if not self._called:
             self._called = True
             event = Event(self.env)
             event._ok, event._value = True, None
             event.callbacks.append(self._decide)
-            self.env.schedule(event, priority=AFTER_ALL)
+            delay = 0.0
+            if self.interval:
+                delay = max(math.ceil(self.env.now / self.interval - 1e-9) * self.interval - self.env.now, 0.0)
+            self.env.schedule(event, priority=AFTER_ALL, delay=delay)
 
     def _decide(self, _: Event) -> None:
         self._called = False
-        if self.open and self.free:
-            robots = [self.free[number][0].view() for number in sorted(self.free)]
-            for number, task in list(self.allocation.assign(self._situation(robots))):
-                self._assign(number, task)
+        if self.queues:
+            self._next_of_queues()
+        if not (self.open and self.free):
+            self._pass()
+        elif self.allocation is None:
+            self.waiting = True
+            raise StopSimulation(None)
+        else:
+            situation = self.world.shown.situation()
+            policy = self.allocation
+            self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
+
+    def decide(self, pairs: Iterable[Any]) -> None:
+        """Carry out a decision: pairs of robot number and task number, checked one by one."""
+        self.waiting = False
+        given: set[int] = set()
+        for pair in pairs:
+            try:
+                number, task_number = (int(part) for part in pair)
+            except (TypeError, ValueError):
+                raise self._fault(f"{pair!r} is no pair (robot number, task number)") from None
+            if task_number in given:
+                raise self._fault(f"task {task_number} is given out twice")
+            if not 0 <= number < len(self.world.robots):
+                raise self._fault(f"there is no robot {number}, only 0 to {len(self.world.robots) - 1}")
+            if task_number not in self.open:
+                raise self._fault(f"task {task_number} is not open")
+            given.add(task_number)
+            if number in self.free:
+                self._assign(number, task_number)
+            else:
+                self._queue(number, task_number)
+        self._pass()
+        if self.open and self.free and self.world.model.battery is not None:
+            self._charge_the_short()
+
+    def _charge_the_short(self) -> None:
+        """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
+        for number in sorted(self.free):
+            robot, event = self.free[number]
+            if robot.plugged or robot.battery.is_full(self.env.now) or not self.short(robot):
+                continue
+            if not robot.at_charger and not self.world.parking.charger_for(robot):
+                continue
+            del self.free[number]
+            robot.short = True
+            event.succeed()
+
+    def short(self, robot: Robot) -> bool:
+        """Whether a robot's energy, below full, does not let it take the first open task."""
+        task = next(iter(self.open.values()), None)
+        view = robot.view()
+        if task is None or view.energy >= self.world.decisions.levels(view).full - EPS * view.capacity:
+            return False
+        return not self.world.shown.may_work(view, task)
+
+    def _pass(self) -> None:
+        """Robots that have unloaded go on, with a task or without."""
         for number in sorted(self.passing):
             self.free.pop(number)[1].succeed()
         self.passing.clear()
 
-    def _situation(self, robots: list[RobotView]) -> Situation:
-        world = self.world
-        return Situation(
-            time=self.env.now,
-            robots=robots,
-            tasks=self.open.values(),
-            travel=world.travel,
-            station=world.station_for,
-            feasible=self._feasible,
-            waits=world.waits_per_edge,
-            random=self._random,
-        )
+    def _fault(self, fault: str) -> PolicyError:
+        name = "the answer" if self.allocation is None else type(self.allocation).__name__
+        return PolicyError(f"policies.allocation ({name}) at time {self.env.now:g}: {fault}")
 
-    def _random(self) -> Generator:
-        if self._stream is None:
-            self._stream = stream(self.world.seed, "allocation")
-        return self._stream
+    def _queue(self, number: int, task_number: int) -> None:
+        robot = self.world.robots[number]
+        if robot.job is None:
+            raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
+        self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
-    def _feasible(self, robot: RobotView, task: Task) -> bool:
-        world = self.world
-        node = world.station_for(robot, task)
-        station = world.stations.get(node)
-        if station is not None and station.free <= 0:
-            return False
-        return world.model.battery is None or world.charging.may_work(
-            robot, lambda: world.energy_for(robot, task, node)
-        )
+    def _next_of_queues(self) -> None:
+        """Free robots go on with their queues; a queue that its robot may not go on with goes back to the list."""
+        for number in sorted(self.queues.keys() & self.free.keys()):
+            queue = self.queues.pop(number)
+            task = queue.popleft()
+            self.open[task.number] = task
+            self.open.move_to_end(task.number, last=False)
+            if queue:
+                self.queues[number] = queue
+            if self.world.shown.feasible(self.free[number][0].view(), task):
+                self._assign(number, task.number)
+            elif queue:
+                self._put_back(number)
+                self.open.move_to_end(task.number, last=False)
 
     def _assign(self, number: int, task_number: int) -> None:
-        fault = None
-        if number not in self.free:
-            fault = f"robot {number} is not free"
-        elif task_number not in self.open:
-            fault = f"task {task_number} is not open"
-        if fault:
-            name = type(self.allocation).__name__
-            raise PolicyError(f"policies.allocation ({name}) at time {self.env.now:g}: {fault}")
-        robot, event = self.free.pop(number)
+        robot, event = self.free[number]
+        task, view, shown = self.open[task_number], robot.view(), self.world.shown
+        if not shown.may_work(view, task):
+            raise self._fault(
+                f"robot {number} may not take task {task_number}: its energy, {view.energy:g}, does not let it by "
+                f"policies.charging ({self.world.model.policies.charging.name})"
+            )
+        node = shown.station(view, task)
+        station = self.world.stations.get(node)
+        if not shown.room(view, node):
+            return  # taken by another pair of this decision: robot and task wait for the next
+        del self.free[number], self.open[task_number]
         self.passing.discard(number)
-        task = self.open.pop(task_number)
-        node = self.world.station_for(robot.view(), task)
         self.unload_at[task_number] = node
-        robot.station = self.world.stations.get(node)
-        if robot.station is not None:
-            robot.station.taken += 1
+        self.heading[node] += 1
+        robot.station = station
+        if station is not None:
+            station.taken += 1
         robot.job = task
         robot.task = task.number
         self.world.record("assigned", robot)

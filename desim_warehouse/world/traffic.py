@@ -71,6 +71,9 @@ class Traffic(Motion):
                     clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
                     passes = robot.recall_at > clear
                     if passes and not self.is_free(robot, lane, onward):
+                        if robot.detours and (other := robot.detour(route, index, stop)) is not None:
+                            route, index, count = other, 0, len(other)
+                            continue
                         yield from self.claim(robot, lane.end, onward, lane)
                         clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
                         passes = robot.recall_at > clear and robot.granted is onward

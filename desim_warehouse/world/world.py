@@ -3,33 +3,36 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import simpy
-from simpy.events import Timeout
+from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
-from desim_warehouse.errors import LayoutError, PolicyError, StallError
+from desim_warehouse.errors import LayoutError, StallError
 from desim_warehouse.layout.travel import Travel
 from desim_warehouse.log import NONE, Log
-from desim_warehouse.policies import BayView, create
+from desim_warehouse.policies import create
 from desim_warehouse.world.bays import Bay, Parking, Station
+from desim_warehouse.world.decisions import Decisions
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.dispatch import Dispatcher
 from desim_warehouse.world.robot import Robot
+from desim_warehouse.world.shown import Shown
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.policies import RobotView, Task
-    from desim_warehouse.world.lanes import Lane
 
 
 class World:
-    """One run: `World(model, seed).run()`, then look at `log`, `robots` and `traffic`."""
+    """One run: `World(model, seed).run()`, then look at `log`, `robots` and `traffic`.
 
-    def __init__(self, model: Model, seed: int = 0) -> None:
+    With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
+    `dispatcher.decide(pairs)` in between.
+    """
+
+    def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
         self.seed = seed
         self.env = simpy.Environment()
@@ -47,22 +50,26 @@ class World:
             contact=2 * largest + model.fleet.robot.margin,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
-            mixed=len(set(shapes)) > 1 or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
+            mixed=len(set(shapes)) > 1
+            or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
             rotate=model.traffic.gridlock == "rotate",
         )
-        self.travel = Travel(self.layout.graph, max(speed for _, speed in shapes), model.traffic.node_time)
-        policies = model.policies
-        allocation = create("allocation", policies.allocation.name, policies.allocation.params)
-        self.routing = create("routing", policies.routing.name, policies.routing.params)
-        self.charging = create("charging", policies.charging.name, policies.charging.params)
-        self.parking_policy = create("parking", policies.parking.name, policies.parking.params)
-        self._ways: dict[tuple[str, str], list[Lane]] = {}
+        self.decisions = Decisions(self)
+        self.travel = Travel(
+            self.layout.graph,
+            max(speed for _, speed in shapes),
+            model.traffic.node_time,
+            self.decisions.cost,
+        )
         self.stations = {
             node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
         }
         self.robots = self._fleet(shapes)
         self.demand = Demand(self)
-        self.dispatcher = Dispatcher(self, allocation)
+        self.scarce = self.parking.scarce(len(self.robots))
+        self.shown = Shown(self)
+        policy = model.policies.allocation
+        self.dispatcher = Dispatcher(self, None if ask else create("allocation", policy.name, policy.params))
 
     def _shapes(self) -> list[tuple[float, float]]:
         """Radius and speed of every robot, by number."""
@@ -86,8 +93,10 @@ class World:
             if homes.count(node) > places:
                 raise LayoutError(
                     [
-                        f"layout.bays.{item.zone}.places: {homes.count(node)} robots start at {node} but its bay "
-                        f"has {places} places; give it more, or spread fleet.start over more nodes"
+                        (
+                            f"layout.bays.{item.zone}.places: {homes.count(node)} robots start at {node} but its bay "
+                            f"has {places} places; give it more, or spread fleet.start over more nodes"
+                        )
                     ]
                 )
             bays.append(Bay(self.env, node, places, chargers))
@@ -103,6 +112,12 @@ class World:
 
     def run(self) -> World:
         """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run."""
+        self.begin()
+        self.go_on()
+        return self
+
+    def begin(self) -> None:
+        """Set everything going at time 0."""
         env, length = self.env, self.model.run.length
         self.demand.start()
         for robot in self.robots:
@@ -110,17 +125,26 @@ class World:
         if self.model.run.warm_up:
             Timeout(env, self.model.run.warm_up).callbacks.append(lambda _: self._count_from_here())
         if self.demand.total is None:
-            env.run(until=length)
+            assert length is not None
+            self.over = simpy.Event(env)
+            self.over._ok, self.over._value = True, None
+            env.schedule(self.over, URGENT, length)
         else:
-            over = self.finished if length is None else self.finished | Timeout(env, length)
-            try:
-                env.run(until=over)
-            except RuntimeError as error:
-                if env.peek() == math.inf:
-                    raise StallError(self._stalled()) from error
-                raise
+            self.over = self.finished if length is None else self.finished | Timeout(env, length)
+
+    def go_on(self) -> bool:
+        """Simulate up to the next decision that is asked for (True), or to the end (False)."""
+        env = self.env
+        try:
+            env.run(until=self.over)
+        except RuntimeError as error:
+            if env.peek() == math.inf:
+                raise StallError(self._stalled()) from error
+            raise
+        if self.dispatcher.waiting:
+            return True
         self.close()
-        return self
+        return False
 
     def close(self) -> None:
         """Bring all tallies up to the present, less what was counted before the warm-up ended."""
@@ -181,62 +205,6 @@ class World:
         else:
             energy = None if robot.battery.spec is None else robot.battery.level(self.env.now)
             self.log.event(self.env.now, kind, robot.number, robot.task, robot.node, energy)
-
-    def way(self, robot: Robot, origin: str, goal: str) -> list[Lane]:
-        """The lanes from one node to another, as the routing policy chooses them."""
-        way = self._ways.get((origin, goal))
-        if way is None:
-            names = list(self.routing.route(origin, goal, self.layout.graph))
-            lanes = self.traffic.lanes
-            steps = list(pairwise(names))
-            if not names or names[0] != origin or names[-1] != goal or any(s not in lanes for s in steps):
-                raise PolicyError(
-                    f"policies.routing ({type(self.routing).__name__}): {' > '.join(names) or 'nothing'} "
-                    f"is no way from {origin} to {goal}"
-                )
-            way = self._ways[origin, goal] = [lanes[step] for step in steps]
-        return way
-
-    def station_for(self, robot: RobotView, task: Task) -> str:
-        """Where a robot would unload a task."""
-        nodes = self.model.tasks.unload_at
-        return nodes[robot.number % len(nodes)]
-
-    def energy_for(self, robot: RobotView, task: Task, station: str) -> float:
-        """Energy that a task and the way to the nearest charger after it draw, waiting not included."""
-        tasks, travel = self.model.tasks, self.travel
-        rates = self.robots[robot.number].battery.rates
-        node_time = self.model.traffic.node_time
-        length = self.layout.graph.edges[task.edge]["length"]
-        on_edge = length / self.robots[robot.number].speed + node_time
-        empty = travel.time(robot.node, task.edge[0]) + min(
-            travel.time(station, node) for node, bay in self.parking.bays.items() if bay.chargers is not None
-        )
-        loaded = on_edge + travel.time(task.edge[1], station)
-        handling = tasks.load_time + tasks.unload_time + tasks.clear_time
-        return empty * rates["empty"] + loaded * rates["loaded"] + handling * rates["loading"]
-
-    def reserve_bay(self, robot: Robot) -> None:
-        """A place for a robot that leaves its work."""
-        parking = self.parking
-        views = [
-            BayView(bay.node, bay.free, 0 if bay.chargers is None else bay.chargers.capacity)
-            for bay in parking.bays.values()
-            if parking.may_take(robot, bay)
-        ]
-        node = self.parking_policy.choose(robot.view(), views, self.travel)
-        if node not in {view.node for view in views}:
-            raise PolicyError(
-                f"policies.parking ({type(self.parking_policy).__name__}): {node!r} is no bay with a free place"
-            )
-        parking.take(robot, parking.bays[node])
-
-    @property
-    def waits_per_edge(self) -> dict[tuple[str, str], float]:
-        """Mean waiting time per passage of each edge so far, its end node included."""
-        return {
-            edge: (lane.blocked + lane.end.blocked) / max(lane.passages, 1) for edge, lane in self.traffic.lanes.items()
-        }
 
 
 def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:

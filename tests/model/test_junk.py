@@ -17,7 +17,7 @@ DRAWN = {
     "storage": [{"edge": ["a", "b"], "offset": 4}],
     "bays": {"home": {"at": ["a"]}},
 }
-BLOCKS = load(MULTIBOTS, {"battery.taper": {"start": 0.8}, "policies.charging.margin": 2}).content()
+BLOCKS = load(MULTIBOTS, {"battery.taper": {"start": 0.8}, "policies.charging.level": 2}).content()
 EXPLICIT = load(
     {**BLOCKS, "layout": DRAWN}, {"fleet.start": ["a"], "tasks.unload_at": ["c"], "tasks.goods": [0]}
 ).content()

@@ -1,0 +1,184 @@
+"""Allocation policies that plan short queues of tasks for the whole fleet, robots at work included.
+
+Both build the queues by insertion: a task may go between any two of a robot's planned tasks. At every decision the
+queues are planned anew and only the first tasks of free robots are given out, unless `commit` is set.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from desim_warehouse.policies.protocols import RobotView, Task
+    from desim_warehouse.policies.situation import Situation
+
+OBJECTIVES = ("makespan", "total")
+
+
+@dataclass(frozen=True)
+class _Queues:
+    """Parameters and procedure that the policies of this module share."""
+
+    depth: int = 3
+    objective: Literal["makespan", "total"] = "makespan"
+    candidates: int = 200
+    robots: int = 100
+    commit: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        for name in ("depth", "candidates", "robots"):
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= 1):
+                raise ValueError(f"{name} is {value}, expected a whole number of at least 1")
+        if self.objective not in OBJECTIVES:
+            raise ValueError(f"objective is {self.objective!r}, expected one of {', '.join(OBJECTIVES)}")
+
+    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
+        """Plan in groups of at most `robots` robots: the free ones by number, filled up with those free next."""
+        free = list(situation.robots)
+        busy = [robot for robot in situation.fleet() if not robot.free and not robot.queue]
+        busy.sort(key=lambda robot: (robot.free_in, robot.number))
+        tasks = list(situation.tasks)
+        for begin in range(0, len(free), self.robots):
+            group = free[begin : begin + self.robots]
+            taken = set()
+            for robot, queue in self._planned(situation, group, busy, tasks[: self.candidates]):
+                given = queue if self.commit else queue[:1]
+                taken |= {task.number for task in given}
+                yield from ((robot.number, task.number) for task in given)
+            tasks = [task for task in tasks if task.number not in taken]
+
+    def _planned(
+        self, situation: Situation, free: list[RobotView], busy: list[RobotView], tasks: list[Task]
+    ) -> Iterable[tuple[RobotView, list[Task]]]:
+        plan = Plan(situation, free + busy[: self.robots - len(free)], tasks, self.depth, self.objective)
+        while (choice := self.choose(plan.bids)) is not None:
+            plan.insert(*choice)
+        return ((robot, plan.queue(rank)) for rank, robot in enumerate(free))
+
+    def choose(self, bids: Any) -> tuple[int, int] | None:
+        """The robot (row) and the task (column) to be planned next; None when no bid is left."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Regret(_Queues):
+    """Regret-2 insertion: the task that loses most if its best robot does not get it is planned first.
+
+    Source: Potvin and Rousseau, European J. Operational Research 66 (1993) 331-340. Regret is the difference between
+    the best bids of the two best robots; ties go to the lower bid.
+
+    `depth`: tasks in a queue at most. `objective`: a robot bids the time at which it would be done (makespan) or the
+    time added (total). `candidates`: open tasks, `robots`: robots planned together. `commit`: give out whole queues.
+    """
+
+    def choose(self, bids: Any) -> tuple[int, int] | None:
+        """The task with the largest regret, to its best robot; a task that only one robot can do comes first."""
+        import numpy as np
+
+        best = bids.min(axis=0)
+        if not np.isfinite(best).any():
+            return None
+        second = np.partition(bids, 1, axis=0)[1] if len(bids) > 1 else best
+        regret = np.where(np.isfinite(second), second, 1e12) - np.where(np.isfinite(best), best, 0.0)
+        regret[~np.isfinite(best)] = -np.inf
+        task = int(np.lexsort((np.arange(len(best)), best, -regret))[0])
+        return int(bids[:, task].argmin()), task
+
+
+@dataclass(frozen=True)
+class Auction(_Queues):
+    """Sequential single-item auction: in every round all robots bid for all tasks and the lowest bid wins.
+
+    Source: Lagoudakis et al., Robotics: Science and Systems 2005; bids are for the cheapest insertion into the
+    robot's queue. `objective`: makespan (MiniMax: the time at which the robot would be done) or total (MiniSum: the
+    time added). `depth`: tasks in a queue at most. `candidates`: open tasks, `robots`: robots that bid together.
+    `commit`: give out whole queues.
+    """
+
+    objective: Literal["makespan", "total"] = "total"
+
+    def choose(self, bids: Any) -> tuple[int, int] | None:
+        """The lowest bid; ties go to the lower robot, then to the earlier task."""
+        at = int(bids.argmin())
+        robot, task = divmod(at, bids.shape[1])
+        return (robot, task) if math.isfinite(bids[robot, task]) else None
+
+
+class Plan:
+    """Queues of a group of robots: the bid of every robot (rows) for every task (columns) not yet planned."""
+
+    def __init__(
+        self,
+        situation: Situation,
+        robots: Sequence[RobotView],
+        tasks: Sequence[Task],
+        depth: int,
+        objective: str,
+    ) -> None:
+        import numpy as np
+
+        self.tasks = tasks
+        self.depth = depth
+        self.whole = objective == "makespan"
+        self.approach = situation.approach(robots, tasks)
+        self.allowed = situation.allowed(robots, tasks)
+        self.queues: list[list[int]] = [[] for _ in robots]
+        self.open = np.ones(len(tasks), dtype=bool)
+        tables: dict[str, tuple[Any, Any]] = {}
+        self.of: list[tuple[Any, Any]] = []
+        for robot in robots:
+            station = situation.station(robot, tasks[0])
+            if station not in tables:
+                tables[station] = situation.delivery(robot, tasks), situation.onward(robot, tasks)
+            self.of.append(tables[station])
+        self.bids = np.empty(self.approach.shape)
+        self.places = np.zeros(self.approach.shape, dtype=int)
+        for rank in range(len(robots)):
+            self._bid(rank)
+
+    def length(self, rank: int, queue: Sequence[int]) -> float:
+        """Time at which a robot would be done with a queue."""
+        delivery, onward = self.of[rank]
+        time = float(self.approach[rank, queue[0]]) if queue else 0.0
+        links = sum(float(onward[a, b]) for a, b in itertools.pairwise(queue))
+        return time + links + sum(float(delivery[task]) for task in queue)
+
+    def _bid(self, rank: int) -> None:
+        """The cheapest insertion of every open task into a robot's queue."""
+        import numpy as np
+
+        queue, (delivery, onward) = self.queues[rank], self.of[rank]
+        if len(queue) >= self.depth:
+            self.bids[rank] = np.inf
+            return
+        added = []
+        for place in range(len(queue) + 1):
+            into = self.approach[rank] if place == 0 else onward[queue[place - 1]]
+            if place < len(queue):
+                behind = queue[place]
+                old = self.approach[rank, behind] if place == 0 else onward[queue[place - 1], behind]
+                added.append(into + delivery + onward[:, behind] - old)
+            else:
+                added.append(into + delivery)
+        costs = np.array(added)
+        self.places[rank] = costs.argmin(axis=0)
+        bids = costs.min(axis=0) + (self.length(rank, queue) if self.whole else 0.0)
+        self.bids[rank] = np.where(self.allowed[rank] & self.open, bids, np.inf)
+
+    def insert(self, rank: int, task: int) -> None:
+        """Plan a task for a robot at its cheapest place."""
+        self.queues[rank].insert(int(self.places[rank, task]), task)
+        self.open[task] = False
+        self.bids[:, task] = math.inf
+        self._bid(rank)
+
+    def queue(self, rank: int) -> list[Task]:
+        """The tasks planned for a robot, in order."""
+        return [self.tasks[task] for task in self.queues[rank]]

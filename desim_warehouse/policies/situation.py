@@ -1,0 +1,90 @@
+"""What an allocation policy decides on, with the tables that most policies want: times, energies, what is allowed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+
+    from numpy.random import Generator
+
+    from desim_warehouse.policies.protocols import RobotView, Task, Travel
+
+
+@dataclass(frozen=True)
+class Handling:
+    """Times spent apart from driving, and the weights of Cost_total; in the units of the model file."""
+
+    load_time: float
+    unload_time: float
+    clear_time: float
+    distance: float = 1.0
+    time: float = 1.0
+    collisions: float = 1.0
+
+
+@dataclass(frozen=True)
+class Situation:
+    """The free robots by number, the open tasks in the order of the list, and what can be known of both.
+
+    `station(robot, task)` is the node where the robot would unload the task; `feasible(robot, task)` whether it may
+    take it: the charging policy lets it, with the energy it has, and there is room at the station. `fleet()` shows
+    all robots, also those at work; `waits()` the mean waiting time, `collisions()` the mean number of collisions per
+    passage of each edge so far, its end node included. `random()` is the policy's own numpy Generator.
+    """
+
+    time: float
+    robots: Sequence[RobotView]
+    tasks: Collection[Task]
+    travel: Travel
+    station: Callable[[RobotView, Task], str]
+    feasible: Callable[[RobotView, Task], bool]
+    allowed: Callable[[Sequence[RobotView], Sequence[Task]], Any]
+    """`feasible` for all pairs: a boolean numpy array, a row for each robot, a column for each task."""
+    fleet: Callable[[], Sequence[RobotView]]
+    waits: Callable[[], Mapping[tuple[str, str], float]]
+    collisions: Callable[[], Mapping[tuple[str, str], float]]
+    random: Callable[[], Generator]
+    handling: Handling
+    length: Callable[[tuple[str, str]], float]
+    """Length of an edge."""
+
+    def first_tasks(self, number: int) -> list[Task]:
+        """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""
+        most = max(number, len(self.robots))
+        if most >= len(self.tasks):
+            return list(self.tasks)
+        every = iter(self.tasks)
+        return [next(every) for _ in range(most)]
+
+    def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
+        """Free driving time of every robot (rows) to every good (columns), from where and when it is free."""
+        import numpy as np
+
+        driven = self.travel.times([robot.node for robot in robots], [task.edge[0] for task in tasks])
+        speeds = np.array([robot.speed for robot in robots])[:, None]
+        free_in = np.array([robot.free_in for robot in robots])[:, None]
+        return driven + np.array([task.offset for task in tasks]) / speeds + free_in
+
+    def delivery(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
+        """Time of every task from standing at the good to being free at the station, handling included."""
+        import numpy as np
+
+        handling = self.handling
+        fixed = handling.load_time + handling.unload_time + handling.clear_time
+        stations = [self.station(robot, task) for task in tasks]
+        nodes = list(dict.fromkeys(stations))
+        driven = self.travel.times([task.edge[1] for task in tasks], nodes)
+        picked = driven[np.arange(len(tasks)), [nodes.index(node) for node in stations]]
+        rest = np.array([(self.length(task.edge) - task.offset) / robot.speed for task in tasks])
+        return picked + rest + fixed
+
+    def onward(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
+        """Free driving time from the station of every task (rows) to every good (columns)."""
+        import numpy as np
+
+        stations = [self.station(robot, task) for task in tasks]
+        driven = self.travel.times(stations, [task.edge[0] for task in tasks])
+        return driven + np.array([task.offset / robot.speed for task in tasks])
