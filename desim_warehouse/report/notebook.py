@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import tempfile
 import warnings
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -86,7 +87,7 @@ def template(kind: str) -> Path:
 
 def executed(kind: str, folder: Path) -> NotebookNode:
     """The notebook with its `parameters` cell set for a folder, run from the first cell to the last."""
-    with _quiet():
+    with _quiet(), tempfile.TemporaryDirectory(prefix="desim-", ignore_cleanup_errors=True) as sockets:
         import nbformat
         from nbclient import NotebookClient
         from nbclient.exceptions import CellExecutionError, DeadKernelError
@@ -94,21 +95,28 @@ def executed(kind: str, folder: Path) -> NotebookNode:
         here = str(folder.resolve())
         notebook = nbformat.read(template(kind), as_version=4)
         set_parameters(notebook, {"folder": here})
-        client = NotebookClient(notebook, timeout=None, km=_kernel(), resources={"metadata": {"path": here}})
+        client = NotebookClient(
+            notebook,
+            timeout=None,
+            kernel_name="python3",
+            config=_settings(sockets),
+            resources={"metadata": {"path": here}},
+        )
         try:
             asyncio.run(client.async_execute())
         except CellExecutionError as error:
             raise ReportError(f"{folder}: the report stopped: {error.ename}: {error.evalue}") from error
-        except DeadKernelError as error:
-            raise ReportError(f"{folder}: the report stopped: its Python process died") from error
+        except (DeadKernelError, RuntimeError) as error:
+            raise ReportError(f"{folder}: the report's Python process did not start, or died ({error})") from error
     return notebook
 
 
-def _kernel() -> Any:
-    """This Python as a notebook kernel; where the system can, its messages go through files only we can open."""
-    from jupyter_client.manager import AsyncKernelManager
+def _settings(sockets: str) -> Any:
+    """Where the system can, messages of the notebook's process go through files that are ours alone, not ports."""
+    from traitlets.config import Config
 
-    return AsyncKernelManager(kernel_name="python3", transport="ipc" if os.name == "posix" else "tcp")
+    ours = {"transport": "ipc", "ip": f"{sockets}/kernel"} if os.name == "posix" else {}
+    return Config({"KernelManager": ours})
 
 
 def set_parameters(notebook: NotebookNode, values: dict[str, Any]) -> None:
