@@ -21,6 +21,8 @@ COMMANDS = {
     "study": ("study", "Run a study file, or go on with a study folder."),
     "what-if": ("what_if", "Vary keys of a model and show what happens."),
     "compare": ("compare", "Compare the designs of a study folder with its baseline."),
+    "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
+    "policies": ("policies", "List the policies, or show one."),
     "schema": ("schema", "Print the JSON Schema of model files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""

@@ -1,0 +1,53 @@
+"""`desim paper`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@click.command("paper")
+@click.option("--study", default="studies/paper.yaml", show_default=True, help="The study with the 30 cells.")
+@click.option("--out", default="reports/out/paper", show_default=True, metavar="DIR", help="For table and figures.")
+def command(study: str, out: str) -> None:
+    """Run the paper's experiment: T, S, C of 1 to 6 robots and 5 goods groups, beside the paper's figures.
+
+    Writes paper.csv, paper.parquet and figure_6, figure_7, figure_8 (PNG and SVG).
+    """
+    from desim_warehouse.report.paper import reproduce
+
+    found = reproduce(study)
+    _show(found.table)
+    for line in found.verdict():
+        click.echo(line)
+    click.echo(f"written to {found.save(out)}")
+
+
+def _show(table: pd.DataFrame) -> None:
+    from rich.table import Table
+
+    from desim_warehouse.cli.study_options import show
+
+    shown = Table(title="The paper's experiment, here | program | paper's figure", title_justify="left", box=None)
+    heads = ("robots", "group", "T steps", "program", "diff", "T s", "paper s")
+    for name in (*heads, "S", "program", "paper", "diff", "C", "program", "paper", "diff"):
+        shown.add_column(name, justify="right")
+    for row in table.itertuples(index=False):
+        shown.add_row(
+            f"{row.robots}",
+            f"{row.group}",
+            f"{row.T:,.1f}",
+            f"{row.T_steps_program:,d}",
+            f"{100 * row.T_difference:+.2f} %",
+            f"{row.T_seconds:.1f}",
+            f"{row.T_seconds_figure:.1f}",
+            *(f"{getattr(row, f'{name}{ending}'):{sign}d}" for name in "SC" for ending, sign in _COUNTS),
+        )
+    show(shown)
+
+
+_COUNTS = (("", ""), ("_program", ""), ("_figure", ""), ("_difference", "+"))

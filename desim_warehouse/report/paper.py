@@ -1,0 +1,128 @@
+"""The paper's experiment again: T, S and C of its 30 cells beside the paper's and its program's, and Figs. 6 to 8."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.study.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FIGURES = {"T": (6, "Task time (s)"), "S": (7, "Collisions"), "C": (8, "Chargings")}
+"""Indicator: the figure of the paper that shows it, and its axis."""
+COLOURS = ("#1f5fa8", "#c9463d", "#3a8f4d", "#8a5aa8", "#d08a1e")
+MARKERS = ("o", "s", "^", "D", "v")
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The 30 cells.
+
+    `table` has the columns robots, group, T (time units), T_seconds, S, C, and with the endings `_figure` (read
+    from the paper's figures) and `_program` (its authors' program) what to compare with; `T_difference` is a
+    share of the program's T, `S_difference` and `C_difference` are counts.
+    """
+
+    table: pd.DataFrame
+    name: str
+
+    def verdict(self) -> list[str]:
+        """The comparison in sentences."""
+        table = self.table
+        off = table["T_difference"].abs()
+        same_s, same_c = table["S"] == table["S_program"], table["C"] == table["C_program"]
+        return [
+            f"T: {(off <= 0.01).sum()} of {len(table)} cells within 1 % of the program, "  # noqa: PLR2004
+            f"median {100 * off.median():.2f} %, largest {100 * off.max():.2f} %",
+            f"S: {table['S'].sum()} collisions in all, the program {table['S_program'].sum()}, "
+            f"the paper's figure {table['S_figure'].sum()}; equal in {same_s.sum()} cells, "
+            f"largest difference {table['S_difference'].abs().max()}",
+            f"C: equal in {same_c.sum()} of {len(table)} cells",
+        ]
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the table (CSV and Parquet) and the figures (PNG and SVG) to a folder."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        self.table.to_csv(folder / "paper.csv", index=False, float_format="%.6g")
+        self.table.to_parquet(folder / "paper.parquet", index=False)
+        for indicator, (number, _) in FIGURES.items():
+            drawn = self.figure(indicator)
+            for ending in ("png", "svg"):
+                drawn.savefig(folder / f"figure_{number}.{ending}", dpi=150)
+        return folder
+
+    def figure(self, indicator: str) -> Figure:
+        """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
+        from matplotlib.figure import Figure
+
+        number, axis = FIGURES[indicator]
+        column = "T_seconds" if indicator == "T" else indicator
+        paper = "T_seconds_figure" if indicator == "T" else f"{indicator}_figure"
+        drawn = Figure(figsize=(9.6, 3.8), layout="constrained")
+        lines, bars = drawn.subplots(1, 2)
+        self._lines(lines, column)
+        self._bars(bars, column, paper)
+        for axes in (lines, bars):
+            axes.set_xlabel("Number of robots")
+            axes.set_ylabel(axis)
+            axes.set_ylim(bottom=0)
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.grid(axis="y", color="#dddddd", linewidth=0.6)
+            axes.set_axisbelow(True)
+        drawn.suptitle(f"{axis}, as in Fig. {number} of the paper")
+        return drawn
+
+    def _lines(self, axes: Axes, column: str) -> None:
+        for (group, cells), colour, marker in zip(
+            self.table.groupby("group"), COLOURS, MARKERS, strict=False
+        ):
+            axes.plot(
+                cells["robots"], cells[column], color=colour, marker=marker, markersize=5, label=f"group {group}"
+            )
+        axes.legend(frameon=False, fontsize=8)
+        axes.set_title("each goods group", fontsize=10)
+
+    def _bars(self, axes: Axes, column: str, paper: str) -> None:
+        means = self.table.groupby("robots")[[column, paper]].mean()
+        axes.bar(means.index - 0.2, means[column], 0.38, color=COLOURS[0], label="here")
+        axes.bar(means.index + 0.2, means[paper], 0.38, color="#b9c7d8", label="paper")
+        axes.legend(frameon=False, fontsize=8)
+        axes.set_title("mean of the groups", fontsize=10)
+
+
+def reproduce(study: str | Path = "studies/paper.yaml") -> Reproduction:
+    """Run the paper's experiment, and put its results beside what the study's neighbour paper.csv holds.
+
+    Raises:
+        ReportError: where there is no such study, or nothing to compare with.
+    """
+    import pandas as pd
+
+    path = Path(study)
+    if not path.exists():
+        raise ReportError(f"{path}: no such study; expected studies/paper.yaml of desim-warehouse")
+    try:
+        reference = pd.read_csv(path.with_suffix(".csv"), comment="#")
+    except (OSError, ValueError) as error:
+        raise ReportError(
+            f"{path.with_suffix('.csv')}: the paper's figures cannot be read ({error})"
+        ) from error
+    whole = Study.read(path).run()
+    runs = whole.table.rename(columns={"fleet.size": "robots"})
+    failed = runs["error"].dropna()
+    if len(failed):
+        raise ReportError(f"{path}: {len(failed)} runs failed, the first with: {failed.iloc[0]}")
+    runs["group"] = runs["tasks.goods"].str.removeprefix("group ").astype(int)
+    table = runs[["robots", "group", "T", "S", "C"]].merge(reference, on=["robots", "group"], validate="1:1")
+    table["T_seconds"] = table["T"] * whole.plan.base.units.seconds
+    table["T_difference"] = table["T"] / table["T_steps_program"] - 1
+    table["S_difference"] = table["S"] - table["S_program"]
+    table["C_difference"] = table["C"] - table["C_program"]
+    return Reproduction(table, whole.plan.name)
