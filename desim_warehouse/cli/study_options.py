@@ -39,9 +39,7 @@ def with_execution(function: F) -> F:
             metavar="N|auto",
             help="Processes on this machine; auto: one for each processor.",
         ),
-        click.option(
-            "--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."
-        ),
+        click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
         click.option("--timeout", type=float, metavar="SECONDS", help="Time that a run may take."),
         click.option("--out", metavar="DIR", help="Study folder; runs that are there are used again."),
         click.option("--quiet", is_flag=True, help="Do not show how far it is."),
@@ -89,8 +87,10 @@ def interruptible(study: Study, out: str | None) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        kept = f"{len(study.rows)} finished runs are kept in {out}; the same command goes on" if out else (
-            "nothing is kept without --out DIR"
+        kept = (
+            f"{len(study.rows)} finished runs are kept in {out}; the same command goes on"
+            if out
+            else ("nothing is kept without --out DIR")
         )
         click.echo(f"stopped: {kept}", err=True)
         sys.exit(130)

@@ -80,12 +80,8 @@ class Reproduction:
         return drawn
 
     def _lines(self, axes: Axes, column: str) -> None:
-        for (group, cells), colour, marker in zip(
-            self.table.groupby("group"), COLOURS, MARKERS, strict=False
-        ):
-            axes.plot(
-                cells["robots"], cells[column], color=colour, marker=marker, markersize=5, label=f"group {group}"
-            )
+        for (group, cells), colour, marker in zip(self.table.groupby("group"), COLOURS, MARKERS, strict=False):
+            axes.plot(cells["robots"], cells[column], color=colour, marker=marker, markersize=5, label=f"group {group}")
         axes.legend(frameon=False, fontsize=8)
         axes.set_title("each goods group", fontsize=10)
 
@@ -111,9 +107,7 @@ def reproduce(study: str | Path = "studies/paper.yaml") -> Reproduction:
     try:
         reference = pd.read_csv(path.with_suffix(".csv"), comment="#")
     except (OSError, ValueError) as error:
-        raise ReportError(
-            f"{path.with_suffix('.csv')}: the paper's figures cannot be read ({error})"
-        ) from error
+        raise ReportError(f"{path.with_suffix('.csv')}: the paper's figures cannot be read ({error})") from error
     whole = Study.read(path).run()
     runs = whole.table.rename(columns={"fleet.size": "robots"})
     failed = runs["error"].dropna()

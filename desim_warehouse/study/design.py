@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+RULES = ("grid", "paired")
 SAMPLED = ("latin-hypercube", "sobol", "saltelli")
 
 

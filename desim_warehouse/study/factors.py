@@ -161,9 +161,7 @@ def _range_list(key: str, given: Any, where: Keys, problems: list[Problem]) -> I
     yield from _between_ends(key, numbers, given, where, problems)
 
 
-def _between_ends(
-    key: str, numbers: list[Any], given: Any, where: Keys, problems: list[Problem]
-) -> Iterator[Level]:
+def _between_ends(key: str, numbers: list[Any], given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
     expected = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
     if len(numbers) not in {2, 3} or not all(map(_finite, numbers)):
         problems.append(Problem.of(where, "not a range", given, expected))
@@ -221,9 +219,7 @@ def _cases(name: str, given: Any, problems: list[Problem]) -> Factor | None:
             problems.append(Problem.of((*where, case), "not a section", changes, expected))
             continue
         problems += [
-            _no_such_key((*where, case, key), key)
-            for key in changes or {}
-            if not outline.known(tuple(_steps(key)))
+            _no_such_key((*where, case, key), key) for key in changes or {} if not outline.known(tuple(_steps(key)))
         ]
         levels.append(Level(case, dict(changes or {}), (*where, case)))
     return Factor(name, tuple(levels)) if levels else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from time import monotonic
 from typing import TYPE_CHECKING, TypeVar, cast
 
+from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.plan import Until, content_key, models, run_seed
 from desim_warehouse.study.progress import Progress
@@ -55,8 +56,9 @@ class Laboratory:
         rule = self.plan.replications
         if isinstance(rule, Until):
             self._until(rule)
-        else:
-            self.ask([(point.number, r) for point in self.points for r in range(rule)])
+            return
+        counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
+        self.ask([(point.number, r) for point in self.points for r in range(counts[point.number])])
 
     def recall(self) -> None:
         """Go through the study as far as its runs are there, so that `finished` has them."""
@@ -77,7 +79,14 @@ class Laboratory:
             except StopIteration as end:
                 return cast("T", end.value)
             self.ask(asked)
-            values = [value_of(self.outcome(*run), indicator) for run in asked]
+            values = [self._value(*run, indicator) for run in asked]
+
+    def _value(self, number: int, replication: int, indicator: str) -> float:
+        """The indicator of a run that must not have failed."""
+        outcome = self.outcome(number, replication)
+        if outcome.error is not None:
+            raise StudyError(f"{self.points[number]}, replication {replication} failed: {outcome.error}")
+        return value_of(outcome, indicator)
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
         """Do those of these runs (point, replication) that are missing."""

@@ -37,7 +37,7 @@ class Plan:
     base: Model
     factors: tuple[Factor, ...] = ()
     rule: Rule = Rule()
-    replications: int | Until = 1
+    replications: int | Until | tuple[int, ...] = 1  # of each point; a tuple: point by point
     seed: int = 0
     indicators: tuple[str, ...] = ()  # empty: all
     baseline: Mapping[str, Label] | None = None
@@ -63,9 +63,15 @@ class Plan:
         said = ", ".join(f"{key}={value}" for key, value in wanted.items())
         raise StudyError(f"baseline: no design with {said}, expected values of the factors")
 
-    def with_base(self, base: Model) -> Plan:
-        """The same plan for another model."""
-        return replace(self, base=base)
+    def unreplicated(self) -> Plan:
+        """The same plan with no runs of its own, for procedures that ask for the runs they need."""
+        return replace(self, replications=(0,) * len(self.points()))
+
+    @property
+    def most(self) -> int:
+        """The most replications that a point can have."""
+        rule = self.replications
+        return rule.cap if isinstance(rule, Until) else max(rule) if isinstance(rule, tuple) else rule
 
 
 @cache

@@ -74,9 +74,7 @@ class Progress:
             self.bar.update(self.task, completed=self.done, total=self.total, rate=f"{self.rate:,.1f} runs/s")
         else:
             left = (self.total - self.done) / self.rate
-            self.print(
-                f"{self.name}: {self.done} of {self.total} runs, {self.rate:,.1f} runs/s, {_time(left)} left"
-            )
+            self.print(f"{self.name}: {self.done} of {self.total} runs, {self.rate:,.1f} runs/s, {_time(left)} left")
 
     def print(self, text: str) -> None:
         """A line of its own, beside the bar."""

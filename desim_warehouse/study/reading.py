@@ -14,7 +14,7 @@ from desim_warehouse.model.parse import Document, plain
 from desim_warehouse.model.places import Places
 from desim_warehouse.model.problems import Problem, got, report
 from desim_warehouse.model.reading import read_document
-from desim_warehouse.study.design import SAMPLED, Rule
+from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
 from desim_warehouse.study.plan import Plan, Until, check_baseline, models
 
@@ -199,9 +199,7 @@ class _Reader:
     def factors(self) -> Iterable[Factor]:
         for key, spec in self.section("factors").items():
             if key in RESERVED:
-                self.problems.append(
-                    Problem(("factors", key), "a name that tables use, expected another", at_key=True)
-                )
+                self.problems.append(Problem(("factors", key), "a name that tables use, expected another", at_key=True))
                 continue
             factor = read_factor(key, spec, self.problems)
             if factor is not None:
@@ -209,7 +207,7 @@ class _Reader:
 
     def rule(self) -> Rule:
         value = self.data.get("design", "grid")
-        if value in {"grid", "paired"}:
+        if isinstance(value, str) and value in RULES:
             return Rule(value)
         if isinstance(value, Mapping) and len(value) == 1:
             name, size = next(iter(value.items()))

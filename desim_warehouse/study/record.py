@@ -46,7 +46,7 @@ def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], f
         "design": {"rule": plan.rule.name, "size": plan.rule.size},
         "replications": vars(rule) if isinstance(rule, Until) else rule,
         "seed": plan.seed,
-        "run_seeds": [run_seed(plan.seed, r) for r in range(rule.cap if isinstance(rule, Until) else rule)],
+        "run_seeds": [run_seed(plan.seed, r) for r in range(plan.most)],
         "indicators": plan.indicators,
         "baseline": plan.baseline,
         "confidence": plan.confidence,
@@ -66,9 +66,7 @@ def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], f
 def _factor(factor: Factor) -> dict[str, Any]:
     if factor.between is not None:
         return {"key": factor.key, "between": vars(factor.between)}
-    levels = [
-        {"label": level.label, "changes": level.overrides, "at": level.keys} for level in factor.levels
-    ]
+    levels = [{"label": level.label, "changes": level.overrides, "at": level.keys} for level in factor.levels]
     return {"key": factor.key, "levels": levels}
 
 
@@ -91,12 +89,11 @@ def read_record(folder: Path) -> Plan:
 
 
 def _plan(content: Mapping[str, Any]) -> Plan:
-    rule = content["replications"]
     return Plan(
         base=load(content["base"]),
         factors=tuple(_read_factor(item) for item in content["factors"]),
         rule=Rule(content["design"]["rule"], content["design"]["size"]),
-        replications=rule if isinstance(rule, int) else Until(**rule),
+        replications=_replications(content["replications"]),
         seed=content["seed"],
         indicators=tuple(content["indicators"]),
         baseline=content["baseline"],
@@ -105,6 +102,12 @@ def _plan(content: Mapping[str, Any]) -> Plan:
         name=content["name"],
         description=content["description"],
     )
+
+
+def _replications(value: Any) -> int | Until | tuple[int, ...]:
+    if isinstance(value, list):
+        return tuple(value)
+    return value if isinstance(value, int) else Until(**value)
 
 
 def _read_factor(item: Mapping[str, Any]) -> Factor:

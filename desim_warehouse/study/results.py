@@ -122,7 +122,5 @@ def value_of(outcome: Outcome, indicator: str) -> float:
     if outcome.error is not None:
         return math.nan
     if indicator not in outcome.values:
-        raise StudyError(
-            f"indicator {indicator!r}: the runs have none; they have {', '.join(outcome.values)}"
-        )
+        raise StudyError(f"indicator {indicator!r}: the runs have none; they have {', '.join(outcome.values)}")
     return outcome.values[indicator]

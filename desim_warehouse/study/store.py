@@ -129,9 +129,7 @@ class Store:
         if torn:
             self.say(f"{path}: the last line was cut short when the study was stopped; that run is done again")
         for version, count in self.foreign.items():
-            self.say(
-                f"{path}: {_runs(count)} of version {version} not used again (this is {__version__}); still kept"
-            )
+            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {__version__}); still kept")
 
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal; False if it is damaged."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study import plan as plans
@@ -20,15 +21,23 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.plan import Plan
-    from desim_warehouse.study.statistics import Comparison, FirstOrder, MainEffects, SobolIndices
+    from desim_warehouse.study.statistics import (
+        Comparison,
+        FirstOrder,
+        MainEffects,
+        Procedure,
+        SobolIndices,
+    )
+
+T = TypeVar("T")
 
 
 class Study:
     """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
 
-        study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
-        study.run(workers=2, out="reports/out/fleet")
-        study.summary(["T", "S"])
+    study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
+    study.run(workers=2, out="reports/out/fleet")
+    study.summary(["T", "S"])
     """
 
     def __init__(
@@ -155,6 +164,20 @@ class Study:
             laboratory.replicate()
         return self
 
+    def follow(self, procedure: Procedure[T], indicator: str, **where: Any) -> T:
+        """Carry out a sequential procedure (`statistics`), which asks for the runs it needs.
+
+        The runs become part of the study: `table` and `summary` have them. `where` is as in `run`.
+
+        Raises:
+            StudyError: a run that was asked for failed.
+        """
+        with self.session(**where) as laboratory:
+            laboratory.recall()
+            result = laboratory.follow(procedure, indicator)
+            self.plan = replace(self.plan, replications=tuple(laboratory.replications.values()))
+        return result
+
     @contextmanager
     def session(
         self,
@@ -183,10 +206,13 @@ class Study:
                 if is_damaged(self.folder / RESULTS):
                     self._say(shown)(f"{self.folder / RESULTS}: damaged; made anew from {JOURNAL}")
                 write_record(self.plan, self.points, laboratory.keys, self.folder)
+            before = self.plan
             try:
                 yield laboratory
             finally:
                 self._write(laboratory.finished())
+            if self.folder is not None and self.plan is not before:
+                write_record(self.plan, self.points, laboratory.keys, self.folder)
             shown.print(shown.summary())
 
     def _say(self, shown: Progress) -> Callable[[str], None]:

@@ -92,9 +92,7 @@ def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
     }
 
 
-def comparison(
-    study: Study, indicator: str, baseline: Mapping[str, Any] | None, method: str
-) -> statistics.Comparison:
+def comparison(study: Study, indicator: str, baseline: Mapping[str, Any] | None, method: str) -> statistics.Comparison:
     """Differences of all designs to the baseline; designs are called by their text."""
     shown_indicators(study, [indicator])
     base = baseline_point(study, baseline)

@@ -125,9 +125,7 @@ class Worker:
 class Processes:
     """Simulates in `count` processes, this one among them while runs are short."""
 
-    def __init__(
-        self, base: Model, count: int, timeout: float | None, say: Callable[[str], None]
-    ) -> None:
+    def __init__(self, base: Model, count: int, timeout: float | None, say: Callable[[str], None]) -> None:
         self.base = base
         self.count = count
         self.timeout = timeout

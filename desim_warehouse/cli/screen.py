@@ -1,0 +1,49 @@
+"""`desim screen`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from desim_warehouse.cli.study_options import number, show, with_indicator
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.study import Study
+
+
+@click.command("screen")
+@click.argument("folder")
+@with_indicator
+def command(folder: str, indicators: tuple[str, ...]) -> None:
+    """Show which factors of a study FOLDER matter: main effects, and shares of the variance.
+
+    Total shares, with interactions, need the design {saltelli: n}.
+    """
+    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.summary import shown_indicators
+
+    study = Study.open(folder)
+    few = [name for name in ("T", "S", "C") if name in shown_indicators(study)]
+    for indicator in indicators or study.plan.indicators or few:
+        shown_indicators(study, [indicator])
+        _show(study, indicator)
+
+
+def _show(study: Study, indicator: str) -> None:
+    from rich.table import Table
+
+    effects = study.main_effects(indicator)
+    total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
+    shares = total.first if total else study.first_order(indicator).shares
+    table = Table(title=f"{indicator}: mean {number(effects.grand_mean)}", title_justify="left", box=None)
+    heads = ["factor", "largest - smallest mean", "share alone", *(["with interactions"] if total else [])]
+    for name in (*heads, "mean at each value, less the mean of all"):
+        table.add_column(name, justify="left" if name == "factor" or name.startswith("mean") else "right")
+    for effect in effects.factors:
+        levels = ", ".join(f"{level}: {value:+.4g}" for level, value in effect.effects.items())
+        cells = [effect.factor, number(effect.swing), f"{100 * shares[effect.factor]:.1f} %"]
+        if total:
+            cells.append(f"{100 * total.total[effect.factor]:.1f} %")
+        table.add_row(*cells, levels)
+    show(table)

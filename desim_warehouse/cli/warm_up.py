@@ -1,0 +1,56 @@
+"""`desim warm-up`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+
+
+@click.command("warm-up")
+@click.argument("model")
+@with_overrides
+@click.option("--replications", default=10, show_default=True, help="Runs that are averaged.")
+@click.option("--observations", default=200, show_default=True, help="Spans of time that a run is cut into.")
+@click.option(
+    "--observe",
+    type=click.Choice(["throughput", "cycle_time"]),
+    default="throughput",
+    show_default=True,
+    help="What settles.",
+)
+@click.option("--out", metavar="DIR", help="For the plot: warm-up.png and warm-up.svg.")
+@with_seed
+def command(
+    model: str,
+    assignments: tuple[str, ...],
+    replications: int,
+    observations: int,
+    observe: str,
+    out: str | None,
+    seed: int,
+) -> None:
+    """Find how long lifelong MODEL takes to settle (MSER-5), for its key run.warm_up."""
+    from desim_warehouse.study.warm_up import settle
+
+    found = settle(
+        load_model(model, assignments),
+        replications=replications,
+        observations=observations,
+        observed="throughput" if observe == "throughput" else "cycle_time",
+        seed=seed,
+    )
+    click.echo(f"{observe}, {replications} runs, one observation each {found.width:g} {found.time_unit}")
+    if found.time is None:
+        click.echo(f"not settled: {found.found.note}")
+    else:
+        click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
+    if out is not None:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        drawn = found.figure()
+        for ending in ("png", "svg"):
+            drawn.savefig(folder / f"warm-up.{ending}", dpi=150)
+        click.echo(f"written to {folder}")

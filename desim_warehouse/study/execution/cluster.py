@@ -1,0 +1,146 @@
+"""Runs on a Dask cluster: its scheduler replaces workers that die and does their runs again."""
+
+from __future__ import annotations
+
+import pickle
+import queue
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.work import Bench, Outcome, Wanted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from types import TracebackType
+
+    from desim_warehouse.model import Model
+
+_AHEAD = 3  # batches for each thread of the cluster
+_POLL = 1.0  # seconds
+_WAIT = 10  # seconds for a scheduler to answer
+_BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some milliseconds for each
+
+
+def make_bench(base: bytes, version: str) -> Bench:
+    """On a worker: the base model, made once and kept there; on other workers it is made again."""
+    if version != __version__:
+        raise StudyError(
+            f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
+            "the results would be mixed up; install the same version on all machines"
+        )
+    return Bench(pickle.loads(base))  # noqa: S301 - our own model, from our own process
+
+
+def work(bench: Bench, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
+    """On a worker: simulate a batch."""
+    return bench.batch(batch, timeout)
+
+
+class Cluster:
+    """Simulates on the cluster of a scheduler, or on one of this machine (`local`)."""
+
+    def __init__(
+        self, base: Model, address: str, workers: int, timeout: float | None, say: Callable[[str], None]
+    ) -> None:
+        self.base = base
+        self.address = address
+        self.workers = workers
+        self.timeout = timeout
+        self.say = say
+        self.client: Any = None
+        self.local: Any = None
+        self.run_time: float | None = None
+
+    def __enter__(self) -> Cluster:
+        try:
+            from distributed import Client, LocalCluster
+        except ImportError as error:
+            raise StudyError("--cluster needs Dask: install it by pip install 'desim-warehouse[dask]'") from error
+        try:
+            if self.address == "local":
+                self.local = LocalCluster(n_workers=self.workers, threads_per_worker=1, dashboard_address=None)
+            self.client = Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise StudyError(
+                f"cluster {self.address}: no Dask scheduler answers there ({error}); "
+                "expected an address such as tcp://10.0.0.1:8786, or local"
+            ) from error
+        if not self.threads():
+            self.say(f"cluster {self.address}: no workers yet; waiting for them")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.client is not None:
+            self.client.close()
+        if self.local is not None:
+            self.local.close()
+
+    def threads(self) -> int:
+        """Runs that the cluster can do at a time."""
+        return sum(self.client.nthreads().values())
+
+    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+        """Simulate every wanted run.
+
+        Raises:
+            StudyError: where the cluster is lost, or its workers cannot run our models.
+        """
+        batches = Batches(wanted, done, self.run_time)
+        finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        dealt: dict[str, tuple[Any, list[int]]] = {}
+        bench = self.client.submit(make_bench, pickle.dumps(self.base), __version__)
+        threads = self.threads()
+        try:
+            while batches.open:
+                while len(dealt) < _AHEAD * max(threads, 1):
+                    positions = batches.take(max(threads, 1), _BATCH_TIME)
+                    if not positions:
+                        break
+                    runs = [wanted[position] for position in positions]
+                    future = self.client.submit(work, bench, runs, self.timeout, pure=False)
+                    dealt[future.key] = (future, positions)
+                    future.add_done_callback(finished.put)
+                self.run_time = batches.run_time
+                try:
+                    future = finished.get(timeout=_POLL)
+                except queue.Empty:
+                    self.check()
+                    threads = self.threads()
+                    continue
+                _, positions = dealt.pop(future.key)
+                self.finish(future, positions, batches)
+        finally:
+            self.client.cancel([future for future, _ in dealt.values()])
+
+    def check(self) -> None:
+        """See that the scheduler is still there."""
+        if self.client.status != "running":
+            raise StudyError(
+                f"cluster {self.address}: the connection to the scheduler is lost; the runs finished so far are "
+                "kept: start the study again when it is back"
+            )
+
+    def finish(self, future: Any, positions: list[int], batches: Batches) -> None:
+        """Take what came out of a batch."""
+        from distributed import KilledWorker
+
+        if future.status == "finished":
+            batches.finish(positions, future.result())
+            return
+        if future.status == "error" and not isinstance(future.exception(), KilledWorker):
+            error = future.exception()
+            if isinstance(error, StudyError):
+                raise error
+            raise StudyError(
+                f"cluster {self.address}: its workers cannot run our models ({type(error).__name__}: {error}); "
+                "is desim-warehouse installed there?"
+            ) from error
+        self.check()
+        self.say("workers of the cluster were lost; their runs are done again")
+        said = "the worker process died each time it was at this run (killed, or out of memory)"
+        for position in batches.lost(positions):
+            batches.finish([position], [Outcome({}, 0.0, said, final=False)])

@@ -1,0 +1,133 @@
+"""Questions whose answer decides which runs to do next: the best design, and the smallest that meets a target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.model import outline
+from desim_warehouse.study import statistics
+from desim_warehouse.study.indicators import INDICATORS
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.study import Study
+
+LESS_IS_BETTER = frozenset(
+    {
+        "T",
+        "S",
+        "C",
+        "distance",
+        "energy",
+        "waiting",
+        "cost",
+        "rear_ends",
+        "crossings",
+        "rotations",
+        "cycle_time_mean",
+        "cycle_time_median",
+        "cycle_time_p95",
+        "backlog",
+        "tardiness_mean",
+    }
+)
+"""Indicators of which the smallest mean is the best, if nothing else is said."""
+_AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best design, and how the race for it went."""
+
+    point: Point
+    indicator: str
+    maximise: bool
+    selection: statistics.Selection
+
+
+def best(
+    study: Study,
+    indicator: str,
+    delta: float,
+    *,
+    maximise: bool | None = None,
+    first: int = 10,
+    cap: int = 1000,
+    **where: Any,
+) -> Best:
+    """Choose the best design of a study by the mean of an indicator.
+
+    Designs that are clearly worse drop out early, so this needs far fewer runs than as many replications of
+    all. Runs go where `Study.run` would put them, and those that are there already are used. The confidence
+    is the study's.
+
+    Args:
+        study: its designs are the candidates; runs it has already are used.
+        indicator: what is compared.
+        delta: indifference zone in the indicator's unit: smaller differences do not matter.
+        maximise: whether more is better; default: as usual for the indicator.
+        first: replications of every design before any drops out.
+        cap: most replications of a design.
+        where: workers, cluster, out, progress, as of `Study.run`.
+
+    Raises:
+        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+
+    Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
+    """
+    check_indicator(indicator)
+    more = indicator not in LESS_IS_BETTER if maximise is None else maximise
+    if len(study.points) < 2:  # noqa: PLR2004
+        raise StudyError("the best of one design: expected factors with several values")
+    if study.deterministic:
+        first, cap = 2, 2
+    steps = statistics.kn_steps(
+        len(study.points), delta, study.plan.confidence, first, maximise=more, cap=cap, ahead=_AHEAD
+    )
+    selection = study.follow(steps, indicator, **where)
+    return Best(study.points[selection.best], indicator, more, selection)
+
+
+def size(
+    study: Study, target: str, *, first: int = 10, cap: int = 320, search: str = "bisection", **where: Any
+) -> statistics.Sizing[Any]:
+    """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
+
+    Args:
+        study: with one factor, its values upwards.
+        target: such as "throughput_per_hour >= 220".
+        first: replications at the first look at a value.
+        cap: most replications of a value.
+        search: bisection, or scan through all values from the first.
+        where: workers, cluster, out, progress, as of `Study.run`.
+
+    Raises:
+        StudyError: not one factor, a bad target, or a run that failed.
+
+    Source: see `statistics.smallest_meeting`, with what it promises and assumes.
+    """
+    goal = statistics.parse_target(target, INDICATORS)
+    if len(study.plan.factors) != 1:
+        raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
+    (key,) = (factor.key for factor in study.plan.factors)
+    values = [point.labels[key] for point in study.points]
+    steps = statistics.smallest_meeting_steps(
+        values,
+        goal,
+        study.plan.confidence,
+        n0=first,
+        cap=cap,
+        search="scan" if search == "scan" else "bisection",
+        deterministic=study.deterministic,
+    )
+    return study.follow(steps, goal.indicator, **where)
+
+
+def check_indicator(name: str) -> None:
+    """Refuse a name that is no indicator; the nearest is named."""
+    if name not in INDICATORS:
+        near = outline.nearest(name, INDICATORS)
+        hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
+        raise StudyError(f"indicator {name!r}: there is none, {hint}")
