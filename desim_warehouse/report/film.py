@@ -24,6 +24,8 @@ FRAMES_PER_SECOND = {".gif": 12, ".mp4": 25}
 SECONDS = 20.0
 """How long a film lasts unless a speed is given."""
 MOST_FRAMES = 3000
+MOST_NUMBERS, MOST_LETTERS = 30, 60
+"""Robots and nodes that are named; more would not be legible."""
 COLOURS = {
     "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
     "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
@@ -123,6 +125,8 @@ class Picture:
         self.robots.set_linewidth([2.5 if wait else 0.8 for wait in waiting])
         noses = np.stack([np.cos(headings), np.sin(headings)], axis=1) * self.radii[:, None]
         self.heads.set_segments(list(np.stack([points + 0.6 * noses, points + 1.5 * noses], axis=1)))
+        for number, (x, y) in zip(self.numbers, points, strict=False):
+            number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
         done = sum(1 for moment, _ in self.events.deliveries if moment <= time)
         counted = sum(1 for wait in self.events.waits if self.run.record.begin <= wait.time <= time)
@@ -167,12 +171,12 @@ class Picture:
             axes.plot(x, y, marker=(3, 0, -angle - 90), color="#8995a1", markersize=5, zorder=1)
         size = run.layout.goods_size or 1.3 * float(self.radii.max())
         squares = [
-            Rectangle((place.x - size / 2, place.y - size / 2), 0.94 * size, 0.94 * size)
+            Rectangle((place.x - 0.47 * size, place.y - 0.47 * size), 0.94 * size, 0.94 * size)
             for place in run.layout.storage
         ]
         self.goods = PatchCollection(squares, zorder=0)
         axes.add_collection(self.goods)
-        if run.layout.graph.number_of_nodes() <= 60:  # noqa: PLR2004 - more would not be legible
+        if run.layout.graph.number_of_nodes() <= MOST_LETTERS:
             for name, data in run.layout.graph.nodes(data=True):
                 axes.annotate(name, (data["x"], data["y"]), (6, 6), textcoords="offset points", size=8)
         self._frame(size)
@@ -198,3 +202,6 @@ class Picture:
         self.heads = LineCollection([], colors="#16202a", linewidths=1.5, zorder=4)
         self.axes.add_collection(self.robots)
         self.axes.add_collection(self.heads)
+        shown = len(size) if len(size) <= MOST_NUMBERS else 0
+        style: dict[str, Any] = {"ha": "center", "va": "center_baseline", "color": "white", "size": 7, "zorder": 5}
+        self.numbers = [self.axes.text(0, 0, str(robot), **style) for robot in range(shown)]

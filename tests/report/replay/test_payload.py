@@ -1,0 +1,177 @@
+"""What the page is given: read back as the page reads it, it is the run."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.positions import Positions
+from desim_warehouse.report.replay import replay
+from desim_warehouse.report.replay.columns import pack, unpack
+from desim_warehouse.report.replay.page import safe_json
+from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.report.replay.timeline import timeline
+from tests.report.replay.floors import RUNS, busy, busy_run, paper_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def read(run: dw.Run, start: float, end: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    header, columns = payload(run, start, end)
+    return json.loads(safe_json(header)), unpack(*pack(columns))
+
+
+def legs_of(header: dict[str, Any], columns: dict[str, Any]) -> list[list[tuple[float, float, int, float, float]]]:
+    """The legs of each robot in the run's own units, decoded in the way of the page's script."""
+    out: dict[int, list[int]] = {}
+    for edge, source in enumerate(header["source"][: header["real"]]):
+        out.setdefault(source, []).append(edge)
+    others = iter(columns["leg_other"].tolist())
+    leg, robots = 0, []
+    for robot, count in enumerate(columns["leg_count"].tolist()):
+        now, edge, position, legs = 0, 0, int(columns["leg_origin"][robot]), []
+        for i in range(leg, leg + count):
+            code = int(columns["leg_code"][i])
+            edge = edge if code == 0 else next(others) if code == 1 else out[header["target"][edge]][code - 2]
+            position = 0 if code and i > leg else position
+            now += int(columns["leg_pause"][i])
+            begin, origin = now, position
+            now += int(columns["leg_time"][i])
+            position = round(header["length"][edge] / header["grain"]) - int(columns["leg_left"][i])
+            tick, grain = header["tick"], header["grain"]
+            legs.append(
+                (begin * tick + header["start"], now * tick + header["start"], edge, origin * grain, position * grain)
+            )
+        leg += count
+        robots.append(legs)
+    return robots
+
+
+@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("window", [(0.0, 1.0), (0.4, 0.55)])
+def test_legs_read_back_put_robots_where_the_log_has_them(name: str, window: tuple[float, float]) -> None:
+    run = RUNS[name]()
+    start, end = (part * run.record.end for part in window)
+    header, columns = read(run, start, end)
+    where, robots = Positions(run), legs_of(header, columns)
+    near = 0.03 * run.model.fleet.robot.radius  # far less than a pixel
+    for time in np.random.default_rng(5).uniform(start, end, 25):
+        on, at = where.at(float(time))
+        points = where.edges.points(on, at)
+        for robot, legs in enumerate(robots):
+            begin, finish, edge, origin, target = [leg for leg in legs if leg[0] <= time][-1]
+            part = min(max((time - begin) / (finish - begin), 0), 1) if finish > begin else 1
+            point = where.edges.points(np.array([edge]), np.array([origin + part * (target - origin)]))[0]
+            assert np.abs(point - points[robot]).max() <= near
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_counts_at_the_end_are_the_run_s_indicators(name: str) -> None:
+    run = RUNS[name]()
+    events = timeline(run)
+    begin = run.record.begin
+    assert sum(wait.time >= begin for wait in events.waits) == run.S
+    assert sum(time >= begin for time in events.recharged) == run.C
+    assert sum(time >= begin for time, _ in events.deliveries) == run.kpis["tasks"]
+
+
+def test_counts_of_two_windows_join_without_a_seam() -> None:
+    run = busy_run()
+    middle = 400.0
+    early, late = payload(run, 0, middle)[1], payload(run, middle, run.record.end)[0]
+    times = np.cumsum(early["wait_time"]) * payload(run, 0, middle)[0]["tick"]
+    assert late["before"]["S"] == ((times >= run.record.begin) & (times < middle)).sum()
+    assert late["before"]["C"] == sum(run.record.begin <= time < middle for time in timeline(run).recharged)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_robot_that_waits_on_a_lane_stands_still(name: str) -> None:
+    run = RUNS[name]()
+    where = Positions(run)
+    stood = 0
+    for wait in timeline(run).waits:
+        if wait.end - wait.begin > 0.5 and wait.end <= run.record.end:
+            early, late = where.at(wait.begin + 0.01), where.at(wait.end - 0.01)
+            if early[0][wait.robot] < where.edges.real:
+                stood += 1
+                assert early[1][wait.robot] == pytest.approx(late[1][wait.robot])
+    assert stood > 0
+
+
+def test_goods_of_a_list_are_known_and_there_until_they_are_loaded() -> None:
+    run = paper_run()
+    tasks = timeline(run).tasks
+    assert [tasks[number].good for number in range(10)] == [11, 8, 39, 28, 53, 1, 69, 42, 79, 6]
+    loaded = {row[3]: row[0] for row in run.record.rows if row[1] == "loaded"}
+    assert {number: task.loaded for number, task in tasks.items()} == loaded
+
+
+def test_goods_that_were_drawn_are_known_by_where_they_were_loaded() -> None:
+    run = busy_run()
+    edges = list(run.layout.graph.edges)
+    where = Positions(run)
+    for row in [row for row in run.record.rows if row[1] == "loading"][:40]:
+        place = run.layout.storage[timeline(run).tasks[row[3]].good]
+        on, at = where.at(row[0])
+        assert (edges[on[row[2]]], pytest.approx(float(at[row[2]]))) == (place.edge, place.offset)
+
+
+@pytest.mark.parametrize("name", ["paper", "tired"])
+def test_energy_that_the_robots_lose_is_what_they_used(name: str) -> None:
+    run = RUNS[name]()
+    levels = [[energy for *_, energy in rows] for rows in timeline(run).states]
+    lost = sum(max(a - b, 0) for rows in levels for a, b in itertools.pairwise(rows))
+    assert lost == pytest.approx(run.kpis["energy"])
+
+
+@pytest.mark.parametrize(("start", "end"), [(5.0, 5.0), (7.0, 3.0), (-1.0, 5.0), (1e9, None), (0.0, float("nan"))])
+def test_a_window_that_shows_nothing_is_refused(start: float, end: float | None) -> None:
+    with pytest.raises(ReportError, match="shows nothing"):
+        replay(paper_run(), start=start, end=end)
+
+
+def test_a_palette_that_is_not_known_is_refused() -> None:
+    with pytest.raises(ReportError, match=r"'red'.*safe, paper"):
+        replay(paper_run(), palette="red")
+
+
+def test_the_page_is_one_file_that_names_no_other() -> None:
+    text = replay(paper_run()).html
+    assert not re.search(r"(?:https?:)?//[a-z]", re.sub(r"(?m)//\s.*$", "", text))
+    assert not re.search(r"\b(?:src|href)=\"(?!data:)", text)
+    assert "default-src 'none'" in text
+
+
+def test_the_same_run_gives_the_same_page() -> None:
+    assert replay(paper_run()).html == replay(paper_run()).html
+
+
+def test_names_cannot_leave_their_place_in_the_page() -> None:
+    name = "</script><script>window.hacked=1</script><!-- \u2028 & \"'"
+    run = dw.simulate(dw.load(busy(name=name, run={"length": 30.0})))
+    page = replay(run)
+    assert page.html.count("<script") == replay(paper_run()).html.count("<script")
+    assert "<script>window.hacked" not in page.html
+    header = re.search(r'id="header">(.*?)</script>', page.html, re.DOTALL)
+    assert header is not None
+    assert json.loads(header[1])["name"] == name
+    assert "<script" not in page._repr_html_().split("srcdoc=", 1)[1]
+
+
+def test_a_saved_run_replays_like_the_run_itself(tmp_path: Path) -> None:
+    run = busy_run()
+    run.save(tmp_path / "run")
+    assert dw.load_run(tmp_path / "run").replay().html == run.replay().html
+
+
+def test_a_page_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ReportError, match="cannot be written"):
+        paper_run().replay(tmp_path / "nowhere" / "replay.html")
