@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.checks import Finding
     from desim_warehouse.log import Log
     from desim_warehouse.model import Model
     from desim_warehouse.report.replay import Replay
@@ -98,6 +101,34 @@ class Run:
     def __repr__(self) -> str:
         """The three numbers of the paper."""
         return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What `check` found: `facts` about the layout in words, `findings` worst first."""
+
+    facts: list[str]
+    findings: list[Finding]
+
+
+def check(model: Model) -> Check:
+    """Look at a model's layout as traffic will: what would be refused, what holds robots up, where rings can form."""
+    from desim_warehouse.layout import build, checks
+
+    layout = build(model.layout)
+    use = checks.Use(model.fleet.contact, model.fleet.size, model.fleet.start, model.tasks.unload_at)
+    graph = layout.graph
+    length, speed = model.units.length, max(robot.speed for robot in model.fleet.robots())
+    holds = checks.capacity(layout, use.contact)
+    facts = [
+        f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
+        f"D = {use.contact:g} {length} between robots at up to {speed:g} {length}/{model.units.time}; "
+        f"the lanes hold {holds} robots, the fleet has {use.robots}",
+    ]
+    for ring in checks.shortest_rings(graph):
+        around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
+        facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
+    return Check(facts, checks.examine(layout, use))
 
 
 def simulate(model: Model, seed: int = 0) -> Run:

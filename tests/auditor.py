@@ -50,9 +50,8 @@ class Audit:
             for _ in range(kind.count)
         ]
         shapes += [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
-        self.radius = [radius for radius, _ in shapes]
         self.speed = [speed for _, speed in shapes]
-        self.margin = fleet.robot.margin
+        self.contact = 2 * max(radius for radius, _ in shapes) + fleet.robot.margin  # the largest pair's, for all
         self.theta = math.radians(model.traffic.collision_angle)
         self.graph = run.layout.graph
         self.visits = defaultdict(list)
@@ -73,9 +72,6 @@ class Audit:
 
     def fault(self, time, text):
         self.problems.append(f"{time:g}: {text}")
-
-    def contact(self, one, other):
-        return self.radius[one] + self.radius[other] + self.margin
 
     # Positions over time
 
@@ -135,10 +131,9 @@ class Audit:
             begin, end = then.enter, min(first.leave, then.leave)
             if end <= begin + TOL:
                 continue
-            need = self.contact(first.robot, then.robot)
             end = min(end, max(first.times[-1], then.times[-1], begin))
             for time in sorted({begin, end, *first.times, *then.times}):
-                if begin <= time <= end and first.at(time) - then.at(time) < need - TOL:
+                if begin <= time <= end and first.at(time) - then.at(time) < self.contact - TOL:
                     gap = first.at(time) - then.at(time)
                     self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                     break
@@ -163,7 +158,7 @@ class Audit:
 
     def check_passage(self, node, left, away, via, onward):
         robot, other = (via or onward).robot, away.robot
-        need = self.contact(robot, other)
+        need = self.contact
         if via is None:
             gap = away.at(onward.enter) if onward.enter < away.leave else math.inf
             if gap < need - TOL:

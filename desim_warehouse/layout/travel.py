@@ -122,7 +122,8 @@ class Oracle:
         if self._reversed is None:
             self._reversed = self._matrices()
         graph, keys, other = self._reversed
-        costs, steps = dijkstra(graph, indices=root, return_predecessors=True)
+        search: Any = dijkstra
+        costs, steps = search(graph, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         first = np.where(np.isinf(costs), np.inf, 0.0)

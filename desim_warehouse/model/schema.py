@@ -61,6 +61,24 @@ class Fleet(Part):
     first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
 
+    def robots(self) -> list[Robot]:
+        """Every robot, by number: those of the kinds first, then the ordinary ones."""
+        special = [
+            Robot(
+                radius=kind.radius or self.robot.radius,
+                speed=kind.speed or self.robot.speed,
+                margin=self.robot.margin,
+            )
+            for kind in self.kinds.values()
+            for _ in range(kind.count)
+        ]
+        return special + [self.robot] * (self.size - len(special))
+
+    @property
+    def contact(self) -> float:
+        """D: the distance that the two largest robots keep."""
+        return 2 * max(robot.radius for robot in self.robots()) + self.robot.margin
+
 
 class Good(Part):
     """A task in the list: the good, and when it is released, due, and how urgent (higher first)."""

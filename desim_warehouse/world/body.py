@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from simpy.events import Event
 
     from desim_warehouse.world.lanes import Claim, Intersection, Lane
@@ -29,7 +31,6 @@ class Body:
         "crossings",
         "detours",
         "driven",
-        "gap",
         "goal",
         "granted",
         "held",
@@ -52,10 +53,9 @@ class Body:
         "waiting_since",
     )
 
-    def __init__(self, number: int, speed: float, gap: float, at: Intersection) -> None:
+    def __init__(self, number: int, speed: float, at: Intersection) -> None:
         self.number = number
         self.speed = self.pace = speed
-        self.gap = gap
         self.at = at
         self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
         self.held: Any = None  # an Intersection
@@ -90,7 +90,7 @@ class Body:
     def left_bay(self) -> None:
         """It has just left the bay it stood in."""
 
-    def detour(self, route: list[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
         """Another way for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
         return None
 

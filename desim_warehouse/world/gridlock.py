@@ -40,7 +40,7 @@ class Gridlock:
         if holder is not None and holder is not robot:
             return holder
         lane = claim.lane
-        if lane is None or lane.entering or lane.last is None or self.traffic.has_room(robot, lane):
+        if lane is None or lane.entering or lane.last is None or self.traffic.has_room(lane):
             return None
         return lane.last
 
@@ -92,7 +92,7 @@ class Gridlock:
             if claim not in followers:
                 self.traffic.award(claim, claim.lane)
         for claim in followers:
-            room = claim.lane is not None and self.traffic.has_room(claim.robot, claim.lane)
+            room = claim.lane is not None and self.traffic.has_room(claim.lane)
             self.traffic.award(claim, claim.lane if room else None)
 
 

@@ -56,12 +56,12 @@ class Motion(Reservations):
             lane.out_at = clear - self.node_time
             lane.out_pace = robot.pace
         if ahead is not None:
-            room = ahead.target - ahead.gap - robot.gap
+            room = ahead.target - self.contact
             if room < target:
                 target = room
                 until = clear + target / pace
             ahead.behind = robot
-        if self.mixed and (late := self.free_at(robot, onward, ahead, target, pace) - until) > EPS:
+        if self.mixed and (late := self.free_at(onward, ahead, target, pace) - until) > EPS:
             self.count_wait(robot, ahead, onward, late)
             clear += late
             until += late
@@ -118,7 +118,7 @@ class Motion(Reservations):
         env = self.env
         while robot is not None and robot.waiting_behind is not None:
             ahead = robot.ahead
-            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - ahead.gap - robot.gap)
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.contact)
             if limit <= robot.pos + EPS:
                 return
             event, robot.waiting_behind = robot.waiting_behind, None
@@ -139,7 +139,7 @@ class Motion(Reservations):
         lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
-        if self.mixed and (late := self.free_at(robot, lane, robot.ahead, target, robot.pace) - until) > EPS:
+        if self.mixed and (late := self.free_at(lane, robot.ahead, target, robot.pace) - until) > EPS:
             self.count_wait(robot, robot.ahead, lane, late)
             since += late
             until += late
@@ -152,14 +152,14 @@ class Motion(Reservations):
             self.leave(robot, robot.trailing)
             robot.trailing = None
 
-    def free_at(self, robot: Body, lane: Lane, ahead: Body | None, target: float, pace: float) -> float:
+    def free_at(self, lane: Lane, ahead: Body | None, target: float, pace: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
         Both drive at a steady pace, so it is enough that it keeps D where the one ahead sets off and at the target.
         """
         if ahead is None:
             return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
-        gap = ahead.gap + robot.gap
+        gap = self.contact
         return max(ahead.passes(target + gap), ahead.since + max(target - (ahead.pos - gap), 0.0) / pace)
 
     def enter(self, robot: Body, lane: Lane) -> None:

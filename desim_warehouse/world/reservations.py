@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class Reservations:
     """The Highways as a set of lanes and intersections that robots reserve.
 
-    `contact` is D, the distance that robots keep (the largest pair's); `theta` the collision angle in radians.
+    `contact` is D, the distance that robots keep: the largest pair's for all, so that each can take any other's place; `theta` the collision angle in radians.
     """
 
     def __init__(
@@ -44,12 +44,12 @@ class Reservations:
         self.gridlock = Gridlock(self, rotate)
         self._closings: dict[tuple[Lane | None, Lane, float], float] = {}
 
-    def has_room(self, robot: Body, lane: Lane) -> bool:
+    def has_room(self, lane: Lane) -> bool:
         """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
         if lane.entering:
             return False
         last = lane.last
-        return last is None or last.target - last.gap - robot.gap >= self.contact - EPS
+        return last is None or last.target >= 2 * self.contact - EPS
 
     def is_open(self, robot: Body, node: Intersection, via: Lane | None) -> bool:
         """Whether an intersection is clear for a robot that comes `via` a lane (None: a bay)."""
@@ -77,7 +77,7 @@ class Reservations:
 
     def claim(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> Steps:
         """Claim an intersection and room beyond it, and wait until both are granted."""
-        if not node.claims and self.is_open(robot, node, via) and (lane is None or self.has_room(robot, lane)):
+        if not node.claims and self.is_open(robot, node, via) and (lane is None or self.has_room(lane)):
             self._grant(robot, node, lane)
             return True
         claim = robot.claim = Claim(self.env, robot, node, lane, via)
@@ -111,7 +111,7 @@ class Reservations:
     def serve(self, node: Intersection) -> None:
         """Grant the first of the waiting claims that can be granted now, or see that they are looked at in time."""
         for claim in node.claims:
-            if claim.lane is None or self.has_room(claim.robot, claim.lane):
+            if claim.lane is None or self.has_room(claim.lane):
                 if self.is_open(claim.robot, node, claim.via):
                     self.award(claim, claim.lane)
                     return

@@ -54,7 +54,7 @@ class Traffic(Motion):
                 if robot.pos >= goal - EPS:
                     break
                 ahead = robot.ahead
-                limit = goal if ahead is None else min(goal, ahead.target - ahead.gap - robot.gap)
+                limit = goal if ahead is None else min(goal, ahead.target - self.contact)
                 if limit > robot.pos + EPS:
                     self.commit(robot, limit)
                 else:
@@ -92,7 +92,7 @@ class Traffic(Motion):
         if node.clear_at > self.env._now + EPS and not self.is_open(robot, node, lane):
             return False
         last = onward.last
-        return last is None or last.target - last.gap - robot.gap >= self.contact - EPS
+        return last is None or last.target >= 2 * self.contact - EPS
 
     # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
 
