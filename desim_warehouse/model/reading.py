@@ -119,7 +119,9 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
 def _policy_files(data: dict[str, Any], folder: Path) -> None:
     """Write the paths of the user's own policies in full: the model is then the same wherever it is used."""
     policies = data.get("policies")
-    for kind in KINDS if isinstance(policies, dict) else ():
+    if not isinstance(policies, dict):
+        return
+    for kind in KINDS:
         named = policies.get(kind)
         if isinstance(named, str):
             policies[kind] = resolved(named, folder)

@@ -110,4 +110,4 @@ def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable
     table = np.where(allowed, costs - known.min(), (spread + 1) * (min(costs.shape) + 1))
     for i, j in zip(*linear_sum_assignment(table), strict=True):
         if allowed[i, j]:
-            yield robots[i].number, tasks[j].number
+            yield robots[int(i)].number, tasks[int(j)].number

@@ -24,7 +24,7 @@ OBJECTIVES = ("makespan", "total")
 class _Queues:
     """Parameters and procedure that the policies of this module share."""
 
-    depth: int = 3
+    depth: int = 5
     objective: Literal["makespan", "total"] = "makespan"
     candidates: int = 200
     robots: int = 100

@@ -42,7 +42,10 @@ class Situation:
     station: Callable[[RobotView, Task], str]
     feasible: Callable[[RobotView, Task], bool]
     allowed: Callable[[Sequence[RobotView], Sequence[Task]], Any]
-    """`feasible` for all pairs: a boolean numpy array, a row for each robot, a column for each task."""
+    """For all pairs, whether it is feasible and, driving freely, the robot will not have to give the task back.
+
+    A boolean numpy array with a row for each robot, a column for each task.
+    """
     fleet: Callable[[], Sequence[RobotView]]
     waits: Callable[[], Mapping[tuple[str, str], float]]
     collisions: Callable[[], Mapping[tuple[str, str], float]]

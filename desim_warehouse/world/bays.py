@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
-    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.powered import Powered
 
 
 class Chargers(Resource):
@@ -69,13 +69,13 @@ class Parking:
         self.seekers = 0
         self.making_room: set[int] = set()
 
-    def settle(self, robot: Robot, bay: Bay) -> None:
+    def settle(self, robot: Powered, bay: Bay) -> None:
         """A robot starts in a bay."""
         bay.taken += 1
         self.free -= 1
         robot.bay = bay
 
-    def may_take(self, robot: Robot, bay: Bay) -> bool:
+    def may_take(self, robot: Powered, bay: Bay) -> bool:
         """Whether a robot may reserve a place in a bay."""
         if bay is robot.bay:
             return True
@@ -83,7 +83,7 @@ class Parking:
             return False
         return robot.bay is None or self.free - 1 >= self.placeless
 
-    def take(self, robot: Robot, bay: Bay) -> None:
+    def take(self, robot: Powered, bay: Bay) -> None:
         """Reserve a place; a robot that stands in a bay keeps that one until it leaves."""
         if robot.bay is bay:
             return
@@ -96,7 +96,7 @@ class Parking:
         self.free -= 1
         robot.bay = bay
 
-    def leave(self, robot: Robot) -> None:
+    def leave(self, robot: Powered) -> None:
         """A robot is out of the bay it stood in; with none reserved elsewhere it has no place now."""
         bay = robot.leaving or robot.bay
         assert bay is not None
@@ -117,11 +117,11 @@ class Parking:
         """Whether there are fewer places at chargers than robots."""
         return sum(bay.places for bay in self.bays.values() if bay.chargers is not None) < robots
 
-    def charger_for(self, robot: Robot) -> bool:
+    def charger_for(self, robot: Powered) -> bool:
         """Whether a robot may reserve a place at a charger now."""
         return any(bay.chargers is not None and self.may_take(robot, bay) for bay in self.bays.values())
 
-    def wanted_from(self, robot: Robot) -> bool:
+    def wanted_from(self, robot: Powered) -> bool:
         """Whether a robot that rests at a charger should make room for one that seeks it, and can."""
         return self.seekers > len(self.making_room) and any(
             bay.chargers is None and self.may_take(robot, bay) for bay in self.bays.values()

@@ -11,12 +11,13 @@ from desim_warehouse.policies import BayView, Levels, Roads, create
 from desim_warehouse.world.lanes import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from desim_warehouse.layout.travel import Cost
     from desim_warehouse.policies import RobotView
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.lanes import Lane
-    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.powered import Powered
     from desim_warehouse.world.world import World
 
 Answer = TypeVar("Answer")
@@ -45,7 +46,7 @@ class Decisions:
         self.routing = create("routing", policies.routing.name, policies.routing.params)
         self.charging = create("charging", policies.charging.name, policies.charging.params)
         self.parking = create("parking", policies.parking.name, policies.parking.params)
-        self.cost = getattr(self.routing, "cost", "time")
+        self.cost: Cost = getattr(self.routing, "cost", "time")
         self.detours = int(getattr(self.routing, "detours", 0))
         self._fixed = type(self.routing).__module__.startswith("desim_warehouse.") and not self.detours
         self._ways: dict[tuple[str, str], list[Lane]] = {}
@@ -89,7 +90,7 @@ class Decisions:
                 self._ways[origin, goal] = way
         return way
 
-    def detour(self, robot: Robot, route: list[Lane], index: int, stop: float | None) -> list[Lane] | None:
+    def detour(self, robot: Powered, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another way for a robot held up before `route[index]`; None: it waits."""
         last = route[-1]
         goal = last.edge[1] if stop is None else last.edge[0]
@@ -105,18 +106,17 @@ class Decisions:
     def levels(self, view: RobotView) -> Levels:
         """The levels that hold for a robot, by the charging policy."""
         policy = self.charging
-        levels = asked("charging", policy, self.world.env.now, lambda: policy.levels(view))
+        levels: object = asked("charging", policy, self.world.env.now, lambda: policy.levels(view))
         fault = levels.fault() if isinstance(levels, Levels) else f"{levels!r} are no Levels"
-        if fault is not None:
-            raise PolicyError(
-                f"policies.charging ({type(policy).__name__}) at time {self.world.env.now:g}, "
-                f"robot {view.number}: {fault}"
-            )
-        return levels
+        if fault is None and isinstance(levels, Levels):
+            return levels
+        raise PolicyError(
+            f"policies.charging ({type(policy).__name__}) at time {self.world.env.now:g}, robot {view.number}: {fault}"
+        )
 
     # Bays
 
-    def choose_bay(self, robot: Robot, *, away: bool = False) -> Bay:
+    def choose_bay(self, robot: Powered, *, away: bool = False) -> Bay:
         """A place for a robot that leaves its work: at a charger if its battery wants one, else for parking.
 
         `away`: for a robot that makes room at a charger, a place without one.
@@ -156,4 +156,4 @@ class Decisions:
 
 
 def _shown(bay: Bay) -> BayView:
-    return BayView(bay.node, bay.free, 0 if bay.chargers is None else bay.chargers.capacity, bay.taken)
+    return BayView(bay.node, bay.free, 0 if bay.chargers is None else int(bay.chargers.capacity), bay.taken)

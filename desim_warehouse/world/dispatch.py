@@ -7,7 +7,7 @@ from collections import Counter, OrderedDict, deque
 from typing import TYPE_CHECKING, Any
 
 from simpy.core import StopSimulation
-from simpy.events import Event
+from simpy.events import Event, EventPriority
 
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.world.decisions import asked
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from desim_warehouse.policies import Allocation, Task
-    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.powered import Powered
     from desim_warehouse.world.world import World
 
-AFTER_ALL = 2
+AFTER_ALL = EventPriority(2)
 """Priority of a decision among the events of one instant: after all that happens at that time."""
 
 
@@ -37,7 +37,7 @@ class Dispatcher:
         self.allocation = allocation
         self.interval = world.model.policies.interval
         self.open: OrderedDict[int, Task] = OrderedDict()
-        self.free: dict[int, tuple[Robot, Event]] = {}
+        self.free: dict[int, tuple[Powered, Event]] = {}
         self.passing: set[int] = set()
         self.queues: dict[int, deque[Task]] = {}
         self.unload_at: dict[int, str] = {}
@@ -58,27 +58,27 @@ class Dispatcher:
         self.world.record("released", None, task=task.number)
         self.call()
 
-    def wait(self, robot: Robot) -> Event:
+    def wait(self, robot: Powered) -> Event:
         """A robot in a bay is free: the event is due when it is given a task."""
         return self._offer(robot)
 
-    def ask(self, robot: Robot) -> Event:
+    def ask(self, robot: Powered) -> Event:
         """A robot that has just unloaded is free: the event is due at once, with a task or without."""
         self.passing.add(robot.number)
         return self._offer(robot)
 
-    def _offer(self, robot: Robot) -> Event:
+    def _offer(self, robot: Powered) -> Event:
         event = Event(self.env)
         self.free[robot.number] = robot, event
         self.call()
         return event
 
-    def withdraw(self, robot: Robot) -> None:
+    def withdraw(self, robot: Powered) -> None:
         """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 
-    def give_back(self, robot: Robot) -> None:
+    def give_back(self, robot: Powered) -> None:
         """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
         task = robot.job
         assert task is not None
@@ -89,14 +89,14 @@ class Dispatcher:
         self.open.move_to_end(task.number, last=False)
         self.call()
 
-    def delivered(self, robot: Robot) -> None:
+    def delivered(self, robot: Powered) -> None:
         """A task is done."""
         self.world.record("delivered", robot)
         self.done += 1
         robot.delivered += 1
         self._forget(robot)
 
-    def _forget(self, robot: Robot) -> None:
+    def _forget(self, robot: Powered) -> None:
         assert robot.job is not None
         self.heading[self.unload_at.pop(robot.job.number)] -= 1
         robot.job = None
@@ -175,13 +175,13 @@ class Dispatcher:
             robot.short = True
             event.succeed()
 
-    def short(self, robot: Robot) -> bool:
+    def short(self, robot: Powered) -> bool:
         """Whether a robot's energy, below full, does not let it take the first open task."""
         task = next(iter(self.open.values()), None)
         view = robot.view()
         if task is None or view.energy >= self.world.decisions.levels(view).full - EPS * view.capacity:
             return False
-        return not self.world.shown.may_work(view, task)
+        return not self.world.shown.lasts(view, task)
 
     def _pass(self) -> None:
         """Robots that have unloaded go on, with a task or without."""

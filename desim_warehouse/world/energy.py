@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from desim_warehouse.policies import Levels, RobotView, Task
-    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.powered import Powered
     from desim_warehouse.world.world import World
 
 
@@ -57,32 +57,45 @@ class Energy:
             robot.free_in + driven + self.to_charger(station, robot, choice)
         ) + self._from_edge(robot.speed, task, station)
 
-    def needs(
+    def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
+        """Energy with which a robot, driving freely, does not have to give the task back on the way."""
+        driven = robot.free_in + self.travel(robot.speed).ways.time(robot.node, task.edge[0])
+        least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
+        if levels.margin is not None:
+            least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
+        return least
+
+    def least(
         self,
         robots: Sequence[RobotView],
         tasks: Sequence[Task],
         stations: Sequence[Sequence[str]],
-        choices: Sequence[str],
+        levels: Sequence[Levels],
     ) -> Any:
-        """`need` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
+        """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
         import numpy as np
 
-        starts = [task.edge[0] for task in tasks]
-        table = np.empty((len(robots), len(tasks)))
+        empty, starts = self.rates["empty"], [task.edge[0] for task in tasks]
+        driven = np.empty((len(robots), len(tasks)))
         for speed in dict.fromkeys(robot.speed for robot in robots):
             these = [i for i, robot in enumerate(robots) if robot.speed == speed]
-            table[these] = self.travel(speed).times([robots[i].node for i in these], starts)
+            driven[these] = self.travel(speed).times([robots[i].node for i in these], starts)
+        driven += np.array([robot.free_in for robot in robots])[:, None]
+        low = np.array([level.critical + EPS * robot.capacity for robot, level in zip(robots, levels, strict=True)])
+        table = empty * driven + low[:, None]
         rest: dict[tuple[Any, ...], Any] = {}
-        after: dict[tuple[Any, ...], Any] = {}
-        for i, (robot, nodes, choice) in enumerate(zip(robots, stations, choices, strict=True)):
-            key = robot.speed, id(nodes)
+        for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
+            if level.margin is None:
+                continue
+            key = robot.speed, id(nodes), level.charger, robot.home if level.charger == "own" else ""
             if key not in rest:
-                rest[key] = np.array([self._from_edge(robot.speed, t, n) for t, n in zip(tasks, nodes, strict=True)])
-            home = robot.home if choice == "own" else ""
-            if (*key, home, choice) not in after:
-                after[*key, home, choice] = np.array([self.to_charger(node, robot, choice) for node in nodes])
-            driven = table[i] + robot.free_in + after[*key, home, choice]
-            table[i] = self.rates["empty"] * driven + rest[key]
+                rest[key] = np.array(
+                    [
+                        self._from_edge(robot.speed, task, node) + empty * self.to_charger(node, robot, level.charger)
+                        for task, node in zip(tasks, nodes, strict=True)
+                    ]
+                )
+            table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
         return table
 
     def _from_edge(self, speed: float, task: Task, station: str) -> float:
@@ -91,31 +104,27 @@ class Energy:
         edge, travel = self.world.layout.graph.edges[task.edge], self.travel(speed)
         pace = min(speed, edge["speed"])
         loaded = (edge["length"] - task.offset) / pace + travel.node_time + travel.ways.time(task.edge[1], station)
-        return (
+        return float(
             rates["empty"] * (task.offset / pace + tasks.clear_time)
             + rates["loading"] * (tasks.load_time + tasks.unload_time)
             + rates["loaded"] * loaded
         )
 
-    def need_now(self, robot: Robot, choice: str) -> float:
+    def need_now(self, robot: Powered, choice: str) -> float:
         """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
         assert robot.job is not None
         station = self.world.dispatcher.unload_at[robot.job.number]
         return self.need(robot.view(free_in=self.on_lane(robot)), robot.job, station, choice)
 
-    def enough(self, robot: Robot, levels: Levels) -> float:
+    def enough_for_first(self, robot: Powered, levels: Levels) -> float:
         """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
         task = next(iter(self.world.dispatcher.open.values()), None)
         if task is None:
             return 0.0
         view = robot.view()
-        least = levels.critical + EPS * view.capacity
-        if levels.margin is not None:
-            station = self.world.shown.station(view, task)
-            least = max(least, self.need(view, task, station, levels.charger) + levels.margin)
-        return least
+        return self.enough(view, task, self.world.shown.station(view, task), levels)
 
-    def on_lane(self, robot: Robot) -> float:
+    def on_lane(self, robot: Powered) -> float:
         """Free driving time to the node it comes to next, its node time included."""
         if robot.lane is None or robot.held is not None:
             return 0.0
@@ -124,9 +133,9 @@ class Energy:
             if robot.claim is not None or robot.waiting_behind is not None
             else robot.distance(self.world.env.now) - robot.driven
         )
-        return (robot.lane.length - here) / robot.pace + self.world.travel.node_time
+        return float((robot.lane.length - here) / robot.pace + self.world.travel.node_time)
 
-    def free_at(self, robot: Robot) -> tuple[str, float]:
+    def free_at(self, robot: Powered) -> tuple[str, float]:
         """The node where a robot at work will be free, and the time until then, waiting not included."""
         world, ways = self.world, self.travel(robot.speed).ways
         tasks, now = world.model.tasks, world.env.now

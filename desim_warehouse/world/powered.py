@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from simpy.events import Event, Timeout
+from simpy.events import Event, EventPriority, Timeout
 
 from desim_warehouse.errors import BatteryError
 from desim_warehouse.policies import RobotView
@@ -14,7 +14,7 @@ from desim_warehouse.world.body import Body
 from desim_warehouse.world.lanes import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
     from desim_warehouse.policies import Levels, Task
     from desim_warehouse.world.bays import Bay, Station
@@ -28,10 +28,11 @@ class Powered(Body):
     """A body with a battery, a home and perhaps a task; its levels are the charging policy's."""
 
     state: str
+    since_state: float
+    delivered: int
 
-    def __init__(self, world: World, number: int, home: str, radius: float, speed: float) -> None:
-        gap = radius + world.model.fleet.robot.margin / 2
-        super().__init__(number, speed, gap, world.traffic.nodes[home])
+    def __init__(self, world: World, number: int, home: str, speed: float) -> None:
+        super().__init__(number, speed, world.traffic.nodes[home])
         self.world = world
         self.env = world.env
         self.home = self.parked_at = self.last_bay = home
@@ -72,19 +73,23 @@ class Powered(Body):
             tuple(self.world.dispatcher.queues.get(self.number, ())),
         )
 
-    def detour(self, route: list[Lane], index: int, stop: float | None) -> list[Lane] | None:
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another way for a robot that is held up before `route[index]`, if the routing policy knows one."""
         way = self.world.decisions.detour(self, route, index, stop)
         if way is not None:
             self.detours -= 1
         return way
 
+    @property
+    def at_charger(self) -> bool:
+        """Whether it stands in a bay with chargers."""
+        return self.lane is None and self.bay is not None and self.bay.chargers is not None
+
     # What the battery draws
 
     def draw(self, state: str) -> None:
         """From now on the battery draws what the state needs; beside a charger an idle robot draws nothing."""
-        at_charger = self.lane is None and self.bay is not None and self.bay.chargers is not None
-        resting = state in ("idle", "charging") and at_charger
+        resting = state in ("idle", "charging") and self.at_charger
         self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
         self.watch()
 
@@ -233,7 +238,7 @@ class Powered(Body):
             if level < levels.full:
                 offer = dispatcher.wait(self)
         while offer is not None and level < levels.full and self.job is None:
-            goal = self.world.shown.energy.enough(self, levels)
+            goal = self.world.shown.energy.enough_for_first(self, levels)
             goal = goal if level < goal < levels.full else levels.full
             yield offer | Timeout(env, battery.charge_time(level, goal))
             level = battery.level(env.now) if self.job is not None else goal
@@ -246,7 +251,7 @@ class Powered(Body):
         raise NotImplementedError
 
 
-LAST = 3
+LAST = EventPriority(3)
 """Priority of what comes after the decisions of an instant."""
 FAR = 1e15
 """A time that does not come."""

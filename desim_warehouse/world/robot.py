@@ -27,8 +27,8 @@ STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charg
 class Robot(Powered):
     """A robot with a home, a battery and at most one task at hand."""
 
-    def __init__(self, world: World, number: int, home: str, radius: float, speed: float) -> None:
-        super().__init__(world, number, home, radius, speed)
+    def __init__(self, world: World, number: int, home: str, speed: float) -> None:
+        super().__init__(world, number, home, speed)
         self.offer: Event | None = None
         self.recharged = self.delivered = 0
         self.state = "idle"
@@ -154,11 +154,6 @@ class Robot(Powered):
             self.offer = yield from self.charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
 
     # Where it is and what it is doing
-
-    @property
-    def at_charger(self) -> bool:
-        """Whether it stands in a bay with chargers."""
-        return self.lane is None and self.bay is not None and self.bay.chargers is not None
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.policies import Task
     from desim_warehouse.world.lanes import Lane
-    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.powered import Powered
     from desim_warehouse.world.world import World
 
 Edge = tuple[str, str]
@@ -136,34 +136,35 @@ class Shown:
         need = self.energy.need(robot, task, self.station(robot, task), levels.charger)
         return robot.energy - need >= levels.margin - EPS
 
+    def lasts(self, robot: RobotView, task: Task) -> bool:
+        """Whether the robot may take the task and, driving freely, will not have to give it back on the way."""
+        if self.world.model.battery is None:
+            return True
+        levels = self.world.decisions.levels(robot)
+        return robot.energy >= self.energy.enough(robot, task, self.station(robot, task), levels)
+
     def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """`feasible` for all pairs: a boolean array, a row for each robot."""
+        """For all pairs, whether there is room at the station and the energy lasts: a row for each robot."""
         import numpy as np
 
+        world, entries = self.world, self.world.model.tasks.unload_at
         table = np.ones((len(robots), len(tasks)), dtype=bool)
-        rows: dict[Any, Any] = {}
-        each = self.world.model.tasks.station_choice == "each"
-        for i, robot in enumerate(robots):
-            key = robot.number % len(self.world.model.tasks.unload_at) if each else 0
-            if key not in rows:
-                stations = [self.station(robot, task) for task in tasks]
-                rows[key] = stations
-            if self.world.stations:
-                room = {node: self.room(robot, node) for node in dict.fromkeys(rows[key])}
-                table[i] = [room[node] for node in rows[key]]
-        if self.world.model.battery is None:
+        each = world.model.tasks.station_choice == "each"
+        keys = [robot.number % len(entries) if each else 0 for robot in robots]
+        chosen = {key: [self.station(robot, task) for task in tasks] for key, robot in zip(keys, robots, strict=True)}
+        stations = [chosen[key] for key in keys]
+        for i, robot in enumerate(robots if world.stations else ()):
+            room = {node: self.room(robot, node) for node in dict.fromkeys(stations[i])}
+            table[i] = [room[node] for node in stations[i]]
+        if world.model.battery is None:
             return table
-        levels = [self.world.decisions.levels(robot) for robot in robots]
-        for i, (robot, level) in enumerate(zip(robots, levels, strict=True)):
-            if robot.energy <= level.critical:
-                table[i] = False
-        ahead = [i for i, level in enumerate(levels) if level.margin is not None and table[i].any()]
-        if ahead:
-            some = [robots[i] for i in ahead]
-            stations = [rows[robot.number % len(self.world.model.tasks.unload_at) if each else 0] for robot in some]
-            needs = self.energy.needs(some, tasks, stations, [levels[i].charger for i in ahead])
-            left = np.array([robots[i].energy - (levels[i].margin or 0.0) for i in ahead])
-            table[ahead] &= needs <= left[:, None] + EPS
+        levels = [world.decisions.levels(robot) for robot in robots]
+        above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
+        table[[i for i in range(len(robots)) if i not in set(above)]] = False
+        if above:
+            some = [robots[i] for i in above]
+            least = self.energy.least(some, tasks, [stations[i] for i in above], [levels[i] for i in above])
+            table[above] &= np.array([robot.energy for robot in some])[:, None] >= least
         return table
 
     # The fleet
@@ -175,7 +176,7 @@ class Shown:
             for robot in self.world.robots
         ]
 
-    def _busy(self, robot: Robot) -> RobotView:
+    def _busy(self, robot: Powered) -> RobotView:
         node, time = self.energy.free_at(robot)
         return robot.view(node=node, free=False, free_in=time)
 

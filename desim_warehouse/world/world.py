@@ -10,6 +10,7 @@ from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
 from desim_warehouse.errors import LayoutError, StallError
+from desim_warehouse.layout import checks
 from desim_warehouse.layout.travel import Travel
 from desim_warehouse.log import NONE, Log
 from desim_warehouse.policies import create
@@ -23,6 +24,7 @@ from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
+    from desim_warehouse.world.powered import Powered
 
 
 class World:
@@ -41,69 +43,52 @@ class World:
         self.finished = simpy.Event(self.env)
         self.out = 0
         self._before: list[dict[int, dict[str, Any]]] | None = None
-        shapes = self._shapes()
-        largest = max(radius for radius, _ in shapes)
+        fleet = model.fleet
+        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at)
+        if problems := checks.faults(self.layout, use):
+            raise LayoutError(problems)
+        kinds = set(fleet.robots())
         self.traffic = Traffic(
             self.env,
             self.layout,
             self.log,
-            contact=2 * largest + model.fleet.robot.margin,
+            contact=fleet.contact,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
-            mixed=len(set(shapes)) > 1
-            or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
+            mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
             rotate=model.traffic.gridlock == "rotate",
         )
         self.decisions = Decisions(self)
         self.travel = Travel(
             self.layout.graph,
-            max(speed for _, speed in shapes),
+            max(robot.speed for robot in kinds),
             model.traffic.node_time,
             self.decisions.cost,
         )
         self.stations = {
             node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
         }
-        self.robots = self._fleet(shapes)
+        self.robots = self._fleet()
         self.demand = Demand(self)
         self.scarce = self.parking.scarce(len(self.robots))
         self.shown = Shown(self)
         policy = model.policies.allocation
         self.dispatcher = Dispatcher(self, None if ask else create("allocation", policy.name, policy.params))
 
-    def _shapes(self) -> list[tuple[float, float]]:
-        """Radius and speed of every robot, by number."""
+    def _fleet(self) -> list[Robot]:
+        """Bays with their places, and in them the robots, dealt out over the start nodes in turn."""
         fleet = self.model.fleet
-        shapes = [
-            (kind.radius or fleet.robot.radius, kind.speed or fleet.robot.speed)
-            for kind in fleet.kinds.values()
-            for _ in range(kind.count)
-        ]
-        return shapes + [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
-
-    def _fleet(self, shapes: list[tuple[float, float]]) -> list[Robot]:
-        start = self.model.fleet.start or tuple(self.layout.bays)
-        if not start:
-            raise LayoutError(["layout.bays: there are none; robots need bays to start from and to go home to"])
-        homes = [start[number % len(start)] for number in range(len(shapes))]
+        start = fleet.start or tuple(self.layout.bays)
+        homes = [start[number % len(start)] for number in range(fleet.size)]
         bays = []
         for node, item in self.layout.bays.items():
             places = homes.count(node) if item.places is None else item.places
             chargers = places if item.chargers is None else item.chargers
-            if homes.count(node) > places:
-                raise LayoutError(
-                    [
-                        (
-                            f"layout.bays.{item.zone}.places: {homes.count(node)} robots start at {node} but its bay "
-                            f"has {places} places; give it more, or spread fleet.start over more nodes"
-                        )
-                    ]
-                )
             bays.append(Bay(self.env, node, places, chargers))
         self.parking = Parking(bays)
         robots = []
-        for number, ((radius, speed), home) in enumerate(zip(shapes, homes, strict=True)):
-            robot = Robot(self, number, home, radius, speed)
+        for number, (shape, home) in enumerate(zip(fleet.robots(), homes, strict=True)):
+            robot = Robot(self, number, home, shape.speed)
             self.parking.settle(robot, self.parking.bays[home])
             robots.append(robot)
         return robots
@@ -198,7 +183,7 @@ class World:
 
     # What robots ask
 
-    def record(self, kind: str, robot: Robot | None, task: int = NONE) -> None:
+    def record(self, kind: str, robot: Powered | None, task: int = NONE) -> None:
         """A row of the log: what a robot does, with its energy; or what happens to a task."""
         if robot is None:
             self.log.event(self.env.now, kind, NONE, task, None, None)
