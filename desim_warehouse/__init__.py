@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 
 if TYPE_CHECKING:
+    from desim_warehouse.asktell import steps
     from desim_warehouse.errors import (
         BatteryError,
         GridlockError,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
 
 _HOME = {
+    "asktell": ("steps",),
     "errors": (
         "BatteryError",
         "GridlockError",
@@ -69,6 +71,7 @@ __all__ = [
     "load_run",
     "plot",
     "simulate",
+    "steps",
 ]
 
 

@@ -1,0 +1,108 @@
+"""Ask and tell: a run that stops at every allocation decision and takes the answer from outside."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Self
+
+from desim_warehouse.errors import PolicyError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import RobotView, Situation, Task
+    from desim_warehouse.run import Run
+
+
+class Decision:
+    """A pending decision: `robots` are free, `tasks` are open; answer with `assign` or by `steps.tell`."""
+
+    def __init__(self, situation: Situation) -> None:
+        self.situation = situation
+        self.time = situation.time
+        self.robots: Sequence[RobotView] = situation.robots
+        self.tasks: Sequence[Task] = tuple(situation.tasks)
+        self.answer: list[tuple[int, int]] = []
+
+    def feasible(self, robot: RobotView, task: Task) -> bool:
+        """Whether the charging policy lets the robot take the task, and there is room at the station."""
+        return self.situation.feasible(robot, task)
+
+    def assign(self, robot: RobotView | int, task: Task | int) -> None:
+        """Give a robot a task; robots and tasks not mentioned stay free and open."""
+        self.answer.append(
+            (
+                robot if isinstance(robot, int) else robot.number,
+                task if isinstance(task, int) else task.number,
+            )
+        )
+
+    def __repr__(self) -> str:
+        return f"Decision(time={self.time:g}, {len(self.robots)} free robots, {len(self.tasks)} open tasks)"
+
+
+class Steps:
+    """The decisions of one run, in turn: `for decision in steps(model, seed): decision.assign(robot, task)`.
+
+    After the last one `run` is the outcome. The model's allocation policy is not asked; everything else decides
+    as the model says. A robot that has unloaded and gets nothing goes to a bay.
+
+    Raises PolicyError for answers that cannot be carried out, StallError when nothing is left that could happen.
+    """
+
+    def __init__(self, model: Model, seed: int = 0) -> None:
+        from desim_warehouse.world import World
+
+        self._model = model
+        self._seed = seed
+        self._world = World(model, seed, ask=True)
+        self._world.begin()
+        self._pending: Decision | None = None
+        self._run: Run | None = None
+
+    def __iter__(self) -> Iterator[Decision]:
+        return self
+
+    def __next__(self) -> Decision:
+        if self._pending is not None:
+            self.tell(self._pending.answer)
+        if self._run is not None or not self._world.go_on():
+            self._run = self._run or self._outcome()
+            raise StopIteration
+        self._pending = Decision(self._world.shown.situation())
+        return self._pending
+
+    def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
+        """Answer the pending decision with pairs (robot number, task number)."""
+        if self._pending is None:
+            raise PolicyError("steps: no decision is pending; next() gives the next one")
+        self._pending = None
+        self._world.dispatcher.decide(pairs)
+        return self
+
+    @property
+    def run(self) -> Run:
+        """The outcome, once there are no decisions left."""
+        if self._run is None:
+            raise PolicyError("steps: the run is not over; answer its decisions until there are none")
+        return self._run
+
+    def cost_so_far(self) -> tuple[float, float, int]:
+        """Length driven by all robots, time, and collisions up to now."""
+        now = self._world.env.now
+        robots = self._world.robots
+        return (
+            sum(robot.distance(now) for robot in robots),
+            now,
+            sum(robot.rear_ends + robot.crossings for robot in robots),
+        )
+
+    def _outcome(self) -> Run:
+        from desim_warehouse.run import Run
+
+        return Run(self._model, self._seed, self._world.log, self._world.layout)
+
+
+def steps(model: Model, seed: int = 0) -> Steps:
+    """A run whose allocation decisions are made outside; the same answers give the same log."""
+    return Steps(model, seed)
