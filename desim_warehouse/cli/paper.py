@@ -36,16 +36,17 @@ def _show(table: pd.DataFrame) -> None:
     heads = ("robots", "group", "T steps", "program", "diff", "T s", "paper s")
     for name in (*heads, "S", "program", "paper", "diff", "C", "program", "paper", "diff"):
         shown.add_column(name, justify="right")
-    for row in table.itertuples(index=False):
+    for row in table.to_dict("records"):
+        counts = (f"{row[name + ending]:{sign}d}" for name in "SC" for ending, sign in _COUNTS)
         shown.add_row(
-            f"{row.robots}",
-            f"{row.group}",
-            f"{row.T:,.1f}",
-            f"{row.T_steps_program:,d}",
-            f"{100 * row.T_difference:+.2f} %",
-            f"{row.T_seconds:.1f}",
-            f"{row.T_seconds_figure:.1f}",
-            *(f"{getattr(row, f'{name}{ending}'):{sign}d}" for name in "SC" for ending, sign in _COUNTS),
+            f"{row['robots']}",
+            f"{row['group']}",
+            f"{row['T']:,.1f}",
+            f"{row['T_steps_program']:,d}",
+            f"{100 * row['T_difference']:+.2f} %",
+            f"{row['T_seconds']:.1f}",
+            f"{row['T_seconds_figure']:.1f}",
+            *counts,
         )
     show(shown)
 

@@ -38,15 +38,16 @@ A study file, such as studies/fleet_size.yaml; only `model` must be there:
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.study.factors import Factor, Keys, Label, Level
-
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     import numpy as np
     from numpy.typing import NDArray
+
+    from desim_warehouse.study.factors import Factor, Keys, Label, Level
 
 RULES = ("grid", "paired")
 SAMPLED = ("latin-hypercube", "sobol", "saltelli")
@@ -58,6 +59,9 @@ class Rule:
 
     name: str = "grid"
     size: int = 0
+
+
+GRID = Rule()
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ def points(factors: Sequence[Factor], rule: Rule, seed: int = 0) -> list[Point]:
     """
     if not factors:
         return [_point(0, [], ())]
+    rows: Iterable[Sequence[Level]]
     if rule.name == "grid":
         rows = itertools.product(*(factor.levels for factor in factors))
     elif rule.name == "paired":
@@ -89,7 +94,7 @@ def points(factors: Sequence[Factor], rule: Rule, seed: int = 0) -> list[Point]:
         return _saltelli(factors, rule.size, seed)
     else:
         shares = _sample(rule, len(factors), seed).tolist()
-        rows = (tuple(_at(factor, u) for factor, u in zip(factors, row, strict=True)) for row in shares)  # type: ignore[assignment]
+        rows = (tuple(_at(factor, u) for factor, u in zip(factors, row, strict=True)) for row in shares)
     return [_point(number, factors, row) for number, row in enumerate(rows)]
 
 

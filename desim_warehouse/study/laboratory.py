@@ -101,7 +101,8 @@ class Laboratory:
             if missing:
                 raise _MissingError
             return
-        self.progress.want(len(missing), len(asked) - len(missing))
+        there = {(self.keys[n], run_seed(self.plan.seed, r)) for n, r in asked} - missing.keys()
+        self.progress.want(len(missing), len(there))
         names = list(missing)
 
         def done(position: int, outcome: Outcome) -> None:

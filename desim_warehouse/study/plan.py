@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, StudyError, WarehouseError
 from desim_warehouse.model.policy import PolicySpec
 from desim_warehouse.model.problems import got
-from desim_warehouse.study.design import Point, Rule, points
+from desim_warehouse.study.design import GRID, Point, Rule, points
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     from desim_warehouse.model import Model
     from desim_warehouse.model.places import Places
     from desim_warehouse.study.factors import Factor, Label
@@ -36,7 +37,7 @@ class Plan:
 
     base: Model
     factors: tuple[Factor, ...] = ()
-    rule: Rule = Rule()
+    rule: Rule = GRID
     replications: int | Until | tuple[int, ...] = 1  # of each point; a tuple: point by point
     seed: int = 0
     indicators: tuple[str, ...] = ()  # empty: all

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import platform
 from importlib import metadata
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
@@ -19,6 +18,7 @@ from desim_warehouse.study.store import STUDY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from desim_warehouse.study.design import Point
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.indicators import INDICATORS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     import pyarrow as pa
@@ -61,11 +61,7 @@ def _array(name: str, values: list[Any]) -> pa.Array:
     kinds = {type(value) for value in values if value is not None}
     if name == "error":
         return pa.array(values, pa.string())
-    if name == "run_time":
-        return pa.array(values, pa.float64())
-    if not kinds:
-        return pa.array(values, pa.float64())
-    if kinds == {int}:
+    if kinds == {int} and name != "run_time":
         return pa.array(values, pa.int64())
     if kinds <= {int, float}:
         return pa.array([None if value is None else float(value) for value in values], pa.float64())

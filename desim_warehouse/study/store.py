@@ -19,9 +19,9 @@ import errno
 import json
 import os
 import zlib
-from pathlib import Path
+from contextlib import suppress
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn, Self
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError
@@ -30,6 +30,7 @@ from desim_warehouse.study.lock import FolderLock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
     from types import TracebackType
 
 JOURNAL = "runs.jsonl"
@@ -59,7 +60,7 @@ class Store:
         if folder is not None:
             self._open(folder, read_only=read_only)
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -152,8 +153,8 @@ class Store:
         assert self.file is not None
         try:
             written = os.write(self.file, line)
-            if written < len(line):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if written < len(line):  # the disk is full in the middle of a line
+                self._give_up(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
             self.end += written
             if monotonic() - self.synced > _SYNC:
                 os.fsync(self.file)
@@ -161,13 +162,11 @@ class Store:
         except OSError as error:
             self._give_up(error)
 
-    def _give_up(self, error: OSError) -> None:
+    def _give_up(self, error: OSError) -> NoReturn:
         """The disk is full or gone: leave a journal of whole lines, and say what is kept."""
         assert self.folder is not None
-        try:
+        with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)
-        except OSError:
-            pass  # the torn line is cut off when the journal is read next
         raise StudyError(
             f"{self.folder / JOURNAL}: cannot be written ({error.strerror}); the runs finished so far are kept: "
             "make room and start the study again"

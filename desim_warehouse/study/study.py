@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
@@ -17,6 +16,8 @@ from desim_warehouse.study.results import Row, arrow, columns, is_damaged, write
 from desim_warehouse.study.store import JOURNAL, RESULTS, Store
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
     import pandas as pd
 
     from desim_warehouse.model import Model
@@ -100,7 +101,7 @@ class Study:
         """A study of a plan that was read already."""
         study = cls.__new__(cls)
         study.plan = plan
-        study._start()
+        study._start()  # noqa: SLF001 - our own
         return study
 
     @classmethod

@@ -28,7 +28,7 @@ def shown_indicators(study: Study, wanted: Sequence[str] | None = None) -> list[
     Raises:
         StudyError: for one that no run has.
     """
-    have = list(dict.fromkeys(name for row in study.rows for name in row.outcome.values))
+    have = list(dict.fromkeys(name for row in study.rows for name in row.outcome.values))  # noqa: PD011 - not a DataFrame
     chosen = list(wanted or study.plan.indicators or have)
     for name in chosen:
         if have and name not in have:
@@ -58,7 +58,7 @@ def estimates(study: Study, indicator: str) -> dict[int, statistics.Estimate | N
 
 def _value(row: Row, indicator: str) -> float:
     """The indicator of a run, nan where it has none."""
-    return row.outcome.values.get(indicator, math.nan)
+    return row.outcome.values.get(indicator, math.nan)  # noqa: PD011 - not a DataFrame
 
 
 def summary(study: Study, indicators: Sequence[str] | None = None) -> pd.DataFrame:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import AbstractContextManager, ExitStack
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from desim_warehouse.errors import StudyError
 
@@ -47,7 +47,7 @@ class Opened:
         self.stack = ExitStack()
         self.execution: Execution | None = None
 
-    def __enter__(self) -> Opened:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import pickle
 import queue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError
@@ -53,15 +54,15 @@ class Cluster:
         self.local: Any = None
         self.run_time: float | None = None
 
-    def __enter__(self) -> Cluster:
+    def __enter__(self) -> Self:
         try:
-            from distributed import Client, LocalCluster
+            distributed: Any = importlib.import_module("distributed")
         except ImportError as error:
             raise StudyError("--cluster needs Dask: install it by pip install 'desim-warehouse[dask]'") from error
         try:
             if self.address == "local":
-                self.local = LocalCluster(n_workers=self.workers, threads_per_worker=1, dashboard_address=None)
-            self.client = Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
+                self.local = distributed.LocalCluster(n_workers=self.workers, threads_per_worker=1, dashboard_address=None)
+            self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise StudyError(
                 f"cluster {self.address}: no Dask scheduler answers there ({error}); "
@@ -126,12 +127,10 @@ class Cluster:
 
     def finish(self, future: Any, positions: list[int], batches: Batches) -> None:
         """Take what came out of a batch."""
-        from distributed import KilledWorker
-
         if future.status == "finished":
             batches.finish(positions, future.result())
             return
-        if future.status == "error" and not isinstance(future.exception(), KilledWorker):
+        if future.status == "error" and not type(future.exception()).__name__ == "KilledWorker":
             error = future.exception()
             if isinstance(error, StudyError):
                 raise error

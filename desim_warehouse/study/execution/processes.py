@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from time import monotonic
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.batches import Batches
@@ -134,7 +134,7 @@ class Processes:
         self.bench: Bench | None = Bench(base)  # None: this process does no runs
         self.run_time: float | None = None
 
-    def __enter__(self) -> Processes:
+    def __enter__(self) -> Self:
         self.workers = [Worker(self.base, self.timeout) for _ in range(self.count - 1)]
         return self
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from desim_warehouse.study.execution.work import Bench
 
@@ -21,7 +21,7 @@ class Serial:
         self.bench = Bench(base)
         self.timeout = timeout
 
-    def __enter__(self) -> Serial:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(

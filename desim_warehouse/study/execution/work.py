@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Mapping, Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from desim_warehouse.errors import LayoutError, SimulationError
 from desim_warehouse.run import simulate
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
     from types import TracebackType
 
     from desim_warehouse.model import Model
@@ -58,7 +58,7 @@ class Limit:
         self.lock = threading.Lock()
         self.over = threading.Event()
 
-    def __enter__(self) -> Limit:
+    def __enter__(self) -> Self:
         if self.seconds is not None:
             threading.Thread(target=self.watch, daemon=True).start()
         return self
@@ -73,6 +73,7 @@ class Limit:
             wait = _AGAIN
 
     def strike(self, what: ctypes.py_object[type[BaseException]] | None) -> None:
+        """Raise this in the thread, or take back what was raised and has not arrived."""
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), what)
 
     def __exit__(
