@@ -161,8 +161,8 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "note",
             "layout: storage",
-            f"{len(near)} places are nearer than {use.contact:g} to a node, which is held while a robot "
-            f"loads there: {_some(near)}",
+            f"{len(near)} places are nearer than {use.contact:g} (D) to a node; robots stop D clear of it to load "
+            f"there: {_some(near)}",
         )
 
 

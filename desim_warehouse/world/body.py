@@ -19,7 +19,7 @@ class Body:
     It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
     intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
     last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
-    at `since` and is there at `until`. `trailing` is an intersection behind it that it has not yet cleared.
+    at `since` and is there at `until`.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
     """
 
@@ -46,7 +46,6 @@ class Body:
         "speed",
         "target",
         "task",
-        "trailing",
         "until",
         "waited",
         "waiting_behind",
@@ -59,7 +58,6 @@ class Body:
         self.at = at
         self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
         self.held: Any = None  # an Intersection
-        self.trailing: Intersection | None = None
         self.granted: Lane | None = None
         self.ahead: Body | None = None
         self.behind: Body | None = None

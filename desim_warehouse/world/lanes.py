@@ -63,6 +63,12 @@ class Lane:
         self.passages = self.waits = 0
         self.blocked = 0.0
 
+    def clear_stop(self, stop: float, contact: float) -> float:
+        """Where a robot stops that wants to stop at `stop`: D clear of the nodes, so that it keeps nobody off them."""
+        if self.inside:
+            return stop
+        return max(stop if self.short else min(stop, self.stop_line), contact)
+
 
 class Intersection:
     """One node, or several nodes too close together to be used at once.

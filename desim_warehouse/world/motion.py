@@ -49,7 +49,7 @@ class Motion(Reservations):
         behind = robot.behind
         ahead = onward.last
         pace = robot.speed if robot.speed < onward.limit else onward.limit
-        target = onward.stop_line if stop is None or stop > onward.stop_line else stop
+        target = onward.stop_line if stop is None else stop
         until = clear + target / pace
         if lane is not None:
             robot.driven += lane.length
@@ -148,9 +148,6 @@ class Motion(Reservations):
         robot.target = target
         if self.log.everything:
             self.log.drive(robot)
-        if robot.trailing is not None and target >= self.contact - EPS:
-            self.leave(robot, robot.trailing)
-            robot.trailing = None
 
     def free_at(self, lane: Lane, ahead: Body | None, target: float, pace: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
@@ -203,14 +200,14 @@ class Motion(Reservations):
             self.freed(node)
 
     def leave(self, robot: Body, node: Intersection) -> None:
-        """A robot that stood on an intersection, or close behind it, sets off along its lane."""
+        """A robot that stood on an intersection sets off along its lane."""
         if node.holder is robot:
             node.holder = None
         node.user = robot
         node.passages += 1
         node.left_on = robot.lane
         node.left_pace = robot.pace
-        node.left_at = robot.since - robot.pos / robot.pace
+        node.left_at = robot.since
         node.clear_at = node.left_at + self.contact / robot.pace
         if node.claims:
             self.freed(node)

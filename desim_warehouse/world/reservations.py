@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.lanes import Intersection
 
-    Steps = Generator[Event, object, bool]
+    Steps = Generator[Event, object, None]
 
 
 class Reservations:
@@ -79,7 +79,7 @@ class Reservations:
         """Claim an intersection and room beyond it, and wait until both are granted."""
         if not node.claims and self.is_open(robot, node, via) and (lane is None or self.has_room(lane)):
             self._grant(robot, node, lane)
-            return True
+            return
         claim = robot.claim = Claim(self.env, robot, node, lane, via)
         node.claims.append(claim)
         other = node.holder or node.user
@@ -92,7 +92,6 @@ class Reservations:
         robot.stands(waiting=False)
         if self.env._now > since + EPS:
             self.count_wait(robot, other, node, self.env._now - since)
-        return True
 
     def _grant(self, robot: Body, node: Intersection, lane: Lane | None) -> None:
         node.holder = robot

@@ -25,18 +25,22 @@ if TYPE_CHECKING:
     from desim_warehouse.world.lanes import Lane
     from desim_warehouse.world.reservations import Steps
 
+    Drive = Generator[Event, object, bool]
+
 
 class Traffic(Motion):
     """The Highways in use."""
 
-    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Steps:
+    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        Returns True there, False if the robot was recalled: it then stands on the node it came to next.
+        A stop is at least D from the nodes (see `Lane.clear_stop`). Returns True there, False if the robot was recalled: it then stands on the node it came to next.
         This is the hot path of every run.
         """
         env = self.env
         index, count = 0, len(route)
+        if stop is not None:
+            stop = route[-1].clear_stop(stop, self.contact)
         while True:
             if robot.lane is None or robot.held is not None:
                 arrived, index = yield from self._from_node(robot, route, index, stop)
@@ -44,9 +48,8 @@ class Traffic(Motion):
                     return arrived
             # Along the lane: as far as the robot ahead allows, to the own stop or to the stop line.
             lane = robot.lane
-            goal = lane.stop_line
-            if index == count and stop is not None and stop < goal:
-                goal = stop
+            final = index == count and stop is not None
+            goal = stop if final else lane.stop_line
             while True:
                 if robot.until > env._now:
                     yield Timeout(env, robot.until - env._now)
@@ -62,12 +65,11 @@ class Traffic(Motion):
                     yield self.wait_behind(robot)
                     robot.until = env._now
             # At the stop line: the intersection and room beyond it, or neither.
-            if index == count:
-                if stop is not None and stop <= goal + EPS:
-                    return True
-            else:
+            if final:
+                return True
+            if index < count:
                 onward = route[index]
-                if not onward.short and (index < count - 1 or stop is None or stop >= self.contact):
+                if not onward.short:
                     clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
                     passes = robot.recall_at > clear
                     if passes and not self.is_free(robot, lane, onward):
@@ -81,8 +83,7 @@ class Traffic(Motion):
                         index += 1
                         self.cross(robot, onward, clear, stop if index == count else None)
                         continue
-            if (yield from self._to_node(robot, route, index, stop)):
-                return True
+            yield from self._to_node(robot, route, index)
 
     def is_free(self, robot: Body, lane: Lane, onward: Lane) -> bool:
         """Whether nobody is in the way from the end of a lane onto the next: neither at the node nor beyond it."""
@@ -96,26 +97,22 @@ class Traffic(Motion):
 
     # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
 
-    def rests_beyond(self, route: Sequence[Lane], index: int, stop: float | None) -> Lane | None:
+    @staticmethod
+    def rests_beyond(route: Sequence[Lane], index: int) -> Lane | None:
         """The lane on which a robot can next stand clear of the intersection before `route[index]`, if any."""
-        for i in range(index, len(route)):
-            lane = route[i]
+        for lane in route[index:]:
             if not lane.inside:
-                near = i == len(route) - 1 and stop is not None and stop < self.contact - EPS
-                return None if lane.short or near else lane
+                return None if lane.short else lane
         return None
 
-    def _to_node(self, robot: Body, route: Sequence[Lane], index: int, stop: float | None) -> Steps:
-        """From the stop line to stand on the intersection, or at a stop close before it (then: True)."""
-        lane = robot.lane
-        final = index == len(route) and stop is not None
+    def _to_node(self, robot: Body, route: Sequence[Lane], index: int) -> Steps:
+        """From the stop line to stand on the intersection."""
         if robot.held is None:
-            wanted = self.rests_beyond(route, index, stop) if robot.recall_at > self.env._now else None
-            yield from self.claim(robot, lane.end, wanted, lane)
-        yield from self._advance(robot, stop if final else lane.length)
-        return final
+            wanted = self.rests_beyond(route, index) if robot.recall_at > self.env._now else None
+            yield from self.claim(robot, robot.lane.end, wanted, robot.lane)
+        yield from self._advance(robot, robot.lane.length)
 
-    def _advance(self, robot: Body, target: float) -> Generator[Event, object, None]:
+    def _advance(self, robot: Body, target: float) -> Steps:
         """Along the lane to `target`, nothing more to ask for; at its end the node's time is spent."""
         self.commit(robot, target)
         pause = self.node_time if target == robot.lane.length else 0.0
@@ -130,7 +127,7 @@ class Traffic(Motion):
         Returns whether the drive is over (True: there, False: recalled, None: no) and how far on the route it is.
         """
         if robot.held is None:
-            yield from self.claim(robot, robot.at, self.rests_beyond(route, index, stop), None)
+            yield from self.claim(robot, robot.at, self.rests_beyond(route, index), None)
             robot.left_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._advance(robot, robot.lane.length)
@@ -141,33 +138,28 @@ class Traffic(Motion):
             if index == len(route):
                 return True, index
             onward = route[index]
-            if self.rests_beyond(route[index : index + 1], 0, stop if index + 1 == len(route) else None):
+            index += 1
+            halt = stop if index == len(route) else None
+            if not onward.short:
                 if robot.granted is not onward:
                     yield from self.claim(robot, robot.held, onward, robot.lane)
-                index += 1
-                self.cross(robot, onward, self.env._now, stop if index == len(route) else None)
+                self.cross(robot, onward, self.env._now, halt)
                 return None, index
-            index += 1
-            if (yield from self._over_short(robot, onward, route, index, stop)):
+            yield from self._over_short(robot, onward, route, index, halt)
+            if halt is not None:
                 return True, index
 
-    def _over_short(self, robot: Body, onward: Lane, route: Sequence[Lane], index: int, stop: float | None) -> Steps:
-        """Over a lane too short to stand on, or to a stop close behind the node; True at the own stop."""
+    def _over_short(self, robot: Body, onward: Lane, route: Sequence[Lane], index: int, halt: float | None) -> Steps:
+        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts."""
         node = robot.held
-        if not onward.short:
-            yield from self.claim(robot, node, onward, robot.lane)
-        elif not onward.inside:
-            yield from self.claim(robot, onward.end, self.rests_beyond(route, index, stop), onward)
-        self.enter(robot, onward)
-        robot.held = onward.end if onward.short else None
-        if not onward.short:
-            onward.entering = False
-            robot.granted = None
         if not onward.inside:
-            robot.trailing = node
-        final = index == len(route) and stop is not None
-        yield from self._advance(robot, stop if final else onward.length)
-        return final
+            yield from self.claim(robot, onward.end, self.rests_beyond(route, index), onward)
+        self.enter(robot, onward)
+        robot.held = onward.end
+        robot.since = self.env._now
+        if not onward.inside:
+            self.leave(robot, node)
+        yield from self._advance(robot, onward.length if halt is None else halt)
 
     @staticmethod
     def _give_back(robot: Body) -> None:

@@ -1,0 +1,41 @@
+# Two commands do everything, set-up included: `make paper` and `make test`.
+# Only Python >= 3.11 and make are needed; PYTHON=... chooses the interpreter.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+SOURCES := desim_warehouse tests benchmarks studies docs
+
+.PHONY: paper test lint tests test-long bench pictures clean
+
+paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
+	$(BIN)/desim paper --out reports/out/paper
+
+test: lint tests  ## lint, types, layers, all tests
+
+lint: $(READY)
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+tests: $(READY)
+	$(BIN)/python -m pytest -n 2 -m "not long"
+
+test-long: $(READY)  ## slow proofs: thousands of random warehouses
+	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2
+
+bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
+	$(BIN)/python -m benchmarks
+
+pictures: $(READY)  ## the pictures in docs/pictures
+	$(BIN)/python -m docs.make_pictures
+
+$(READY): pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,dask,report,rl]"
+	touch $(READY)
+
+clean:
+	rm -rf .venv reports/out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
