@@ -68,8 +68,14 @@ def _battery(model: Model) -> str:
 
 
 def _policies(model: Model) -> str:
+    """The policies by kind, with their parameters."""
+    from desim_warehouse.model.policy import PolicySpec
+
     policies = model.policies
-    named = {kind: getattr(policies, kind) for kind in type(policies).model_fields}
-    return ", ".join(
-        f"{kind}: {spec.name}" + (f" {dict(spec.params)}" if spec.params else "") for kind, spec in named.items()
-    )
+    said = []
+    for kind in type(policies).model_fields:
+        spec = getattr(policies, kind)
+        if isinstance(spec, PolicySpec):
+            parameters = ", ".join(f"{key} = {words.level(value)}" for key, value in spec.params.items())
+            said.append(f"{kind}: {spec.name}" + (f" ({parameters})" if parameters else ""))
+    return "; ".join(said)

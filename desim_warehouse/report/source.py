@@ -187,8 +187,10 @@ def _table(folder: Path) -> pd.DataFrame:
         table = pd.read_parquet(path)
     except (OSError, ValueError) as error:
         raise ReportError(f"{path}: cannot be read ({error}); start the study again with this folder") from error
-    if table.empty or table["error"].notna().all():
-        raise ReportError(f"{path}: no run has finished well, so there is nothing to report")
+    if table.empty:
+        raise ReportError(f"{path}: no run has finished, so there is nothing to report")
+    if table["error"].notna().all():
+        raise ReportError(f"{path}: every run failed, the first with: {table['error'].iloc[0]}")
     return table
 
 

@@ -264,6 +264,7 @@ def _failures(study: StudyFacts) -> Html:
         [*(words.level(row[key]) for key in study.factors), str(row["replication"]), str(row["error"])]
         for _, row in failed.head(_ROWS).iterrows()
     ]
-    note = f"{len(failed)} runs failed and are left out everywhere above."
+    what = "1 run failed and is" if len(failed) == 1 else f"{len(failed)} runs failed and are"
+    note = f"{what} left out everywhere above."
     head = [*study.factors, "replication", "error"]
     return html.paragraph(note) + html.table(head, rows, words=len(head), name="failures")

@@ -1,0 +1,290 @@
+"""Figures by their data: what stands where, not how it looks."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.plot import style
+from desim_warehouse.study.statistics import compare, mser
+
+plot = dw.plot
+HALF_WIDTH = 4.302652729911275 / np.sqrt(3)
+"""Of three values 0, 1, 2: t quantile at 0.975 with 2 degrees of freedom, times 1, over √3."""
+
+
+def lines(ax):
+    """Label -> x and y of each line with an interval."""
+    found = {}
+    for container in ax.containers:
+        line = container.lines[0]
+        found[container.get_label()] = list(line.get_xdata()), list(line.get_ydata())
+    return found
+
+
+def half_widths(container):
+    (bars,) = container.lines[2]
+    return [(segment[1][1] - segment[0][1]) / 2 for segment in bars.get_segments()]
+
+
+def test_a_line_for_each_group_goes_through_the_means(runs, model):
+    ax = plot.by_factor(runs, "fleet.size", "T", group="battery.threshold", model=model)
+    assert lines(ax) == {"2": ([1, 2, 4], [103, 203, 403]), "5": ([1, 2, 4], [106, 206, 406])}
+    for container in ax.containers:
+        assert half_widths(container) == pytest.approx([HALF_WIDTH] * 3)
+    assert ax.get_xlabel() == "Number of robots, fleet.size"
+    assert ax.get_ylabel() == "Task time T (step)"
+    assert ax.get_legend().get_title().get_text() == "battery.threshold"
+    assert ax.get_title() == ""
+
+
+def test_other_factors_are_averaged_over_within_each_replication(runs):
+    ax = plot.by_factor(runs, "fleet.size", "T")
+    (((x, y)),) = lines(ax).values()
+    assert (x, y) == ([1, 2, 4], [104.5, 204.5, 404.5])
+    assert half_widths(ax.containers[0]) == pytest.approx([HALF_WIDTH] * 3)  # of 3 replications, not of 6 runs
+
+
+def test_a_replication_that_lacks_a_failed_run_is_left_out_of_the_average(runs):
+    failed = runs.copy()
+    failed.loc[(failed["fleet.size"] == 2) & (failed["battery.threshold"] == 5) & (failed["replication"] == 2), "T"] = (
+        np.nan
+    )
+    (((_, y)),) = lines(plot.by_factor(failed, "fleet.size", "T")).values()
+    assert y == [104.5, 204.0, 404.5]  # (202 + 205) / 2 and (203 + 206) / 2; 204 alone is not taken
+
+
+def test_times_are_shown_in_seconds_and_counts_as_they_are(runs, model):
+    ax = plot.by_factor(runs.assign(S=runs["T"]), "fleet.size", "T", model=model, seconds=True)
+    assert ax.get_ylabel() == "Task time T (s)"
+    assert next(iter(lines(ax).values()))[1] == pytest.approx([104.5 * 0.05, 204.5 * 0.05, 404.5 * 0.05])
+    counted = plot.by_factor(runs.assign(S=runs["T"]), "fleet.size", "S", model=model, seconds=True)
+    assert next(iter(lines(counted).values()))[1] == [104.5, 204.5, 404.5]
+    with pytest.raises(ReportError, match="expected a model"):
+        plot.by_factor(runs, "fleet.size", "T", seconds=True)
+
+
+def test_named_levels_are_bars_in_the_order_of_the_table(runs):
+    table = runs.assign(rule=["nearest" if size == 1 else "in-order" for size in runs["fleet.size"]])
+    ax = plot.by_factor(table, "rule", "T", group="battery.threshold")
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == ["nearest", "in-order"]
+    heights = [bar.get_height() for bar in ax.patches]
+    assert heights == [103, 303, 106, 306]
+
+
+def test_no_interval_where_replications_agree_or_there_is_one(runs):
+    once = runs[runs["replication"] == 0]
+    ax = plot.by_factor(once[once["battery.threshold"] == 2], "fleet.size", "T")
+    assert not ax.containers[0].has_yerr
+    same = runs.assign(T=7.0)
+    assert not plot.by_factor(same, "fleet.size", "T").containers[0].has_yerr
+
+
+def test_many_numbers_are_points_without_a_line():
+    table = pd.DataFrame({"x.y": np.arange(40.0), "replication": 0, "T": np.arange(40.0) ** 2})
+    assert plot.by_factor(table, "x.y", "T").containers[0].lines[0].get_linestyle() == "None"
+
+
+def test_the_papers_fig_6_is_a_special_case(model):
+    goods = {"1": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6], "2": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]}
+    made = [
+        (name, size, dw.simulate(model.replace({"fleet.size": size, "tasks.goods": list(group)})).T)
+        for name, group in goods.items()
+        for size in (1, 6)
+    ]
+    table = pd.DataFrame([{"fleet.size": n, "tasks.goods": g, "replication": 0, "T": t} for g, n, t in made])
+    ax = plot.by_factor(table, "fleet.size", "T", group="tasks.goods", model=model, seconds=True)
+    expected = {g: [t * 0.05 for name, _, t in made if name == g] for g in goods}
+    assert {name: pytest.approx(y) for name, (_, y) in lines(ax).items()} == expected
+
+
+def test_the_knee_of_a_throughput_curve_is_marked(model):
+    sizes = [1, 2, 3, 4, 5, 6, 7, 8]
+    rates = [100, 200, 300, 310, 315, 318, 320, 321]
+    table = pd.DataFrame({"fleet.size": sizes, "replication": 0, "throughput_per_hour": rates})
+    ax = plot.throughput(table, model=model)
+    marks = {line.get_label(): line for line in ax.lines if not line.get_label().startswith("_")}
+    assert marks["knee: 3"].get_xdata()[0] == 3
+    assert marks["95 % of the maximum: from 4"].get_ydata()[0] == pytest.approx(0.95 * 321)
+    assert ax.get_ylabel() == "Throughput (tasks per hour)"
+
+
+def test_a_forest_plot_shows_differences_and_which_are_told(model):
+    comparison = compare({"a": [1.0, 2.0, 3.0], "b": [11.0, 12.5, 13.1], "c": [1.5, 1.8, 3.3]}, "a")
+    ax = plot.differences(comparison, "T", model=model, names={"b": "two <b>"})
+    points = [container.lines[0] for container in ax.containers]
+    assert [line.get_xdata()[0] for line in points] == pytest.approx([10.2, 0.2])
+    assert [line.get_ydata()[0] for line in points] == [0, 1]
+    assert [row.differs for row in comparison.differences] == [True, False]
+    assert points[1].get_markerfacecolor() == "white" != points[0].get_markerfacecolor()
+    assert [tick.get_text() for tick in ax.get_yticklabels()] == ["two <b>", "c"]
+    assert ax.get_xlabel() == "Task time T, difference to a (step)"
+
+
+def test_a_surface_has_a_cell_for_each_pair(runs, model):
+    ax = plot.surface(runs, "fleet.size", "battery.threshold", "T", model=model)
+    (mesh,) = ax.collections
+    np.testing.assert_allclose(mesh.get_array().reshape(2, 3), [[103, 203, 403], [106, 206, 406]])
+    assert sorted(text.get_text() for text in ax.texts) == ["103", "106", "203", "206", "403", "406"]
+    assert ax.figure.axes[1].get_ylabel() == "Task time T (step)"
+
+
+def test_a_sampled_surface_keeps_its_points():
+    rng = np.random.default_rng(0)
+    table = pd.DataFrame({"a.x": rng.random(30), "b.y": rng.random(30), "replication": 0})
+    table["T"] = table["a.x"] + table["b.y"]
+    ax = plot.surface(table, "a.x", "b.y", "T")
+    offsets = next(c for c in ax.collections if len(c.get_offsets()) == 30).get_offsets()
+    np.testing.assert_allclose(sorted(offsets.tolist()), sorted(table[["a.x", "b.y"]].to_numpy().tolist()))
+
+
+def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
+    ax = plot.utilisation(run)
+    stacks = np.array([[bar.get_height() for bar in container] for container in ax.containers])
+    np.testing.assert_allclose(stacks.sum(axis=0), 1.0)
+    states = list(style.STATE_COLOURS)
+    np.testing.assert_allclose(stacks[states.index("loaded")], run.robots["loaded"] / run.T)
+    np.testing.assert_allclose(stacks[states.index("waiting")], run.robots["waiting"] / run.T)
+
+
+def test_utilisation_by_a_factor_shows_the_means(run):
+    rows = [{"fleet.size": size, "replication": r, **run.kpis} for size in (1, 2) for r in (0, 1)]
+    ax = plot.utilisation(pd.DataFrame(rows), "fleet.size")
+    assert ax.containers[0][1].get_height() == pytest.approx(run.kpis["share_loaded"])
+    with pytest.raises(ReportError, match="expected a factor"):
+        plot.utilisation(pd.DataFrame(rows))
+
+
+def test_a_gantt_row_adds_up_to_the_tallies(run):
+    ax = plot.gantt(run)
+    rows = [c for c in ax.collections if len(c.get_facecolor()) > 1]
+    loaded = mpl.colors.to_rgba(style.STATE_COLOURS["loaded"])
+    for number, row in enumerate(rows):
+        width = sum(
+            np.ptp(path.vertices[:, 0])
+            for path, colour in zip(row.get_paths(), row.get_facecolor(), strict=True)
+            if tuple(colour) == loaded
+        )
+        waited = run.waits[run.waits["robot"] == number]
+        assert width >= run.robots["loaded"][number] - 1e-9
+        assert width <= run.robots["loaded"][number] + (waited["end"] - waited["start"]).sum() + 1e-9
+    assert len(rows) == 6
+    assert ax.get_xlabel() == "Time (step)"
+
+
+def test_a_gantt_of_a_window_and_some_robots(run):
+    ax = plot.gantt(run, start=200, end=400, robots=[4, 1])
+    assert ax.get_xlim() == (200, 400)
+    assert [tick.get_text() for tick in ax.get_yticklabels()] == ["4", "1"]
+    with pytest.raises(ReportError, match="robots 0 to 5"):
+        plot.gantt(run, robots=[6])
+    with pytest.raises(ReportError, match="expected it to have a length"):
+        plot.gantt(run, start=400, end=400)
+
+
+def test_batteries_are_as_the_log_says_at_every_change(lifelong):
+    ax = plot.battery(lifelong)
+    log = lifelong.log[lifelong.log["kind"].isin(["loading", "loaded", "unloading", "charging", "parked"])]
+    for number in range(6):
+        line = next(line for line in ax.lines if line.get_label() == f"robot {number}")
+        mine = log[log["robot"] == number]
+        assert len(mine) > 20
+        np.testing.assert_allclose(np.interp(mine["time"], *line.get_data()), mine["value"], atol=1e-9)
+
+
+def test_congestion_colours_edges_and_nodes_by_the_tallies(lifelong):
+    ax = plot.congestion(lifelong)
+    edges = next(c for c in ax.collections if isinstance(c, mpl.collections.LineCollection))
+    np.testing.assert_allclose(edges.get_array(), lifelong.edges["blocked"])
+    nodes = ax.collections[-1]
+    np.testing.assert_allclose(nodes.get_array(), lifelong.nodes["blocked"])
+    assert (
+        edges.get_clim()
+        == nodes.get_clim()
+        == (0, max(lifelong.edges["blocked"].max(), lifelong.nodes["blocked"].max()))
+    )
+    episodes = plot.congestion(lifelong, by="waits").collections[-1]
+    np.testing.assert_allclose(episodes.get_array(), lifelong.nodes["waits"])
+
+
+def test_the_layout_shows_nodes_arrows_goods_and_bays(model):
+    ax = plot.layout(model)
+    assert [text.get_text() for text in ax.texts] == [*"ABCDEFGHIJKLNOPQR", "M"]
+    arrows = next(c for c in ax.collections if isinstance(c, mpl.quiver.Quiver))
+    a_to_b = next(i for i, (x, y) in enumerate(arrows.get_offsets()) if y == 25 and 25 < x < 175)
+    assert (arrows.U[a_to_b], arrows.V[a_to_b]) == (1, 0)
+    assert len(arrows.U) == 27
+    patches = [c for c in ax.collections if isinstance(c, mpl.collections.PatchCollection)]
+    assert [len(c.get_paths()) for c in patches] == [70, 10, 1, 1, 1, 1, 1, 1]  # goods, those fetched, six bays
+    low, high = ax.get_ylim()
+    assert low > high  # y grows downwards, as in the model file
+
+
+def test_the_warm_up_is_cut_where_mser_says(lifelong):
+    values = [100.0, 80, 60, 40, 20] * 4 + [10.0, 11, 9, 10, 10] * 20
+    ax = plot.warm_up(values, label="Cycle time (step)")
+    found = mser(values)
+    assert found.truncate == 20
+    cut = next(line for line in ax.lines if line.get_label().startswith("cut at 20"))
+    assert list(cut.get_xdata()) == [20, 20]
+    assert plot.warm_up(lifelong).get_ylabel() == "Cycle time (step)"
+
+
+def test_a_run_too_short_for_a_warm_up_says_so(run):
+    with pytest.raises(ReportError, match="10 tasks delivered, expected at least 30"):
+        plot.warm_up(run)
+
+
+@pytest.mark.parametrize("kind", ["light", "print"])
+def test_no_setting_leaks_and_no_global_figure_is_left(runs, kind):
+    from matplotlib import pyplot as plt
+
+    before = dict(mpl.rcParams)
+    ax = plot.by_factor(runs, "fleet.size", "T", style=kind, title="Fleet")
+    assert dict(mpl.rcParams) == before
+    assert plt.get_fignums() == []
+    assert ax.get_title(loc="left") == "Fleet"
+
+
+def test_figures_draw_on_axes_they_are_given(runs):
+    from matplotlib.figure import Figure
+
+    mine = Figure().add_subplot()
+    assert plot.by_factor(runs, "fleet.size", "T", ax=mine) is mine
+
+
+def test_dollar_signs_and_markup_in_names_stay_as_they_are(runs):
+    name = r"$\frac{1}$ <b> & مستودع"
+    table = runs.assign(rule=name)
+    ax = plot.by_factor(table, "rule", "T", title=name)
+    ax.figure.draw_without_rendering()
+    assert ax.get_xticklabels()[0].get_text().replace(r"\$", "$") == name
+
+
+def test_jupyter_shows_the_figure_with_words_for_those_who_cannot_see_it(runs):
+    picture, facts = plot.by_factor(runs, "fleet.size", "T")._repr_png_()
+    assert picture.startswith(b"\x89PNG")
+    assert facts["alt"] == "Task time T by fleet.size"
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda t: plot.by_factor(t, "fleet", "T"), "no column fleet; the table has fleet.size"),
+        (lambda t: plot.by_factor(t.assign(T=np.nan), "fleet.size", "T"), "no run has a value"),
+        (lambda t: plot.by_factor(t, "fleet.size", "T", style="dark"), "expected one of light, print"),
+        (lambda t: plot.surface(t, "fleet.size", "fleet.size", "T"), "expected two factors"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(runs, call, message):
+    with pytest.raises(ReportError, match=message):
+        call(runs)
+
+
+def test_models_without_batteries_have_no_battery_figure(model):
+    with pytest.raises(ReportError, match="have none"):
+        plot.battery(dw.simulate(model.replace({"battery": None})))

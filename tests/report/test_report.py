@@ -1,0 +1,286 @@
+"""The report: made of every study, needs nothing from outside, and its numbers are the table's."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import re
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+
+import nbformat
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from desim_warehouse.cli import desim
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report import browser, notebook, words
+from desim_warehouse.report.notebook import report
+from desim_warehouse.report.sentences import conclusions
+from desim_warehouse.report.source import read_study
+from desim_warehouse.study.statistics import estimate
+from desim_warehouse.study.study import Study
+
+ROOT = Path(__file__).parents[2]
+STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
+ADDRESSES = {"src", "href", "srcset", "data", "action", "poster", "background", "xlink:href"}
+
+
+class Page(HTMLParser):
+    """What a page asks a browser for, its tables, its text and its pictures."""
+
+    def __init__(self, source):
+        super().__init__()
+        self.tags, self.addresses, self.pictures, self.styles = [], [], [], []
+        self.tables, self.text, self.inside = {}, "", ""
+        self.row, self.cell, self.table = None, None, None
+        self.feed(source)
+
+    def handle_starttag(self, tag, attrs):
+        facts = dict(attrs)
+        self.tags.append(tag)
+        self.inside = tag if tag in ("style", "script") else self.inside
+        self.addresses += [value for name, value in attrs if name in ADDRESSES]
+        self.styles += [facts["style"]] if "style" in facts else []
+        if tag == "img":
+            self.pictures.append(facts)
+        if tag == "table":
+            self.table = self.tables.setdefault(facts.get("id", ""), [])
+        if tag == "tr":
+            self.row = []
+        if tag in ("td", "th"):
+            self.cell = ""
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self.row.append(self.cell)
+            self.cell = None
+        if tag == "tr":
+            self.table.append(self.row)
+        if tag == self.inside:
+            self.inside = ""
+
+    def handle_data(self, data):
+        if self.inside:
+            self.styles.append(data)
+        else:
+            self.text += data
+        if self.cell is not None:
+            self.cell += data
+
+
+def needs_nothing_from_outside(source):
+    page = Page(source)
+    assert not {"script", "link", "iframe", "object", "embed", "base"} & set(page.tags)
+    assert all(address.startswith(("data:", "#")) for address in page.addresses)
+    assert not any(re.search(r"url\(|@import|://", style) for style in page.styles)
+    assert "default-src 'none'" in source
+    return page
+
+
+@pytest.fixture(scope="module")
+def made(study_folder, tmp_path_factory):
+    """The report of the study: the page, and the executed notebook beside it."""
+    kept = tmp_path_factory.mktemp("kept") / "kept.ipynb"
+    path = report(study_folder, keep=kept)
+    assert path == study_folder / "report.html"
+    return path.read_text(encoding="utf-8"), nbformat.read(kept, as_version=4)
+
+
+@pytest.fixture(scope="module")
+def page(made):
+    return needs_nothing_from_outside(made[0])
+
+
+def test_the_results_are_those_of_the_table(page, study_folder):
+    table = pd.read_parquet(study_folder / "results.parquet")
+    head, *rows = page.tables["results"]
+    assert head[:3] == ["fleet.size", "tasks.goods", "runs"]
+    assert head[3:5] == ["Task time T (step)", "Collisions S"]
+    assert len(rows) == 6
+    for size, goods, count, time, collisions, *_ in rows:
+        runs = table[(table["fleet.size"] == int(size)) & (table["tasks.goods"] == goods)]
+        assert int(count) == len(runs) == 3
+        assert time == words.mean_text(estimate(runs["T"].tolist()))
+        assert collisions == words.mean_text(estimate(runs["S"].tolist()))
+
+
+def test_the_conclusions_on_the_page_are_the_statistics(page, study_folder):
+    lines = conclusions(read_study(study_folder))
+    assert len(lines) >= 2
+    for line in lines:
+        assert line in page.text
+    study = Study.open(study_folder)
+    told = [row for row in study.compare("T").differences if row.differs and row.estimate.mean < 0]
+    most = min(told, key=lambda row: row.estimate.mean).estimate
+    assert f"by {words.mean_text(dataclasses.replace(most, mean=-most.mean))} step" in "\n".join(lines)
+    assert f"in {len(told)} of 5 designs" in "\n".join(lines)
+
+
+def test_the_comparison_on_the_page_is_the_studys(page, study_folder):
+    found = Study.open(study_folder).compare("T").differences
+    _, *rows = page.tables["comparison-T"]
+    assert [row[1] for row in rows] == [words.mean_text(item.estimate) for item in found]
+    assert [row[3] for row in rows] == [{True: "yes", False: "no", None: "cannot be told"}[i.differs] for i in found]
+
+
+def test_hostile_names_are_shown_as_text(page):
+    name = "<script>alert(1)</script> & “quotes” مستودع $x$"
+    assert page.text.count(name) >= 1
+    assert any('<script>alert("1")</script>' in row for row in page.tables["results"])
+    assert any("$\\frac{مستودع}$ 'x' & <b>" in row for row in page.tables["results"])
+    assert "b" not in page.tags
+
+
+def test_every_figure_is_a_picture_with_words(page):
+    alts = [picture["alt"] for picture in page.pictures]
+    assert "Layout of MultiBots" in alts
+    assert "Task time T by fleet.size and tasks.goods" in alts
+    assert sum(alt.startswith("Differences in") for alt in alts) >= 2
+    assert any(alt.startswith("Time waited (step) on each edge") for alt in alts)
+    for picture in page.pictures:
+        data = base64.b64decode(picture["src"].removeprefix("data:image/png;base64,"))
+        assert data.startswith(b"\x89PNG")
+
+
+def test_versions_seed_and_digest_are_there(page, study_folder):
+    method = dict(page.tables["method"])
+    study = Study.open(study_folder)
+    assert method["Study seed"] == "5"
+    assert study.plan.base.digest() in method["Model"]
+    assert {"desim-warehouse", "python", "simpy"} <= method.keys()
+
+
+def test_code_is_hidden_unless_asked_for(made):
+    assert "parts.question(study)" not in made[0]
+    shown = Page(notebook.page_of(made[1], "x", code=True))
+    assert "parts.question(study)" in shown.text
+
+
+def test_the_executed_notebook_can_be_kept_and_has_its_parameters(made, study_folder):
+    tags = [cell.metadata.get("tags") for cell in made[1].cells[:2]]
+    assert tags == [["parameters"], ["injected-parameters"]]
+    assert made[1].cells[1].source == f"folder = {str(study_folder.resolve())!r}"
+
+
+def small(path):
+    """A study of a few runs: at most two levels of each factor, two replications, no long runs."""
+    plan = Study.read(path).plan
+    baseline = plan.baseline or {}
+    factors = []
+    for factor in plan.factors:
+        kept = [level for level in factor.levels if level.label == baseline.get(factor.key)]
+        kept += [level for level in factor.levels if level not in kept][: 2 - len(kept)]
+        factors.append(dataclasses.replace(factor, levels=tuple(kept)))
+    rule = dataclasses.replace(plan.rule, size=min(plan.rule.size, 4))
+    base = plan.base
+    if base.run.length is not None:
+        short = min(base.run.length, 3600 / base.units.seconds)
+        base = base.replace({"run.length": short, "run.warm_up": min(base.run.warm_up, short / 4)})
+    return Study.of(dataclasses.replace(plan, base=base, factors=tuple(factors), rule=rule, replications=2))
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=[path.stem for path in STUDIES])
+def test_every_study_has_a_report(path, tmp_path):
+    study = small(path).run(out=tmp_path)
+    page = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8"))
+    assert len(page.tables["results"]) == 1 + len({str(point) for point in study.points})
+    assert len(page.pictures) >= 3
+
+
+def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
+    folder = lifelong.save(tmp_path / "run")
+    out = tmp_path / "pages" / "run.html"
+    done = CliRunner().invoke(desim, ["report", str(folder), "-o", str(out)], catch_exceptions=False)
+    assert done.output.strip() == str(out)
+    page = needs_nothing_from_outside(out.read_text(encoding="utf-8"))
+    shown = {row[0]: row[2] for row in page.tables["indicators"][1:]}
+    assert shown == {key: words.number(float(value)) for key, value in lifelong.kpis.items()}
+    worst = lifelong.nodes["blocked"].max()
+    assert words.number(worst) in {row[1] for row in page.tables["places"]}
+    assert [picture["alt"].split()[0] for picture in page.pictures] == [
+        "Layout", "Share", "States", "Energy", "Time", "Warm-up",
+    ]  # fmt: skip
+
+
+def test_failed_runs_are_listed(study_folder, tmp_path):
+    for file in ("study.json", "results.parquet"):
+        (tmp_path / file).write_bytes((study_folder / file).read_bytes())
+    table = pd.read_parquet(tmp_path / "results.parquet")
+    table.loc[0, "error"] = "ran <flat>"
+    table.loc[0, ["T", "S", "throughput_per_hour", "waiting"]] = float("nan")
+    table.to_parquet(tmp_path / "results.parquet")
+    from desim_warehouse.report import study_parts
+
+    shown = Page(study_parts.method(read_study(tmp_path)).source)
+    assert "1 run failed and is left out everywhere above" in shown.text
+    assert shown.tables["failures"][1][-1] == "ran <flat>"
+
+
+@pytest.mark.parametrize("kind", ["study", "run"])
+def test_templates_are_plain_notebooks_without_outputs(kind):
+    made = nbformat.read(notebook.template(kind), as_version=4)
+    nbformat.validate(made)
+    code = [cell for cell in made.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code)
+    assert code[0].metadata["tags"] == ["parameters"]
+    assert 'folder = "."' in code[0].source
+
+
+def test_the_wheel_has_the_templates(tmp_path):
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+    )
+    (wheel,) = tmp_path.glob("*.whl")
+    inside = set(zipfile.ZipFile(wheel).namelist())
+    assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run")} <= inside
+    assert {f"desim_warehouse/report/templates/desim/{name}" for name in ("conf.json", "index.html.j2")} <= inside
+
+
+def test_a_missing_extra_is_named(study_folder, monkeypatch):
+    monkeypatch.setattr(notebook, "find_spec", lambda name: None if name == "nbclient" else object())
+    with pytest.raises(ReportError, match=r"nbclient; install them with pip install 'desim-warehouse\[report\]'"):
+        report(study_folder)
+
+
+def test_folders_without_anything_to_report_are_refused(tmp_path):
+    with pytest.raises(ReportError, match="neither a study nor a run"):
+        report(tmp_path)
+    (tmp_path / "study.json").write_text("{")
+    with pytest.raises(ReportError, match="cannot be read"):
+        read_study(tmp_path)
+
+
+def test_a_cell_that_fails_stops_the_report_with_its_message(study_folder, tmp_path):
+    (tmp_path / "study.json").write_bytes((study_folder / "study.json").read_bytes())
+    with pytest.raises(ReportError, match=r"the report stopped: ReportError: .*results\.parquet"):
+        report(tmp_path)
+
+
+def test_pdf_without_a_browser_says_what_to_do(monkeypatch, tmp_path):
+    monkeypatch.setattr(browser.shutil, "which", lambda name: None)
+    with pytest.raises(ReportError, match="PDF needs Chromium or Chrome, and none is installed"):
+        browser.print_pdf("<p>x</p>", tmp_path / "x.pdf")
+
+
+def test_a_browser_that_prints_nothing_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(browser, "find_browser", lambda: "/bin/false")
+    with pytest.raises(ReportError, match="no PDF came out"):
+        browser.print_pdf("<p>x</p>", tmp_path / "x.pdf")
+
+
+def test_pdf_comes_from_an_installed_browser(tmp_path):
+    try:
+        browser.find_browser()
+    except ReportError as error:
+        pytest.skip(str(error))
+    path = tmp_path / "pages" / "x.pdf"
+    browser.print_pdf("<!DOCTYPE html><title>x</title><p>Fleet</p>", path)
+    assert path.read_bytes().startswith(b"%PDF-")

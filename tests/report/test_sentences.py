@@ -1,0 +1,120 @@
+"""Conclusions: said where the statistics say it, silent where they do not, with the table's numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from desim_warehouse.report import words
+from desim_warehouse.report.sentences import conclusions
+from desim_warehouse.report.source import StudyFacts
+from desim_warehouse.study.statistics import paired
+
+
+def facts(model, table, baseline=(1,), **changes):
+    designs = tuple((int(size),) for size in sorted(table["fleet.size"].unique()))
+    indicators = tuple(name for name in table if name not in ("fleet.size", "replication"))
+    study = StudyFacts(
+        name="s",
+        description="",
+        base=model,
+        factors=("fleet.size",),
+        designs=designs,
+        models={},
+        baseline=baseline,
+        indicators=indicators,
+        table=table.assign(error=None),
+        confidence=0.95,
+        seed=0,
+        rule="grid",
+        replications="5",
+        deterministic=False,
+        versions={},
+        folder=".",
+    )
+    return dataclasses.replace(study, **changes)
+
+
+def runs(**columns):
+    """A row per run: `columns` hold a list of values by replication for each fleet size."""
+    rows = [
+        {"fleet.size": size, "replication": r} | {name: by_size[size][r] for name, by_size in columns.items()}
+        for size in next(iter(columns.values()))
+        for r in range(len(next(iter(columns.values()))[size]))
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_a_clear_fall_is_said_with_its_interval(model):
+    base, less = [100.0, 104, 98, 101, 97], [50.0, 55, 47, 52, 46]
+    (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
+    difference = paired(less, base)
+    assert line == (
+        "Task time T is lower with fleet.size = 2 than with fleet.size = 1, "
+        f"by {abs(difference.mean):.1f} ± {difference.half_width:.1f} step (−50 %)."
+    )
+
+
+def test_noise_is_met_with_silence(model):
+    rng = np.random.default_rng(3)
+    noise = {size: rng.normal(100, 5, 6).tolist() for size in (1, 2, 3)}
+    assert conclusions(facts(model, runs(T=noise))) == []
+
+
+def test_one_replication_of_a_random_model_says_nothing(model):
+    assert conclusions(facts(model, runs(T={1: [100.0], 2: [50.0]}))) == []
+
+
+def test_a_deterministic_difference_is_exact(model):
+    study = facts(model, runs(T={1: [100.0], 2: [50.0]}), deterministic=True)
+    assert conclusions(study) == [
+        "Task time T is lower with fleet.size = 2 than with fleet.size = 1, by 50 step, exactly (−50 %)."
+    ]
+
+
+def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_counted(model):
+    table = runs(S={1: [0, 0, 1, 0], 2: [0, 1, 0, 1], 3: [20, 21, 22, 20], 4: [40, 42, 41, 43]})
+    (line,) = conclusions(facts(model, table))
+    assert line.startswith(
+        "Collisions S is higher than with fleet.size = 1 in 2 of 3 designs, most with fleet.size = 4: by 41.2"
+    )
+
+
+def test_an_indicator_that_never_changes_is_not_mentioned(model):
+    assert conclusions(facts(model, runs(T={1: [5.0, 5.0], 2: [5.0, 5.0]}))) == []
+
+
+def test_failed_runs_are_left_out_pair_by_pair(model):
+    base, less = [100.0, 104, 98, 101, np.nan], [50.0, np.nan, 47, 52, 46]
+    (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
+    difference = paired([50, 47, 52], [100, 98, 101])
+    assert f"by {abs(difference.mean):.1f} ± {words.number(difference.half_width, 1)}" in line
+
+
+def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
+    rates = {1: 100, 2: 200, 3: 300, 4: 310, 5: 315, 6: 318}
+    rising = {size: [rate + noise for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
+    lines = conclusions(facts(model, runs(throughput_per_hour=rising)))
+    assert lines[-1].startswith("Throughput has its knee at fleet.size = 3, with 300.2 tasks per hour")
+    wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}
+    opposed = {size: values if size > 1 else values[::-1] for size, values in wild.items()}
+    assert conclusions(facts(model, runs(throughput_per_hour=opposed))) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (1234567.0, "1,234,567"),
+        (3.5, "3.5"),
+        (0.0512345, "0.05123"),
+        (-12.0, "−12"),
+        (1167.5394, "1,168"),
+        (0.0, "0"),
+        (float("nan"), "–"),
+    ],
+)
+def test_numbers_as_people_read_them(value, shown):
+    assert words.number(value) == shown
