@@ -96,6 +96,7 @@ function hook(app) {
     },
     drawn: () => Array.from(tracks.x, (x, i) => [x * view.scale + view.x, tracks.y[i] * view.scale + view.y]),
     scale: () => view.scale,
+    screen: (x, y) => [x * view.scale + view.x, y * view.scale + view.y],
     waiting: () => Array.from(scene.wait.keys()).filter((robot) => story.waiting(robot, player.time) >= 0),
     states: () => Array.from(scene.mood, (state) => header.states[state]),
     chosen: () => scene.chosen,

@@ -1,0 +1,81 @@
+"""Replay pages open in a browser, and what they can be asked."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import desim_warehouse as dw
+
+READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done(String(error.stack)))"
+
+
+class Page:
+    """A replay page that has loaded."""
+
+    def __init__(self, browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
+        self.browser = browser
+        self.run = run
+        browser.get_log("browser")
+        browser.get_log("performance")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        path = folder / "replay.html"
+        run.replay(path, **options)
+        browser.get(path.as_uri())
+        self.loaded = browser.execute_async_script(READY)
+        assert isinstance(self.loaded, int | float), self.loaded
+
+    def ask(self, expression: str, *values: Any) -> Any:
+        """The value of an expression of the page's hook, `desimReplay`."""
+        return self.browser.execute_script(f"const page = window.desimReplay; return {expression}", *values)
+
+    def seek(self, time: float) -> None:
+        self.ask("page.seek(arguments[0])", time)
+
+    def press(self, *keys: str) -> None:
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def click(self, name: str) -> None:
+        self.browser.find_element("id", name).click()
+
+    def text(self, name: str) -> str:
+        return str(self.browser.find_element("id", name).text)
+
+    def attribute(self, name: str, attribute: str) -> Any:
+        return self.browser.find_element("id", name).get_attribute(attribute)
+
+    def indicator(self, key: str) -> str:
+        return str(self.browser.find_element("css selector", f"[data-key={key}]").text)
+
+    def pause(self, seconds: float) -> None:
+        script = "const done = arguments[1]; setTimeout(done, arguments[0] * 1000)"
+        self.browser.execute_async_script(script, seconds)
+
+    def frame(self) -> None:
+        """Wait until what was asked for has been drawn."""
+        script = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))"
+        self.browser.execute_async_script(script)
+
+    def complaints(self) -> list[str]:
+        return [entry["message"] for entry in self.browser.get_log("browser")]
+
+    def requests(self) -> list[str]:
+        """The addresses asked for, but for the page itself and data in it."""
+        events = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
+        asked = [item["params"]["request"]["url"] for item in events if item["method"] == "Network.requestWillBeSent"]
+        return [url for url in asked if not url.startswith(("file:", "data:", "about:"))]
+
+    def pixel(self, x: float, y: float) -> list[int]:
+        """Red, green and blue of the floor at a point (CSS pixels)."""
+        script = (
+            "const floor = document.getElementById('floor'), ratio = floor.width / floor.clientWidth;"
+            "const at = [arguments[0], arguments[1]].map((v) => Math.round(v * ratio));"
+            "return Array.from(floor.getContext('2d').getImageData(...at, 1, 1).data.slice(0, 3))"
+        )
+        return list(self.browser.execute_script(script, x, y))
