@@ -154,9 +154,14 @@ def is_deterministic(model: Model) -> bool:
     )
 
 
+def own_policies(model: Model) -> list[str]:
+    """The policies of a model that are the user's own, whose code we know nothing of."""
+    return sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
+
+
 def content_key(model: Model) -> str:
     """What a run depends on beside its seed and our version: the model and the user's own policies' code."""
-    own = sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
+    own = own_policies(model)
     if not own:
         return model.digest()
     parts = [model.digest(), *(_source_digest(name) for name in own)]

@@ -16,6 +16,7 @@ from desim_warehouse.model.problems import Problem, got, report
 from desim_warehouse.model.reading import read_document
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
+from desim_warehouse.study.indicators import INDICATORS
 from desim_warehouse.study.plan import Plan, Until, check_baseline, models
 
 if TYPE_CHECKING:
@@ -88,6 +89,8 @@ class _Reader:
         self.data: dict[str, Any] = document.data
         self.places = document.places
         self.problems = document.problems
+        if not self.places.values:
+            self.places.number(self.data)  # given from Python: no lines, but an order
 
     def plan(self, base: Callable[[Mapping[str, Any]], Model | None], name: str) -> Plan:
         """The plan, or every problem.
@@ -108,7 +111,7 @@ class _Reader:
             "rule": self.rule(),
             "replications": self.replications(),
             "seed": self.number("seed", 0, whole=True, least=0),
-            "indicators": tuple(self.names("indicators")),
+            "indicators": tuple(self.indicators()),
             "baseline": {key: label(value) for key, value in self.section("baseline").items()} or None,
             "confidence": self.number("confidence", 0.95, above=0, below=1),
             "timeout": self.number("timeout", None, above=0),
@@ -131,20 +134,18 @@ class _Reader:
         if wrong:
             self.problems.append(Problem(("baseline",), wrong))
         try:
-            models(plan, plan.points(), self.places if self.places.values else None)
+            models(plan, plan.points(), self.places)
         except ModelError as error:
             raise ModelError([*self.lines(), *error.problems]) from None
 
     def lines(self) -> list[str]:
-        if not self.places.values:
-            self.places.number(self.data)
         return report(self.problems, self.places)
 
     def in_set(self, text: str) -> str:
         """A problem of the model, said where `set` makes it if it does."""
         for key in sorted(self.section("set"), key=len, reverse=True):
             begin = f"set {key}: "
-            if text.startswith(begin) and self.places.values:
+            if text.startswith(begin):
                 return f"{self.places.line(('set', key))[1]}: {text.removeprefix(begin)}"
         return text
 
@@ -187,14 +188,23 @@ class _Reader:
             return default
         return float(value) if not whole else int(value)
 
-    def names(self, key: str) -> Sequence[str]:
-        value = self.data.get(key)
+    def indicators(self) -> Sequence[str]:
+        value = self.data.get("indicators")
         if value is None:
             return []
-        if not isinstance(value, list) or not value or not all(isinstance(item, str) for item in value):
-            self.wrong((key,), "not a list of names", value)
+        if not isinstance(value, list) or not value:
+            self.wrong(("indicators",), "not a list of names", value)
             return []
-        return list(dict.fromkeys(value))
+        return [name for rank, name in enumerate(value) if self.indicator(("indicators", rank), name)]
+
+    def indicator(self, keys: Keys, name: Any) -> bool:
+        """See that there is such an indicator."""
+        if name in INDICATORS:
+            return True
+        near = outline.nearest(str(name), INDICATORS)
+        hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
+        self.problems.append(Problem(keys, f"unknown indicator, {hint}"))
+        return False
 
     def factors(self) -> Iterable[Factor]:
         for key, spec in self.section("factors").items():
@@ -246,6 +256,8 @@ class _Reader:
             minimum=self.part(value, "minimum", "a whole number of at least 2", _at_least_two, 10),
             cap=self.part(value, "cap", "a whole number of at least 2", _at_least_two, 200),
         )
+        if made.indicator is not None:
+            self.indicator(("replications", "indicator"), made.indicator)
         if before == len(self.problems) and made.minimum > made.cap:
             self.wrong(("replications", "cap"), "below the minimum", made.cap, f"at least {made.minimum}")
         return made if before == len(self.problems) else 1

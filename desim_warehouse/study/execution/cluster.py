@@ -130,8 +130,8 @@ class Cluster:
         if future.status == "finished":
             batches.finish(positions, future.result())
             return
-        if future.status == "error" and not type(future.exception()).__name__ == "KilledWorker":
-            error = future.exception()
+        error = future.exception() if future.status == "error" else None
+        if error is not None and type(error).__name__ != "KilledWorker":
             if isinstance(error, StudyError):
                 raise error
             raise StudyError(

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.work import TIME_OUT, Bench, Outcome, Wanted
+from desim_warehouse.study.plan import own_policies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -209,18 +210,25 @@ class Processes:
         worker.start()
 
     def help(self, bench: Bench, positions: list[int], batches: Batches) -> None:
-        """Do some runs here, if they are short; else get a further worker in place of this process."""
+        """Do some runs here, if they are short and of our code, which does not end the process."""
         limit = _STUCK if self.timeout is None else min(_STUCK, self.timeout)
         for rank, position in enumerate(positions):
+            if own_policies(bench.model(batches.wanted[position])):
+                self.stop_helping(batches, positions[rank:])
+                return
             outcome = bench.run(batches.wanted[position], limit)
             stuck = outcome.error is not None and outcome.error.startswith(TIME_OUT)
             if not stuck:
                 batches.finish([position], [outcome])
             if stuck or outcome.run_time > _SHORT:
-                batches.put_back(positions[rank + (not stuck) :])
-                self.bench = None
-                self.workers.append(Worker(self.base, self.timeout))
+                self.stop_helping(batches, positions[rank + (not stuck) :])
                 return
+
+    def stop_helping(self, batches: Batches, positions: Sequence[int]) -> None:
+        """Leave these runs, and all that follow, to the workers; there is one more of them now."""
+        batches.put_back(positions)
+        self.bench = None
+        self.workers.append(Worker(self.base, self.timeout))
 
 
 @contextmanager

@@ -1,0 +1,59 @@
+"""A small study model, and policies that misbehave, for the tests of studies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+MULTIBOTS = ROOT / "models" / "multibots.yaml"
+
+BAD_POLICIES = '''
+import os, signal, time
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Home:
+    """Parks at home, after doing what it is named for."""
+
+    what: str = "nothing"
+    mark: str = ""
+
+    def choose(self, robot, bays, travel):
+        if self.what == "raise":
+            raise ValueError("no bay for me")
+        if self.what == "loop":
+            while True:
+                pass
+        if self.what == "block":
+            time.sleep(1000)
+        if self.what == "slow":
+            time.sleep(0.01)
+        if self.what == "die":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.what == "die once" and not os.path.exists(self.mark):
+            open(self.mark, "w").close()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return next(bay.node for bay in bays if bay.node == robot.home)
+'''
+
+
+@pytest.fixture
+def policies(tmp_path: Path) -> str:
+    """A file of the user's own policies; `f"{policies}:Home"` is a parking policy."""
+    path = tmp_path / "mine.py"
+    path.write_text(BAD_POLICIES)
+    return str(path)
+
+
+@pytest.fixture
+def parking(policies: str):
+    """A parking policy that does what it is told: parking("raise")."""
+
+    def make(what: str, **more: Any) -> dict[str, Any]:
+        return {"name": f"{policies}:Home", "what": what, **more}
+
+    return make

@@ -1,0 +1,100 @@
+"""Factors and the designs made of them."""
+
+import pytest
+
+from desim_warehouse.study.design import Rule, points
+from desim_warehouse.study.factors import read_factor
+from desim_warehouse.study.plan import run_seed
+
+
+def factor(key, spec):
+    problems = []
+    made = read_factor(key, spec, problems)
+    assert not problems
+    return made
+
+
+def labels(key, spec):
+    return [level.label for level in factor(key, spec).levels]
+
+
+@pytest.mark.parametrize(
+    ("spec", "expected"),
+    [
+        ([2, 3.5, 5], [2, 3.5, 5]),
+        ("1..6", [1, 2, 3, 4, 5, 6]),
+        ("1..12..4", [1, 5, 9]),
+        ("0.1..0.5..0.1", [0.1, 0.2, 0.3, 0.4, 0.5]),
+        (["1..3", 6], [1, 2, 3, 6]),
+        ({"range": [1, 3]}, [1, 2, 3]),
+        ({"range": [0.5, 2, 0.5]}, [0.5, 1.0, 1.5, 2.0]),
+        ({"linspace": [5, 20, 4]}, [5, 10, 15, 20]),
+        ({"linspace": [0, 1, 5]}, [0, 0.25, 0.5, 0.75, 1]),
+        (7, [7]),
+    ],
+)
+def test_values_can_be_given_in_many_forms(spec, expected):
+    assert labels("battery.capacity", spec) == expected
+
+
+def test_whole_numbers_stay_whole():
+    assert [type(label) for label in labels("fleet.size", {"linspace": [1, 5, 3]})] == [int, int, int]
+
+
+def test_policies_are_called_by_name_and_parameters():
+    spec = ["threshold", {"name": "opportunity", "minimum": 0.3}]
+    assert labels("policies.charging", spec) == ["threshold", "opportunity(minimum=0.3)"]
+
+
+def test_lists_are_shown_as_text_and_names_as_they_are():
+    assert labels("tasks.goods", [[11, 8]]) == ["[11, 8]"]
+    assert labels("tasks.goods", {"named": {"few": [11, 8]}}) == ["few"]
+
+
+def test_in_a_grid_the_last_factor_changes_fastest():
+    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], Rule())
+    assert [tuple(point.labels.values()) for point in made] == [(1, 2), (1, 3), (2, 2), (2, 3)]
+
+
+def test_paired_lists_go_together():
+    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], Rule("paired"))
+    assert [point.overrides for point in made] == [
+        {"fleet.size": 1, "battery.threshold": 2},
+        {"fleet.size": 2, "battery.threshold": 3},
+    ]
+
+
+def test_cases_change_several_keys_under_a_name_of_their_own():
+    cases = {"small": {"fleet.size": 2, "battery.capacity": 8}, "as it is": {}}
+    made = points([factor("plan", {"cases": cases})], Rule())
+    assert made[0].labels == {"plan": "small"}
+    assert made[0].overrides == {"fleet.size": 2, "battery.capacity": 8}
+    assert made[1].overrides == {}
+
+
+@pytest.mark.parametrize("rule", [Rule("latin-hypercube", 20), Rule("sobol", 32), Rule("saltelli", 8)])
+def test_sampled_designs_stay_in_range_and_follow_the_seed(rule):
+    factors = [
+        factor("battery.capacity", {"between": [5.0, 20.0]}),
+        factor("fleet.size", {"between": [1, 6]}),
+        factor("traffic.collision_angle", [30, 45, 60]),
+    ]
+    made = points(factors, rule, seed=3)
+    assert len(made) == (rule.size * 5 if rule.name == "saltelli" else rule.size)
+    assert all(5 <= point.labels["battery.capacity"] <= 20 for point in made)
+    assert {point.labels["fleet.size"] for point in made} == {1, 2, 3, 4, 5, 6}
+    assert {point.labels["traffic.collision_angle"] for point in made} == {30, 45, 60}
+    assert points(factors, rule, seed=3) == made
+    assert points(factors, rule, seed=4) != made
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice():
+    made = points([factor("battery.capacity", {"between": [0.0, 10.0]})], Rule("latin-hypercube", 10))
+    assert sorted(int(point.labels["battery.capacity"]) for point in made) == list(range(10))
+
+
+def test_run_seeds_differ_between_replications_and_studies_and_are_exact_floats():
+    seeds = [run_seed(study, replication) for study in range(30) for replication in range(100)]
+    assert len(set(seeds)) == len(seeds)
+    assert all(int(float(seed)) == seed for seed in seeds)
+    assert run_seed(0, 0) == 276170154685457  # golden: another value makes all stored runs useless

@@ -1,0 +1,154 @@
+"""Study files: every problem at once, each with its place."""
+
+from textwrap import dedent
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study.reading import read_study
+
+from .conftest import MULTIBOTS, ROOT
+
+
+def problems(tmp_path, text):
+    path = tmp_path / "study.yaml"
+    path.write_text(dedent(text).replace("MODEL", str(MULTIBOTS)))
+    with pytest.raises(dw.ModelError) as caught:
+        read_study(path)
+    return [line.replace(f"{tmp_path}/", "") for line in caught.value.problems]
+
+
+BAD = {
+    "unknown key": ("model: MODEL\nfactor: {fleet.size: 1..3}\n", "2:1: factor: unknown key, did you mean 'factors'?"),
+    "no model": ("name: x\n", "1:1: model: missing, expected a model file, relative to the study file, or a whole model"),
+    "no such key of a model": (
+        "model: MODEL\nfactors:\n  fleet.sise: [1, 2]\n",
+        "3:3: factors.fleet.sise: no key of a model, did you mean 'fleet.size'?",
+    ),
+    "word for a list": (
+        "model: MODEL\nfactors:\n  policies.charging: threshold\n",
+        "3:22: factors.policies.charging: not understood (got 'threshold'), expected a list of values",
+    ),
+    "unknown form": (
+        "model: MODEL\nfactors:\n  fleet.size: {rang: [1, 3]}\n",
+        "3:16: factors.fleet.size.rang: unknown key, did you mean 'range'?",
+    ),
+    "backward range": (
+        "model: MODEL\nfactors:\n  fleet.size: 6..1\n",
+        "3:15: factors.fleet.size: an empty or endless range (got '6..1')",
+    ),
+    "empty list": ("model: MODEL\nfactors:\n  fleet.size: []\n", "3:15: factors.fleet.size: no values (got [])"),
+    "a value twice": (
+        "model: MODEL\nfactors:\n  fleet.size: [1, 2, 1]\n",
+        "3:22: factors.fleet.size.2: given twice (got 1), expected once",
+    ),
+    "value out of range": (
+        "model: MODEL\nfactors:\n  fleet.size: [1, 0]\n",
+        "3:19: factors.fleet.size.1: too small (got 0), expected a whole number of at least 1",
+    ),
+    "no such policy": (
+        "model: MODEL\nfactors:\n  policies.charging:\n    - threshold\n    - treshold\n",
+        "5:7: factors.policies.charging.1: ",
+    ),
+    "value in set": ("model: MODEL\nset: {fleet.size: 0}\n", "2:19: set.fleet.size: too small (got 0)"),
+    "draws in a grid": (
+        "model: MODEL\nfactors:\n  fleet.size: {between: [1, 6]}\n",
+        "3:25: factors.fleet.size.between: a range to draw from needs a sampled design",
+    ),
+    "unequal pairs": (
+        "model: MODEL\ndesign: paired\nfactors:\n  fleet.size: [1, 2]\n  battery.threshold: [2]\n",
+        "2:9: design: lists of different lengths (fleet.size: 2, battery.threshold: 1)",
+    ),
+    "design": (
+        "model: MODEL\ndesign: gird\n",
+        "2:9: design: not understood (got 'gird'), expected grid, paired,",
+    ),
+    "sobol of 50": (
+        "model: MODEL\ndesign: {sobol: 50}\nfactors: {fleet.size: [1, 2]}\n",
+        "2:17: design.sobol: not a power of 2 (got 50)",
+    ),
+    "no replications": ("model: MODEL\nreplications: 0\n", "2:15: replications: not understood (got 0)"),
+    "half of a rule": (
+        "model: MODEL\nreplications: {indicator: T}\n",
+        "2:1: replications.half_width: missing, expected a share of the mean",
+    ),
+    "word in a rule": (
+        "model: MODEL\nreplications: {indicator: T, half_width: 5, cpa: 3}\n",
+        "2:42: replications.half_width: not understood (got 5), expected a share of the mean, such as 2 % or 0.02",
+    ),
+    "unknown indicator": (
+        "model: MODEL\nindicators: [T, throughput]\n",
+        "2:17: indicators.1: unknown indicator, did you mean 'throughput_per_hour'?",
+    ),
+    "baseline of no factor": (
+        "model: MODEL\nfactors: {fleet.size: [1, 2]}\nbaseline: {fleet.sise: 1}\n",
+        "3:11: baseline: 'fleet.sise' is no factor",
+    ),
+    "baseline of no design": (
+        "model: MODEL\nfactors: {fleet.size: [1, 2]}\nbaseline: {fleet.size: 3}\n",
+        "3:11: baseline: no design with fleet.size=3",
+    ),
+    "seed": ("model: MODEL\nseed: -1\n", "2:7: seed: not understood (got -1), expected a whole number of at least 0"),
+    "confidence": ("model: MODEL\nconfidence: 95\n", "2:13: confidence: not understood (got 95)"),
+    "timeout": ("model: MODEL\ntimeout: 0\n", "2:10: timeout: not understood (got 0)"),
+    "name of a column": (
+        "model: MODEL\nfactors:\n  seed: {cases: {a: {}}}\n",
+        "3:3: factors.seed: a name that tables use, expected another",
+    ),
+    "key of a case": (
+        "model: MODEL\nfactors:\n  demand:\n    cases:\n      more: {tasks.good: [1]}\n",
+        "5:14: factors.demand.cases.more.tasks.good: no key of a model, did you mean 'tasks.goods'?",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_mistake_is_told_at_its_place(tmp_path, case):
+    text, expected = BAD[case]
+    found = problems(tmp_path, text)
+    assert any(line.startswith(f"study.yaml:{expected}") for line in found), found
+
+
+def test_all_problems_are_told_at_once(tmp_path):
+    found = problems(tmp_path, "model: MODEL\nseed: x\nfactors:\n  fleet.size: 3..1\nset: {fleet.sise: 1}\n")
+    assert len(found) == 3
+
+
+def test_a_combination_that_is_no_model_is_told_as_a_design(tmp_path):
+    found = problems(
+        tmp_path,
+        """\
+        model: MODEL
+        factors:
+          fleet.size: [1, 3]
+          tasks.unload_at:
+            named: {one: [M], two: [M, N]}
+        """,
+    )
+    assert len(found) == 2  # both fleets have a number of robots other than two
+    assert all("unload_at" in line and line.startswith("study.yaml:5:") for line in found)
+
+
+def test_a_missing_model_file_is_told_with_its_path(tmp_path):
+    assert "no such file, expected a model file" in problems(tmp_path, "model: nowhere.yaml\n")[0]
+
+
+def test_a_missing_study_file_is_told_with_the_nearest():
+    with pytest.raises(dw.ModelError, match=r"no such file, expected a study file; did you mean '.*paper.yaml'"):
+        read_study(ROOT / "studies" / "papr.yaml")
+
+
+@pytest.mark.parametrize("name", ["paper", "fleet_size", "charging", "demand", "congestion"])
+def test_the_studies_that_come_with_us_can_be_read(name):
+    plan = read_study(ROOT / "studies" / f"{name}.yaml")
+    assert len(plan.points()) >= 6
+    assert plan.base.log == "tasks"
+
+
+def test_studies_log_what_they_are_told_to():
+    assert dw.Study(MULTIBOTS, changes={"log": "all"}).plan.base.log == "all"
+
+
+def test_problems_of_arguments_are_told_by_key():
+    with pytest.raises(dw.ModelError, match="study: factors.fleet.size.1: too small"):
+        dw.Study(MULTIBOTS, {"fleet.size": [1, 0]})
