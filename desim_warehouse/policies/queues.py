@@ -46,6 +46,8 @@ class _Queues:
         busy.sort(key=lambda robot: (robot.free_in, robot.number))
         tasks = list(situation.tasks)
         for begin in range(0, len(free), self.robots):
+            if not tasks:
+                return
             group = free[begin : begin + self.robots]
             taken = set()
             for robot, queue in self._planned(situation, group, busy, tasks[: self.candidates]):

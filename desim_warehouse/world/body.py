@@ -20,6 +20,7 @@ class Body:
     intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
     last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
     at `since` and is there at `until`.
+    `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
     """
 
@@ -46,6 +47,7 @@ class Body:
         "speed",
         "target",
         "task",
+        "train_pace",
         "until",
         "waited",
         "waiting_behind",
@@ -66,7 +68,7 @@ class Body:
         self.claim: Claim | None = None
         self.waiting_behind: Event | None = None
         self.waiting_since = 0.0
-        self.recall_at = math.inf
+        self.recall_at = self.train_pace = math.inf
         self.mark = 0
         self.detours = 0
         self.task = -1

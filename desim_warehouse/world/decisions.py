@@ -122,14 +122,19 @@ class Decisions:
         `away`: for a robot that makes room at a charger, a place without one.
         """
         parking, view = self.world.parking, robot.view()
+        ways = self.world.travel.ways
         bays = [bay for bay in parking.bays.values() if parking.may_take(robot, bay)]
         if away:
             bays = [bay for bay in bays if bay.chargers is None]
         elif self.world.model.battery is not None:
             levels = self.levels(view)
             chargers = [bay for bay in bays if bay.chargers is not None]
-            if chargers and (robot.short or view.energy <= levels.good + EPS * view.capacity):
-                return self._charger(view, levels.charger, chargers)
+            energy = self.world.shown.energy
+            if robot.short or view.energy <= energy.retreats_at(view, levels) + EPS * view.capacity:
+                if chargers:
+                    return self._charger(view, levels.charger, chargers)
+                if energy.chargers:  # all taken: wait where they are near
+                    return min(bays, key=lambda bay: ways.time(view.node, bay.node) + energy.out_of(bay.node, view))
         views = [_shown(bay) for bay in bays]
         policy = self.parking
         node = asked("parking", policy, self.world.env.now, lambda: policy.choose(view, views, self.world.travel))

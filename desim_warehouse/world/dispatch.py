@@ -167,7 +167,7 @@ class Dispatcher:
         """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
         for number in sorted(self.free):
             robot, event = self.free[number]
-            if robot.plugged or robot.battery.is_full(self.env.now) or not self.short(robot):
+            if robot.plugged or robot.short or robot.battery.is_full(self.env.now) or not self.short(robot):
                 continue
             if not robot.at_charger and not self.world.parking.charger_for(robot):
                 continue
@@ -234,6 +234,7 @@ class Dispatcher:
         if station is not None:
             station.taken += 1
         robot.job = task
+        robot.short = False
         robot.task = task.number
         self.world.record("assigned", robot)
         event.succeed()

@@ -22,6 +22,7 @@ class Energy:
     def __init__(self, world: World) -> None:
         self.world = world
         self.chargers = [bay.node for bay in world.parking.bays.values() if bay.chargers is not None]
+        self.parking = [bay.node for bay in world.parking.bays.values() if bay.chargers is None]
         self.rates = world.robots[0].battery.rates
         self._travel = {world.travel.speed: world.travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
@@ -36,7 +37,8 @@ class Energy:
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
         """Driving time to the charger that a robot would go to; inf where there is none.
 
-        `own`: its home's; `least-loaded`: the farthest one, as it may be any.
+        `own`: its home's; `least-loaded`: the farthest one, as it may be any. Where places at chargers are scarce the
+        way leads over the parking place from which all are reached soonest, as it may have to wait there first.
         """
         target = robot.home if choice == "own" and robot.home in self.chargers else choice
         key = node, target, robot.speed
@@ -47,8 +49,30 @@ class Energy:
             else:
                 pick = max if choice == "least-loaded" else min
                 time = pick((ways.time(node, charger) for charger in self.chargers), default=math.inf)
+            if self.world.scarce and self.chargers:
+                time = max(
+                    time, min((ways.time(node, bay) + self.out_of(bay, robot) for bay in self.parking), default=0)
+                )
             self._to_charger[key] = time
         return self._to_charger[key]
+
+    def out_of(self, bay: str, robot: RobotView) -> float:
+        """Time from resting in a parking place to the charger that is farthest from it."""
+        ways = self.travel(robot.speed).ways
+        return self.world.model.fleet.exit_time + max(ways.time(bay, charger) for charger in self.chargers)
+
+    def rests_until(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that rests without a charger must set out for one."""
+        if levels.margin is None or not self.chargers:
+            return levels.critical
+        return max(levels.critical, self.rates["empty"] * self.out_of(robot.node, robot) + levels.margin)
+
+    def retreats_at(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that leaves its work goes to a charger."""
+        if levels.margin is None:
+            return levels.good
+        way = self.to_charger(robot.node, robot, levels.charger)
+        return max(levels.good, self.rates["empty"] * way + levels.margin)
 
     def need(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
         """Energy that a task and the way to a charger after it draw from where and when the robot is free."""

@@ -171,30 +171,33 @@ class Powered(Body):
         """Rest where chargers are scarce or elsewhere; False when it must leave for a charger or make room at one."""
         env, parking = self.env, self.world.parking
         while not offer.triggered:
-            assert not self.short
-            bay = self.bay
-            assert bay is not None
-            if bay.chargers is not None:
+            assert self.bay is not None
+            if self.bay.chargers is not None:
                 yield offer | self._end_of_instant()
-                if not parking.wanted_from(self):
+                if not offer.triggered and parking.wanted_from(self):
+                    self.make_room()
+                    return False
+                if not offer.triggered:
                     yield offer | parking.sought_after(env)
-                    continue
-                wanted = True
-                parking.making_room.add(self.number)
-            else:
-                low = self.battery.lasts_until(env.now, self.world.decisions.levels(self.view()).critical)
-                if low > env.now + EPS:
-                    yield offer | Timeout(env, min(low - env.now, FAR))
-                    continue
-                wanted = parking.charger_for(self)
-                if not wanted:
-                    parking.seekers += 1
-                    yield offer | parking.seek(env)
-                    parking.seekers -= 1
-            if wanted and not offer.triggered:
+                continue
+            view = self.view()
+            level = self.world.shown.energy.rests_until(view, self.world.decisions.levels(view))
+            low = self.battery.lasts_until(env.now, level)
+            if low > env.now + EPS and not self.short:
+                yield offer | Timeout(env, min(low - env.now, FAR))
+            elif parking.charger_for(self):
                 self.world.dispatcher.withdraw(self)
                 return False
+            else:
+                parking.seekers += 1
+                yield offer | parking.seek(env)
+                parking.seekers -= 1
         return self.job is not None
+
+    def make_room(self) -> None:
+        """Leave the place at a charger to a robot that seeks one."""
+        self.world.dispatcher.withdraw(self)
+        self.world.parking.making_room.add(self.number)
 
     def _end_of_instant(self) -> Event:
         """Due when the tasks of this instant have been given out."""
@@ -229,7 +232,7 @@ class Powered(Body):
         return offer
 
     def _fill(self, levels: Levels, offer: Event | None) -> Generator[Event, object, Event | None]:
-        env, battery, dispatcher = self.env, self.battery, self.world.dispatcher
+        env, battery, dispatcher, parking = self.env, self.battery, self.world.dispatcher, self.world.parking
         level = battery.level(env.now)
         battery.plug(env.now)
         if offer is None:
@@ -240,9 +243,14 @@ class Powered(Body):
         while offer is not None and level < levels.full and self.job is None:
             goal = self.world.shown.energy.enough_for_first(self, levels)
             goal = goal if level < goal < levels.full else levels.full
-            yield offer | Timeout(env, battery.charge_time(level, goal))
-            level = battery.level(env.now) if self.job is not None else goal
-            dispatcher.call()
+            done = Timeout(env, battery.charge_time(level, goal))
+            yield offer | done | parking.sought_after(env) if self.world.scarce else offer | done
+            level = goal if done.processed else battery.level(env.now)
+            if self.job is None and parking.wanted_from(self):
+                self.make_room()
+                offer = None
+            elif done.processed:
+                dispatcher.call()
         battery.unplug(env.now, level)
         return offer
 

@@ -51,6 +51,8 @@ class Robot(Powered):
             elif self.short and self.at_charger:
                 yield from self.charge()
                 continue
+            elif not self.at_charger and not self.world.parking.charger_for(self):
+                continue
             else:
                 self.reserve_bay(away=self.at_charger)
                 yield from self.go_out(exit_time)
@@ -61,6 +63,8 @@ class Robot(Powered):
     def rest(self) -> Generator[Event, object, bool]:
         """In a bay, until a task is given (True), or until it must leave for the sake of a battery (False)."""
         self.enter("idle")
+        if self.number in self.world.parking.making_room:
+            return False
         offer = self.offer or self.world.dispatcher.wait(self)
         self.offer = None
         if self.battery.spec is None or (self.at_charger and not self.world.scarce):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.lanes import Lane
+    from desim_warehouse.world.lanes import Intersection, Lane
     from desim_warehouse.world.reservations import Steps
 
     Drive = Generator[Event, object, bool]
@@ -48,8 +48,9 @@ class Traffic(Motion):
                     return arrived
             # Along the lane: as far as the robot ahead allows, to the own stop or to the stop line.
             lane = robot.lane
-            final = index == count and stop is not None
-            goal = stop if final else lane.stop_line
+            goal, final = lane.stop_line, False
+            if index == count and stop is not None:
+                goal, final = stop, True
             while True:
                 if robot.until > env._now:
                     yield Timeout(env, robot.until - env._now)
@@ -112,9 +113,11 @@ class Traffic(Motion):
             yield from self.claim(robot, robot.lane.end, wanted, robot.lane)
         yield from self._advance(robot, robot.lane.length)
 
-    def _advance(self, robot: Body, target: float) -> Steps:
-        """Along the lane to `target`, nothing more to ask for; at its end the node's time is spent."""
+    def _advance(self, robot: Body, target: float, behind: Intersection | None = None) -> Steps:
+        """Along the lane to `target`, nothing more to ask for; the node `behind` is left, at a node its time is spent."""
         self.commit(robot, target)
+        if behind is not None:
+            self.leave(robot, behind)
         pause = self.node_time if target == robot.lane.length else 0.0
         yield Timeout(self.env, robot.until - self.env._now + pause)
         robot.pos = target
@@ -156,10 +159,7 @@ class Traffic(Motion):
             yield from self.claim(robot, onward.end, self.rests_beyond(route, index), onward)
         self.enter(robot, onward)
         robot.held = onward.end
-        robot.since = self.env._now
-        if not onward.inside:
-            self.leave(robot, node)
-        yield from self._advance(robot, onward.length if halt is None else halt)
+        yield from self._advance(robot, onward.length if halt is None else halt, None if onward.inside else node)
 
     @staticmethod
     def _give_back(robot: Body) -> None:

@@ -1,0 +1,111 @@
+"""Compare the allocation strategies on MultiBots and write docs/allocation.md: `python benchmarks/allocation.py`.
+
+The paper's five goods groups, 100 random lists of 10 goods and 100 of 40, with 6 and with 3 robots; every strategy
+gets the same lists. Differences are paired with in-order, list by list, with 95 % intervals (t).
+"""
+
+from __future__ import annotations
+
+import argparse
+import concurrent.futures
+import multiprocessing
+import statistics
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+GROUPS = (
+    (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
+    (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
+    (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
+    (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
+    (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
+)
+FIRST_SEED = 1000
+SHOWN = ("T", "S", "C", "distance", "cost")
+FLEETS = (6, 3)
+
+
+def lists(count: int) -> dict[str, list[tuple[Any, int]]]:
+    """Goods and run seeds of every kind of list."""
+    seeds = range(FIRST_SEED, FIRST_SEED + count)
+    return {
+        "the paper's 5 groups of 10 goods": [(list(group), 0) for group in GROUPS],
+        f"{count} random lists of 10 goods": [({"random": 10}, seed) for seed in seeds],
+        f"{count} random lists of 40 goods": [({"random": 40}, seed) for seed in seeds],
+    }
+
+
+def measure(case: tuple[str, int, Any, int]) -> dict[str, float]:
+    """The indicators of one run."""
+    from desim_warehouse import load, simulate
+
+    strategy, robots, goods, seed = case
+    changes = {"fleet.size": robots, "tasks.goods": goods, "policies.allocation": strategy, "log": "tasks"}
+    run = simulate(load(ROOT / "models" / "multibots.yaml", changes), seed)
+    return {key: float(run.kpis[key]) for key in SHOWN}
+
+
+def half_width(values: list[float]) -> float:
+    """Of the 95 % interval of a mean, by Student's t."""
+    from scipy.stats import t
+
+    size = len(values)
+    return float(t.ppf(0.975, size - 1)) * statistics.stdev(values) / size**0.5
+
+
+def table(results: dict[str, list[dict[str, float]]]) -> list[str]:
+    """Means and paired differences to in-order, a line for each strategy."""
+    base = results["in-order"]
+    rows = [
+        "| strategy | T | T against in-order | % | S | difference | C | difference | distance | difference | cost | "
+        "difference | % |",
+        "|" + "---|" + "---:|" * 12,
+    ]
+    for strategy, runs in results.items():
+        cells = [strategy]
+        for key in SHOWN:
+            mean = statistics.fmean(run[key] for run in runs)
+            differences = [run[key] - other[key] for run, other in zip(runs, base, strict=True)]
+            digits = 1 if key in ("S", "C") else 0
+            cells.append(f"{mean:,.{digits}f}")
+            own = strategy == "in-order"
+            gap = statistics.fmean(differences)
+            cells.append("" if own else f"{gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}")
+            if key in ("T", "cost"):
+                percent = 100 * gap / statistics.fmean(run[key] for run in base)
+                cells.append("" if own else f"{percent:+.1f}")
+        rows.append("| " + " | ".join(cells) + " |")
+    return rows
+
+
+def main() -> None:
+    """Run all cells and write the page."""
+    from desim_warehouse.policies.catalogue import OURS
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--lists", type=int, default=100, help="random lists of each length")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "allocation.md")
+    asked = parser.parse_args()
+    strategies = list(OURS["allocation"])
+    keys, cases = [], []
+    for kind, goods in lists(asked.lists).items():
+        for robots in FLEETS:
+            for strategy in strategies:
+                for item, seed in goods:
+                    keys.append((kind, robots, strategy))
+                    cases.append((strategy, robots, item, seed))
+    results: dict[tuple[str, int], dict[str, list[dict[str, float]]]] = {}
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(asked.workers, context) as pool:
+        for (kind, robots, strategy), run in zip(keys, pool.map(measure, cases, chunksize=20), strict=True):
+            results.setdefault((kind, robots), {}).setdefault(strategy, []).append(run)
+    text = (Path(__file__).parent / "allocation_text.md").read_text(encoding="utf-8").rstrip()
+    for (kind, robots), rows in results.items():
+        text += f"\n\n## {robots} robots, {kind}\n\n" + "\n".join(table(rows))
+    asked.out.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,179 @@
+"""Contract tests for policies: inherit one of these classes in a test file, name your policy, run pytest.
+
+    from desim_warehouse.contracts import AllocationContract
+
+    class TestMine(AllocationContract):
+        name = "my_policies.py:Mine"
+        parameters = {"patience": 60}
+
+Every policy of this package passes the contract of its kind. The tests play small runs of a warehouse with
+batteries, two stations and few chargers; set `model` to have them play yours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
+
+EXAMPLE: Mapping[str, Any] = {
+    "name": "contract",
+    "layout": {
+        "blocks": {"columns": 3, "rows": 2, "block_depth": 3, "goods_size": 2, "aisle_width": 2},
+        "bays": {
+            "chargers": {"at": ["A"], "places": 2, "chargers": 1},
+            "parking": {"at": ["B", "D"], "places": 4, "chargers": 0},
+        },
+    },
+    "fleet": {"size": 4, "start": ["B", "D", "A"], "robot": {"radius": 0.4, "speed": 1}},
+    "tasks": {
+        "goods": [{"good": 5 * i % 36, "release": 15 * i, "due": 300 + 20 * i} for i in range(16)],
+        "unload_at": ["I", "L"],
+        "station_choice": "nearest",
+        "load_time": 5,
+        "unload_time": 8,
+        "clear_time": 1,
+    },
+    "battery": {
+        "capacity": 300,
+        "threshold": 120,
+        "consumption": {"standing": 0.1, "empty": 1, "loaded": 1.5, "handling": 0.5},
+        "charge_rate": 5,
+    },
+    "policies": {"charging": "reach-aware", "parking": "nearest", "routing": "fastest"},
+}
+
+
+class _Contract:
+    kind: ClassVar[str]
+    name: ClassVar[str]
+    parameters: ClassVar[Mapping[str, Any]] = {}
+    model: ClassVar[Mapping[str, Any]] = EXAMPLE
+
+    def make(self) -> Any:
+        """The policy under test."""
+        from desim_warehouse.policies import create
+
+        return create(self.kind, self.name, self.parameters)
+
+    def given(self) -> Model:
+        """The model with the policy in it."""
+        from desim_warehouse.model import load
+
+        return load(self.model, {f"policies.{self.kind}": {"name": self.name, **self.parameters}})
+
+    def played(self, seed: int = 1) -> Run:
+        """A whole run with the policy."""
+        from desim_warehouse.run import simulate
+
+        return simulate(self.given(), seed)
+
+    def test_a_run_ends_with_all_work_done(self) -> None:
+        """Every task is delivered, once."""
+        log = self.played().record
+        done = [row[3] for row in log.rows if row[1] == "delivered"]
+        released = [row[3] for row in log.rows if row[1] == "released"]
+        assert sorted(done) == sorted(released), "tasks released and tasks delivered are not the same"
+
+    def test_the_same_seed_gives_the_same_log(self) -> None:
+        """Nothing but what it is shown and its own random stream enters a decision."""
+        assert self.played().record.rows == self.played().record.rows, "two runs with one seed differ"
+
+
+class AllocationContract(_Contract):
+    """For allocation policies: what `assign` returns can be carried out, at every decision of a run."""
+
+    kind = "allocation"
+
+    def test_answers_can_be_carried_out(self) -> None:
+        """Robots and tasks that are there, each task once, nothing that the charging policy forbids."""
+        from desim_warehouse.asktell import steps
+
+        policy, made = self.make(), steps(self.given(), 1)
+        for decision in made:
+            answer = list(policy.assign(decision.situation))
+            tasks = {task.number: task for task in decision.tasks}
+            robots = {robot.number: robot for robot in decision.robots}
+            given = [task for _, task in answer]
+            assert len(given) == len(set(given)), f"a task is given out twice: {answer}"
+            assert set(given) <= set(tasks), f"a task that is not open is given out: {answer}"
+            first: set[int] = set()
+            for number, task in answer:
+                if number in robots and number not in first:
+                    first.add(number)
+                    assert decision.feasible(robots[number], tasks[task]), f"robot {number} may not take {task}"
+            made.tell(answer)
+
+    def test_the_situation_is_left_as_it_was(self) -> None:
+        """A second look at the same situation gives the same answer (policies that draw at random aside)."""
+        from desim_warehouse.asktell import steps
+
+        policy = self.make()
+        decision = next(steps(self.given(), 1))
+        before = list(decision.situation.robots), list(decision.situation.tasks)
+        list(policy.assign(decision.situation))
+        assert before == (list(decision.situation.robots), list(decision.situation.tasks)), "the situation was changed"
+
+
+class RoutingContract(_Contract):
+    """For routing policies: every answer is a way on the one-way edges."""
+
+    kind = "routing"
+
+    def test_every_way_leads_along_edges_from_origin_to_goal(self) -> None:
+        """For all pairs of nodes, in an empty warehouse."""
+        from desim_warehouse.world import World
+
+        world = World(self.given(), 1)
+        roads, graph, policy = world.decisions.roads(), world.layout.graph, self.make()
+        for origin in graph:
+            for goal in graph:
+                way = list(policy.route(origin, goal, roads))
+                assert way[0] == origin, f"{way} does not begin at {origin}"
+                assert way[-1] == goal, f"{way} does not end at {goal}"
+                assert all(graph.has_edge(*edge) for edge in pairwise(way)), f"{way} leaves the edges"
+
+
+class ChargingContract(_Contract):
+    """For charging policies: the levels make sense whatever the robot's energy."""
+
+    kind = "charging"
+
+    def test_levels_are_levels_of_the_battery(self) -> None:
+        """Finite, in order, none above the capacity."""
+        import dataclasses
+
+        from desim_warehouse.world import World
+
+        world = World(self.given(), 1)
+        policy, view = self.make(), world.robots[0].view()
+        for part in range(11):
+            levels = policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10))
+            assert levels.fault() is None, levels.fault()
+            assert levels.full <= view.capacity, f"full, {levels.full}, is above the capacity"
+
+
+class ParkingContract(_Contract):
+    """For parking policies: a bay that was shown."""
+
+    kind = "parking"
+
+    def test_the_bay_is_one_of_those_shown(self) -> None:
+        """From every node, for every choice of two bays."""
+        import dataclasses
+        from itertools import combinations
+
+        from desim_warehouse.policies import BayView
+        from desim_warehouse.world import World
+
+        world = World(self.given(), 1)
+        policy, view = self.make(), world.robots[0].view()
+        bays = [BayView(node, 1, 1, rank) for rank, node in enumerate(world.layout.graph)]
+        for node in world.layout.graph:
+            for shown in combinations(bays, 2):
+                chosen = policy.choose(dataclasses.replace(view, node=node), shown, world.travel)
+                assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the bays shown"
