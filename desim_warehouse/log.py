@@ -6,7 +6,7 @@ Rows are plain tuples while the simulation runs and become a DataFrame when some
     idle empty loading loaded unloading returning charging
                                             a robot begins to do this; `value` is its energy
     recharged                               a robot that was charged goes out again: counts in C
-    parked                                  a robot is back in a bay; `value` is its energy
+    parked docked                           a robot is back in a bay, or in a station beside a node
     rotation                                a full ring of `value` robots turned; `ring` tells which, where
     enter                                   a robot enters an edge (levels `moves` and `all`)
     drive                                   it sets off on an edge for position `value`, there `until` (`all`)
@@ -46,7 +46,7 @@ class Log:
     """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
 
     `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
-    each robot, edge and intersection. `due` holds the due times of tasks that have one. `begin` and `end` are the times between which they were counted.
+    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks.
     """
 
     level: Literal["all", "moves", "tasks"] = "all"

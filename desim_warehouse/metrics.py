@@ -49,7 +49,7 @@ def kpis(log: Log, model: Model) -> dict[str, float]:
 
 
 def _tasks(log: Log) -> dict[str, float]:
-    """Cycle times of the tasks delivered in the counted part, backlog at the end, tardiness where there are due times."""
+    """Cycle times of the tasks delivered in the counted part, backlog at the end, tardiness where tasks are due."""
     released: dict[int, float] = {}
     times: list[float] = []
     late: list[float] = []

@@ -122,8 +122,8 @@ def check(model: Model) -> Check:
     holds = checks.capacity(layout, use.contact)
     facts = [
         f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
-        f"D = {use.contact:g} {length} between robots at up to {speed:g} {length}/{model.units.time}; "
-        f"the lanes hold {holds} robots, the fleet has {use.robots}",
+        f"robots keep D = {use.contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
+        f"the lanes hold {holds} robots at once, the fleet has {use.robots}",
     ]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))

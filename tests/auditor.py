@@ -168,10 +168,14 @@ class Audit:
         begin = next((t for t, p in zip(via.times, via.places[1:]) if p > length - need + TOL), via.leave)
         if begin < left - TOL:
             self.fault(begin, f"robot {robot} drove onto {node} while robot {other} was there")
-        if any(abs(time - begin) <= TOL for time in self.trains[robot]):
-            return
+        train = any(abs(time - begin) <= TOL for time in self.trains[robot])
         for step in range(41):
             time = begin + (via.leave - begin) * step / 40
+            if train:
+                gap = length - via.at(time) + away.at(time)
+                if time < away.leave and gap < need - TOL:
+                    self.fault(time, f"robot {robot} on {via.edge} is {gap:g} behind robot {other} on {away.edge}")
+                continue
             if time < away.leave and away.at(time) < need - TOL:  # D beyond the node it is clear of it
                 self.literal(time, via, away, need)
 

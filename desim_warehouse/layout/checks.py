@@ -1,6 +1,6 @@
-"""Checks of a layout before robots are let onto it: what would void the guarantee that work never stops, and
-what a planner should know.
+"""Checks of a layout before robots are let onto it.
 
+What would void the guarantee that work never stops is an error; what a planner should know, a warning or a note.
 The conditions are those of docs/why.md, "Never stalled". A finding says where and what to do about it.
 """
 

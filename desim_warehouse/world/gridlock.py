@@ -86,6 +86,8 @@ class Gridlock:
                 self.traffic.award(claim, None)
                 return
             passed.add(claim.node)
+        if self.traffic.mixed:
+            self._keep_together(ring)
         # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
         followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
         for claim in claims:
@@ -94,6 +96,17 @@ class Gridlock:
         for claim in followers:
             room = claim.lane is not None and self.traffic.has_room(claim.lane)
             self.traffic.award(claim, claim.lane if room else None)
+
+    @staticmethod
+    def _keep_together(ring: list[Body]) -> None:
+        """A ring turns at the pace of its slowest, on the lanes that its robots are on and on those that they enter."""
+        claims = [robot.claim for robot in ring if robot.claim is not None]
+        lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
+        slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))
+        for robot in ring:
+            robot.pace = slowest
+        for claim in claims:
+            claim.robot.train_pace = slowest
 
 
 def _describe(ring: list[Body], now: float) -> str:

@@ -7,6 +7,7 @@ claims for the room it left.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.world.lanes import EPS
@@ -22,10 +23,7 @@ if TYPE_CHECKING:
 
 
 class Motion(Reservations):
-    """Robots on lanes; `node_time` is spent at every node reached (turning and re-planning).
-
-    `mixed`: robots or edges differ in speed, so that one robot can catch up with another on the way.
-    """
+    """Robots on lanes; `node_time` is spent at every node reached (turning and re-planning)."""
 
     def __init__(
         self,
@@ -39,16 +37,17 @@ class Motion(Reservations):
         mixed: bool = True,
         rotate: bool = True,
     ) -> None:
-        super().__init__(env, layout, log, contact=contact, theta=theta, rotate=rotate)
+        super().__init__(env, layout, log, contact=contact, theta=theta, mixed=mixed, rotate=rotate)
         self.node_time = node_time
-        self.mixed = mixed
 
-    def cross(self, robot: Body, onward: Lane, clear: float, stop: float | None) -> None:
+    def cross(  # noqa: PLR0915 - one piece, for speed
+        self, robot: Body, onward: Lane, clear: float, stop: float | None
+    ) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
         lane = robot.lane
         behind = robot.behind
         ahead = onward.last
-        pace = robot.speed if robot.speed < onward.limit else onward.limit
+        pace = self.pace_on(robot, onward) if self.mixed else robot.speed
         target = onward.stop_line if stop is None else stop
         until = clear + target / pace
         if lane is not None:
@@ -159,6 +158,12 @@ class Motion(Reservations):
         gap = self.contact
         return max(ahead.passes(target + gap), ahead.since + max(target - (ahead.pos - gap), 0.0) / pace)
 
+    @staticmethod
+    def pace_on(robot: Body, lane: Lane) -> float:
+        """Its own speed, the lane's limit, or that of the ring that it turns with, whatever is least."""
+        train, robot.train_pace = robot.train_pace, math.inf
+        return min(robot.speed, lane.limit, train)
+
     def enter(self, robot: Body, lane: Lane) -> None:
         """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
         self.unlink(robot)
@@ -170,7 +175,7 @@ class Motion(Reservations):
         robot.lane = lane
         robot.pos = robot.target = 0.0
         robot.moves += 1
-        robot.pace = min(robot.speed, lane.limit)
+        robot.pace = self.pace_on(robot, lane)
         if self.log.moves:
             self.log.enter(self.env._now, robot)
 
@@ -190,7 +195,10 @@ class Motion(Reservations):
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""
         node = robot.held
+        lane = robot.lane
         self.unlink(robot)
+        if lane is not None:
+            lane.out_at = -math.inf  # it is in nobody's way any more
         robot.lane = robot.held = robot.ahead = None
         robot.at = node
         robot.pos = robot.target = 0.0

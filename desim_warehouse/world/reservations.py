@@ -30,16 +30,27 @@ if TYPE_CHECKING:
 class Reservations:
     """The Highways as a set of lanes and intersections that robots reserve.
 
-    `contact` is D, the distance that robots keep: the largest pair's for all, so that each can take any other's place; `theta` the collision angle in radians.
+    `contact` is D, the distance that robots keep (the largest pair's for all, so that each can take any other's
+    place); `theta` the collision angle in radians.
+    `mixed`: robots or edges differ in speed, so that one robot can catch up with another on the way.
     """
 
     def __init__(
-        self, env: Environment, layout: Layout, log: Log, *, contact: float, theta: float, rotate: bool = True
+        self,
+        env: Environment,
+        layout: Layout,
+        log: Log,
+        *,
+        contact: float,
+        theta: float,
+        mixed: bool = True,
+        rotate: bool = True,
     ) -> None:
         self.env = env
         self.log = log
         self.contact = contact
         self.theta = theta
+        self.mixed = mixed
         self.lanes, self.nodes = network(layout, contact)
         self.gridlock = Gridlock(self, rotate)
         self._closings: dict[tuple[Lane | None, Lane, float], float] = {}

@@ -31,11 +31,13 @@ if TYPE_CHECKING:
 class Traffic(Motion):
     """The Highways in use."""
 
-    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
+    def drive(  # noqa: C901, PLR0912 - one piece, for speed
+        self, robot: Body, route: Sequence[Lane], stop: float | None = None
+    ) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        A stop is at least D from the nodes (see `Lane.clear_stop`). Returns True there, False if the robot was recalled: it then stands on the node it came to next.
-        This is the hot path of every run.
+        A stop is at least D from the nodes (see `Lane.clear_stop`). Returns True there, False if the robot was
+        recalled: it then stands on the node it came to next. This is the hot path of every run, in one piece.
         """
         env = self.env
         index, count = 0, len(route)
@@ -114,7 +116,7 @@ class Traffic(Motion):
         yield from self._advance(robot, robot.lane.length)
 
     def _advance(self, robot: Body, target: float, behind: Intersection | None = None) -> Steps:
-        """Along the lane to `target`, nothing more to ask for; the node `behind` is left, at a node its time is spent."""
+        """Along the lane to `target`, all of it granted; the node `behind` is left, at the end the node's time spent."""
         self.commit(robot, target)
         if behind is not None:
             self.leave(robot, behind)
