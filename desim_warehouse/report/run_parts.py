@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import html, plot, words
 from desim_warehouse.report.model_parts import model_facts
+from desim_warehouse.report.states import stays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
 
 _PLACES = 10
 """Edges and intersections in the list of the worst."""
-_GANTT = 40
+_GANTT = 24
 """Robots in the Gantt chart."""
-_SPANS = 600
+_SPANS = 400
 """States in the Gantt chart, or it cannot be read: a part of the run is shown then."""
 
 
@@ -69,8 +70,8 @@ def robot_figures(run: Run) -> list[Axes]:
     fleet = range(run.model.fleet.size)
     figures = [plot.utilisation(run)]
     shown = list(fleet[:_GANTT])
-    states = sum(1 for row in run.record.rows if row[2] in fleet[:_GANTT] and row[6] is not None) or 1
-    end = run.record.end * min(1.0, _SPANS / states)
+    states = sum(len(robot) for robot in stays(run)[:_GANTT])
+    end = run.record.end * min(1.0, _SPANS / max(states, 1))
     if end > 0:
         figures.append(plot.gantt(run, robots=shown, end=end))
     if run.model.battery is not None:

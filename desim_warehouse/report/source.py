@@ -211,6 +211,8 @@ def _replications(plan: Plan) -> str:
     rule = plan.replications
     if isinstance(rule, int):
         return str(rule)
+    if isinstance(rule, tuple):
+        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
     return (
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{words.number(100 * rule.half_width)} % of its mean"

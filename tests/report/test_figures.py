@@ -122,7 +122,7 @@ def test_a_forest_plot_shows_differences_and_which_are_told(model):
     assert [row.differs for row in comparison.differences] == [True, False]
     assert points[1].get_markerfacecolor() == "white" != points[0].get_markerfacecolor()
     assert [tick.get_text() for tick in ax.get_yticklabels()] == ["two <b>", "c"]
-    assert ax.get_xlabel() == "Task time T, difference to a (step)"
+    assert ax.get_xlabel() == "Task time T (step):\ndifference to a"
 
 
 def test_a_surface_has_a_cell_for_each_pair(runs, model):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
 
-_LABELLED = 40
+_LABELLED = 24
 """Up to so many robots or designs have a name each on the axis."""
 
 

@@ -81,7 +81,7 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
     if not floor.graph.has_edge(edge[1], edge[0]):
         return (x0, y0), (x1, y1)
     length = math.dist((x0, y0), (x1, y1)) or 1.0
-    by = 0.06 * step / length
+    by = 0.03 * step / length
     dx, dy = -(y1 - y0) * by, (x1 - x0) * by
     return (x0 + dx, y0 + dy), (x1 + dx, y1 + dy)
 
@@ -91,7 +91,7 @@ def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> Non
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
 
-    side = 0.8 * (floor.goods_size or 0.2 * step)
+    side = 0.8 * (floor.goods_size or 0.09 * step)
     for wanted in (False, True):
         squares = [
             Rectangle((place.x - side / 2, place.y - side / 2), side, side)

@@ -62,7 +62,6 @@ def differences(
         axes.set_yticks(range(len(rows)), [look.text(label) for label in labels])
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.grid(visible=False, axis="y")
-        unit = words.unit(words.indicator_kind(indicator), units)
-        change = f"{words.indicator_name(indicator)}, difference to {base}"
-        axes.set_xlabel(look.text(words.with_unit(change, unit)))
+        axes.locator_params(axis="x", nbins=6)
+        axes.set_xlabel(look.text(f"{words.indicator_label(indicator, units)}:\ndifference to {base}"))
         return axes
