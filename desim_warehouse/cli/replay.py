@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command("replay")
 @click.argument("source", metavar="MODEL|RUN_DIR")
-@click.option("-o", "--output", metavar="FILE", help="The page to write.  [default: replay.html]")
+@click.option("-o", "--out", "output", metavar="FILE", help="The page to write.  [default: replay.html]")
 @with_overrides
 @with_seed
 @click.option("--from", "start", type=float, metavar="T", help="First moment shown, in the model's time unit.")

@@ -62,6 +62,12 @@ class Page:
         script = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))"
         self.browser.execute_async_script(script)
 
+    def enlarge(self, width: int, height: int, **more: Any) -> None:
+        """See the page on a screen of another size."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False, **more}
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        self.pause(0.2)
+
     def complaints(self) -> list[str]:
         return [entry["message"] for entry in self.browser.get_log("browser")]
 

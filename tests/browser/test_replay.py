@@ -55,6 +55,7 @@ def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser: Any,
 def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -> None:
     colours = {"empty": [0, 98, 163], "loaded": [213, 94, 0]}
     seen = set()
+    page.enlarge(2000, 1600)
     radius = 12.5 * page.ask("page.scale()")
     for time in (200, 300, 560, 800):
         page.seek(time)
@@ -186,6 +187,7 @@ def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) 
 
 def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> None:
     page = Page(browser, paper_run(), tmp_path, palette="paper")
+    page.enlarge(2000, 1600)
     page.seek(300)
     radius, headings = 12.5 * page.ask("page.scale()"), Positions(page.run).headings(300)
     robot = page.ask("page.states()").index("empty")

@@ -164,9 +164,7 @@ def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
 
 @pytest.mark.parametrize("width", [360, 414])
 def test_it_fits_a_phone(page: Page, width: int) -> None:
-    metrics = {"width": width, "height": 780, "deviceScaleFactor": 2, "mobile": True}
-    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-    page.pause(0.2)
+    page.enlarge(width, 780, deviceScaleFactor=2, mobile=True)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
     heights = [item.rect["height"] for item in page.browser.find_elements("css selector", "button, select")]
     assert min(heights) >= 44

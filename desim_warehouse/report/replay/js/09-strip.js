@@ -18,10 +18,10 @@ class Strip {
       { key: "S", title: "S, collisions", value: (t) => story.S(t) },
       { key: "C", title: "C, chargings", value: (t) => story.C(t) },
       { key: "delivered", title: "delivered", value: (t) => story.delivered(t) },
-      { key: "throughput", title: "throughput per hour", value: (t) => story.throughput(t) },
+      { key: "throughput", title: "throughput / h", value: (t) => story.throughput(t) },
     ];
     if (header.capacity !== null)
-      this.cells.push({ key: "battery", title: "battery, mean (least) %", value: (t) => story.battery(t)[0] * 100,
+      this.cells.push({ key: "battery", title: "battery % (least)", value: (t) => story.battery(t)[0] * 100,
         low: (t) => story.battery(t)[1] * 100, top: 100,
         text: (t) => story.battery(t).map((part) => Math.round(part * 100)).join(" (") + ")" });
     for (const cell of this.cells) this.build(root, cell);
@@ -62,11 +62,12 @@ class Strip {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, height);
     const part = this.span ? time / this.span : 1;
-    if (cell.lowCurve) this.line(ctx, cell.lowCurve, cell, part, width, height, colours.low, 1);
-    this.line(ctx, cell.curve, cell, part, width, height, colours.soft, 1.5);
+    const now = cell.value(time);
+    if (cell.lowCurve) this.line(ctx, cell, cell.lowCurve, part, cell.low(time), colours.low);
+    this.line(ctx, cell, cell.curve, part, now, colours.soft);
     ctx.fillStyle = colours.ink;
     ctx.beginPath();
-    ctx.arc(1 + part * (width - 4), this.y(cell.value(time), cell, height), 2.5, 0, 7);
+    ctx.arc(1 + part * (width - 4), this.y(now, cell, height), 2.5, 0, 7);
     ctx.fill();
   }
 
@@ -74,12 +75,15 @@ class Strip {
     return height - 3 - (value / cell.most) * (height - 6);
   }
 
-  line(ctx, curve, cell, part, width, height, colour, thick) {
+  // The curve up to now, with the value that it has now at its end.
+  line(ctx, cell, curve, part, now, colour) {
+    const width = cell.canvas.clientWidth, height = cell.canvas.clientHeight;
     ctx.strokeStyle = colour;
-    ctx.lineWidth = thick;
+    ctx.lineWidth = 1.5;
     ctx.beginPath();
     for (let i = 0; i <= SAMPLES && i / SAMPLES <= part; i++)
       ctx.lineTo(1 + (i / SAMPLES) * (width - 4), this.y(curve[i], cell, height));
+    ctx.lineTo(1 + part * (width - 4), this.y(now, cell, height));
     ctx.stroke();
   }
 }

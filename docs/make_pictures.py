@@ -1,0 +1,99 @@
+# ruff: noqa: INP001 - a command, not a package
+"""The pictures of the documentation, made anew: `python docs/make_pictures.py`.
+
+Needs Chromium and Selenium; the pictures go to docs/pictures.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+import desim_warehouse as dw  # noqa: E402
+from tests.browser.chromium import start  # noqa: E402
+
+PICTURES = ROOT / "docs" / "pictures"
+MOST_BYTES = 200_000
+READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done(String(error.stack)))"
+SETTLE = 0.4
+"""Seconds for a page to be laid out again."""
+
+
+def multibots(**changes: Any) -> dw.Run:
+    """The paper's warehouse."""
+    return dw.simulate(dw.load(ROOT / "models" / "multibots.yaml", changes))
+
+
+def shoot(browser: Any, name: str, width: int, height: int, *, phone: bool = False) -> None:
+    """Save what the browser shows on a screen of a size, in few bytes."""
+    from PIL import Image
+
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    time.sleep(SETTLE)
+    path = PICTURES / name
+    browser.save_screenshot(str(path))
+    with Image.open(path) as picture:
+        picture.convert("RGB").save(path, optimize=True)
+    size = path.stat().st_size
+    print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} kB")  # noqa: T201 - a command's answer
+    if size > MOST_BYTES:
+        raise SystemExit(f"{name} is larger than {MOST_BYTES:,} bytes")
+
+
+def replays(browser: Any, folder: Path) -> None:
+    """The paper's warehouse in the middle of a run, in its colours; heat maps of a crowded one; on a phone."""
+    page = folder / "replay.html"
+    run = multibots()
+    run.replay(page, palette="paper")
+    browser.get(page.as_uri())
+    browser.execute_async_script(READY)
+    middle = next(row[0] - row[6] / 2 for row in run.record.rows if row[1] == "collision" and row[6] > 1)
+    browser.execute_script("desimReplay.seek(arguments[0])", middle)
+    shoot(browser, "replay.png", 1200, 800)
+    browser.execute_script("document.getElementById('theme').click(); document.getElementById('palette').click()")
+    shoot(browser, "replay-phone.png", 390, 844, phone=True)
+    crowd = {"fleet.size": 24, "tasks.goods": {"random": 80}, "battery": None}
+    multibots(**crowd).replay(page)
+    browser.get(page.as_uri())
+    browser.execute_async_script(READY)
+    browser.execute_script("desimReplay.seek(1500); document.getElementById('heat').click()")
+    shoot(browser, "heat-map.png", 1200, 800)
+
+
+def report(browser: Any, folder: Path) -> None:
+    """The report of the paper's study, from its results on."""
+    desim = Path(sys.executable).with_name("desim")
+    page = folder / "report.html"
+    study = [desim, "study", ROOT / "studies" / "paper.yaml", "--out", folder / "study", "--quiet"]
+    subprocess.run(study, check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - our own command
+    subprocess.run([desim, "report", folder / "study", "-o", page], check=True, stdout=subprocess.DEVNULL)  # noqa: S603
+    browser.get(page.as_uri())
+    browser.execute_script(
+        "const heads = [...document.querySelectorAll('h2')];"
+        "(heads.find((head) => /result/i.test(head.textContent)) ?? document.body).scrollIntoView()"
+    )
+    shoot(browser, "report.png", 1100, 1000)
+
+
+def main() -> None:
+    """All pictures."""
+    PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        browser = start(Path(folder) / "profile")
+        try:
+            replays(browser, Path(folder))
+            report(browser, Path(folder))
+        finally:
+            browser.quit()
+
+
+if __name__ == "__main__":
+    main()
