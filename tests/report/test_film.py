@@ -1,0 +1,90 @@
+"""Films of a run: robots where the log has them, and clear refusals."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report.film import COLOURS, Picture, film
+from desim_warehouse.report.positions import Positions
+from tests.report.replay.floors import busy, busy_run, paper_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize("run", [paper_run(), busy_run()], ids=["paper", "busy"])
+def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.Run) -> None:
+    picture, where = Picture(Figure().add_subplot(), run), Positions(run)
+    colours = COLOURS["safe"]
+    for row in [row for row in run.record.rows if row[1] == "collision" and row[6] > 1][:5]:
+        time = row[0] - row[6] / 2
+        picture.show(time)
+        assert np.asarray(picture.robots.get_offsets()) == pytest.approx(where.points(time))
+        assert picture.waiting(time)[row[2]]
+        assert to_hex(picture.robots.get_edgecolor()[row[2]]) == colours["wait"]
+    loads = [row for row in run.record.rows if row[1] == "loaded"]
+    time, _, robot, task, *_ = loads[3]
+    good = picture.events.tasks[task].good
+    for moment, state, colour in ((time - 0.1, "loading", colours["loaded"]), (time, "loaded", colours["none"])):
+        picture.show(moment)
+        assert picture.states(moment)[robot] == state
+        assert to_hex(picture.goods.get_facecolor()[good]) == colour
+
+
+def test_the_caption_counts_as_the_run_does() -> None:
+    run = busy_run()
+    picture = Picture(Figure().add_subplot(), run)
+    picture.show(run.record.end)
+    assert f"S {run.S} " in picture.caption.get_text()
+
+
+def test_a_gif_has_the_frames_that_its_speed_asks_for(tmp_path: Path) -> None:
+    from PIL import Image
+
+    path = film(paper_run(), tmp_path / "film.gif", start=300, end=340, speed=2.0)
+    with Image.open(path) as picture:
+        assert picture.n_frames == 2 * 12 // 2 + 1  # 40 steps are 2 s, played in one
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_an_mp4_can_be_played(tmp_path: Path) -> None:
+    path = film(paper_run(), tmp_path / "film.mp4", start=300, end=340, speed=2.0)
+    said = subprocess.run(["ffmpeg", "-i", path, "-f", "null", "-"], capture_output=True, text=True, check=True)
+    assert "Video: h264" in said.stderr
+
+
+def test_an_mp4_without_ffmpeg_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ReportError, match="needs the program ffmpeg"):
+        film(paper_run(), tmp_path / "film.mp4")
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "fault"),
+    [
+        ("film.avi", {}, r"ends in \.gif or \.mp4"),
+        ("film.gif", {"speed": 0.0}, "expected a number above 0"),
+        ("film.gif", {"speed": 0.001}, "more than 3000"),
+        ("film.gif", {"palette": "grey"}, "'grey' is not known"),
+        ("film.gif", {"start": 10.0, "end": 10.0}, "shows nothing"),
+        ("nowhere/film.gif", {"start": 0, "end": 10.0, "speed": 1.0}, "cannot be written"),
+    ],
+)
+def test_what_cannot_be_filmed_is_refused(tmp_path: Path, name: str, options: dict[str, float], fault: str) -> None:
+    with pytest.raises(ReportError, match=fault):
+        film(paper_run(), tmp_path / name, **options)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_with_signs_of_formulas_are_text(tmp_path: Path) -> None:
+    run = dw.simulate(dw.load(busy(name="$\\alpha <b>", run={"length": 20.0})))
+    assert film(run, tmp_path / "film.gif", speed=20.0).stat().st_size > 0
