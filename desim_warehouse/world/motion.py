@@ -45,15 +45,16 @@ class Motion(Reservations):
     ) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
         lane = robot.lane
-        behind = robot.behind
+        front, behind = robot.ahead, robot.behind
         ahead = onward.last
         pace = self.pace_on(robot, onward) if self.mixed else robot.speed
         target = onward.stop_line if stop is None else stop
         until = clear + target / pace
         if lane is not None:
             robot.driven += lane.length
-            lane.out_at = clear - self.node_time
-            lane.out_pace = robot.pace
+            if clear - self.node_time > lane.out_at:
+                lane.out_at = clear - self.node_time
+                lane.out_pace = robot.pace
         if ahead is not None:
             room = ahead.target - self.contact
             if room < target:
@@ -88,12 +89,14 @@ class Motion(Reservations):
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
         # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
+        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
+            front.behind = behind
         if behind is not None:
-            behind.ahead = None
+            behind.ahead = front
             if behind.waiting_behind is not None:
                 self.pull(behind)
         elif lane is not None:
-            lane.last = None
+            lane.last = front
             if lane.start.claims:
                 self.serve(lane.start)
         if node.claims:
@@ -181,16 +184,18 @@ class Motion(Reservations):
 
     def unlink(self, robot: Body) -> None:
         """Take a robot that stands at the end of its lane off the lane."""
-        lane = robot.lane
+        lane, front, behind = robot.lane, robot.ahead, robot.behind
         if lane is None:
             return
         robot.driven += lane.length
-        lane.out_at = self.env._now
-        behind = robot.behind
+        lane.out_at = max(self.env._now, lane.out_at)
+        if front is not None:
+            front.behind = behind
         if behind is not None:
-            behind.ahead = robot.behind = None
+            behind.ahead = front
+            robot.behind = None
         else:
-            lane.last = None
+            lane.last = front
 
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""
