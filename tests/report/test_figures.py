@@ -10,6 +10,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.plot import style
+from desim_warehouse.report.states import energy_curves
 from desim_warehouse.study.statistics import compare, mser
 
 plot = dw.plot
@@ -51,11 +52,10 @@ def test_other_factors_are_averaged_over_within_each_replication(runs):
 
 def test_a_replication_that_lacks_a_failed_run_is_left_out_of_the_average(runs):
     failed = runs.copy()
-    failed.loc[(failed["fleet.size"] == 2) & (failed["battery.threshold"] == 5) & (failed["replication"] == 2), "T"] = (
-        np.nan
-    )
+    lost = (failed["fleet.size"] == 2) & (failed["battery.threshold"] == 2) & (failed["replication"] == 2)
+    failed.loc[lost, "T"] = np.nan
     (((_, y)),) = lines(plot.by_factor(failed, "fleet.size", "T")).values()
-    assert y == [104.5, 204.0, 404.5]  # (202 + 205) / 2 and (203 + 206) / 2; 204 alone is not taken
+    assert y == [104.5, 204.0, 404.5]  # of (202 + 205) / 2 and (203 + 206) / 2; 207 alone is not taken
 
 
 def test_times_are_shown_in_seconds_and_counts_as_they_are(runs, model):
@@ -194,6 +194,19 @@ def test_batteries_are_as_the_log_says_at_every_change(lifelong):
         mine = log[log["robot"] == number]
         assert len(mine) > 20
         np.testing.assert_allclose(np.interp(mine["time"], *line.get_data()), mine["value"], atol=1e-9)
+
+
+def test_batteries_fall_at_the_rates_of_the_model_while_driving_and_while_waiting(lifelong):
+    """Between corners the slope is one of the consumption rates, or 0 at rest; charging alone rises."""
+    rates = np.array([0.0, 0.002, 0.003, 0.005, 0.006])
+    standing = 0
+    for times, levels in energy_curves(lifelong):
+        long_enough = np.diff(times) > 1e-3
+        slopes = -np.diff(levels)[long_enough] / np.diff(times)[long_enough]
+        falling = slopes[slopes > -1e-9]
+        assert np.abs(falling[:, None] - rates).min(axis=1).max() < 1e-6
+        standing += int((np.abs(falling - 0.002) < 1e-6).sum())
+    assert standing >= len(lifelong.waits) / 2
 
 
 def test_congestion_colours_edges_and_nodes_by_the_tallies(lifelong):
