@@ -58,11 +58,7 @@ def film(
     from matplotlib.figure import Figure
 
     path = Path(path)
-    kind = path.suffix.lower()
-    if kind not in FRAMES_PER_SECOND:
-        raise ReportError(f"{path}: a film ends in .gif or .mp4")
-    if kind == ".mp4" and shutil.which("ffmpeg") is None:
-        raise ReportError(f"{path}: an MP4 needs the program ffmpeg, which is not installed; a .gif does not")
+    kind = _kind(path)
     if palette not in PALETTES:
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
     times = _moments(run, start, end, speed, FRAMES_PER_SECOND[kind])
@@ -77,6 +73,16 @@ def film(
     except OSError as error:
         raise ReportError(f"{path}: the film cannot be written ({error.strerror or error})") from error
     return path
+
+
+def _kind(path: Path) -> str:
+    """The ending of a film's name, of those that can be written here."""
+    kind = path.suffix.lower()
+    if kind not in FRAMES_PER_SECOND:
+        raise ReportError(f"{path}: a film ends in .gif or .mp4")
+    if kind == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ReportError(f"{path}: an MP4 needs the program ffmpeg, which is not installed; a .gif does not")
+    return kind
 
 
 def _moments(run: Run, start: float | None, end: float | None, speed: float | None, rate: int) -> list[float]:

@@ -77,7 +77,7 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
         out = NEAR * radius + row * pitch
         side = (column - (in_row - 1) / 2) * pitch
         places.append((x + out * deep[0] + side * across[0], y + out * deep[1] + side * across[1]))
-    return tuple(places)
+    return tuple(sorted(places, key=lambda place: round(math.dist(place, (x, y)), 9)))
 
 
 def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point]:

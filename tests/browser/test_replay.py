@@ -161,14 +161,15 @@ def test_the_heat_map_holds_the_waiting_of_the_log(browser: Any, tmp_path: Path)
     page = Page(browser, run, tmp_path)
     page.seek(run.record.end)
     heat = page.ask("page.heat()")
-    on_edges = dict.fromkeys(run.layout.graph.edges, 0.0)
+    expected = dict.fromkeys(run.layout.graph.edges, 0.0)
+    where: dict[int, tuple[str, str] | None] = {}
     for row in run.record.rows:
-        if row[1] == "collision" and row[5] is not None:
-            on_edges[row[5]] += row[6]
-    rear = np.array(list(on_edges.values()))
-    assert (np.array(heat) >= rear - 0.1).all()  # and before the node at their end
-    assert sum(heat) <= sum(row[6] for row in run.record.rows if row[1] == "collision") + 0.5
-    assert max(heat) > 0
+        if row[1] in ("enter", "parked", "docked"):
+            where[row[2]] = row[5]
+        elif row[1] == "collision" and (edge := row[5] or where.get(row[2])) is not None:
+            expected[edge] += row[6]
+    assert max(expected.values()) > 10
+    assert heat == pytest.approx(list(expected.values()), abs=0.1)
 
 
 def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) -> None:

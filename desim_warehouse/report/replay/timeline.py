@@ -81,6 +81,8 @@ class _Reader:
             "released": self._released,
             "delivered": self._delivered,
             "recharged": self._recharged,
+            "parked": self._off,
+            "docked": self._off,
             **dict.fromkeys(STATES, self._state),
         }
         for row in self.run.record.rows:
@@ -101,6 +103,9 @@ class _Reader:
 
     def _enter(self, row: tuple[Any, ...]) -> None:
         self.on[row[2]] = self.number[row[5]]
+
+    def _off(self, row: tuple[Any, ...]) -> None:
+        self.on[row[2]] = -1  # in a place beside its node; it may wait there, but on no edge
 
     def _collision(self, row: tuple[Any, ...]) -> None:
         time, _, robot, _, _, edge, value, _, other = row

@@ -51,6 +51,12 @@ class Floor {
     });
   }
 
+  // How far down a node, or its station if that is below it, reaches.
+  below(node, y) {
+    const reach = y + Math.max(this.header.aisle / 2, this.radius * 2);
+    return this.zones.reduce((most, zone) => (zone.node === node && zone.top > y ? Math.max(most, zone.bottom) : most), reach);
+  }
+
   everything() {
     const { left, top, right, bottom } = this.floor;
     const all = { left, top, right, bottom };

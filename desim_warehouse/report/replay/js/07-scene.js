@@ -58,7 +58,7 @@ class Scene {
     const { ctx, view, edges } = this, sums = this.heat.upTo(time), s = view.scale;
     const most = this.heat.most, shades = colours.heat.length;
     ctx.lineCap = "round";
-    ctx.lineWidth = Math.max(this.floor.radius * s * 1.1, 3);
+    ctx.lineWidth = Math.max(this.floor.radius * s * 1.1, 1.6);
     for (let shade = 0; shade < shades; shade++) {
       ctx.strokeStyle = colours.heat[shade];
       ctx.beginPath();
@@ -84,8 +84,7 @@ class Scene {
     ctx.textBaseline = "middle";
     for (const [node, count] of counts) {
       const [, wx, wy] = header.nodes[node];
-      const below = Math.max(header.aisle / 2, this.floor.radius * 2) + this.floor.radius * 1.3;
-      const x = wx * s + view.x - size, y = (wy + below) * s + view.y;
+      const x = wx * s + view.x - size, y = (this.floor.below(node, wy) + this.floor.radius * 1.3) * s + view.y;
       ctx.fillStyle = colours.good;
       ctx.fillRect(x, y - size * 0.45, size * 0.9, size * 0.9);
       ctx.fillStyle = colours.ink;
