@@ -11,6 +11,7 @@ import math
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 TOL = 1e-6
 
@@ -125,7 +126,7 @@ class Audit:
     # Lanes: D apart, in order
 
     def check_lane(self, visits):
-        for first, then in zip(visits, visits[1:]):
+        for first, then in pairwise(visits):
             if first.leave > then.leave + TOL:
                 self.fault(then.leave, f"robot {then.robot} overtook robot {first.robot} on {then.edge}")
             begin, end = then.enter, min(first.leave, then.leave)
@@ -144,7 +145,7 @@ class Audit:
         """For every robot that leaves a node: whoever comes through next keeps away from it."""
         passages = defaultdict(list)
         for visits in self.visits.values():
-            for before, after in zip([None, *visits], visits):
+            for before, after in zip([None, *visits], visits, strict=False):
                 follows = before is not None and abs(before.leave - after.enter) <= TOL
                 passages[after.edge[0]].append((after.enter, before if follows else None, after))
             for visit in visits:
@@ -152,7 +153,7 @@ class Audit:
                     passages[visit.edge[1]].append((visit.leave, visit, None))
         for node, items in passages.items():
             items.sort(key=lambda item: (item[0], item[2] is not None))
-            for (left, _, away), (_, via, onward) in zip(items, items[1:]):
+            for (left, _, away), (_, via, onward) in pairwise(items):
                 if away is not None:
                     self.check_passage(node, left, away, via, onward)
 
@@ -165,7 +166,7 @@ class Audit:
                 self.fault(onward.enter, f"robot {robot} came out of a bay at {node}, {gap:g} from robot {other}")
             return
         length = self.graph.edges[via.edge]["length"]
-        begin = next((t for t, p in zip(via.times, via.places[1:]) if p > length - need + TOL), via.leave)
+        begin = next((t for t, p in zip(via.times, via.places[1:], strict=False) if p > length - need + TOL), via.leave)
         if begin < left - TOL:
             self.fault(begin, f"robot {robot} drove onto {node} while robot {other} was there")
         train = any(abs(time - begin) <= TOL for time in self.trains[robot])

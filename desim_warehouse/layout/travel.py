@@ -1,7 +1,9 @@
 """The distance oracle: directed distances and driving times between nodes, worked out when asked for.
 
-One search a row (scipy.sparse.csgraph.dijkstra towards a goal, or Algorithm 1's breadth-first search from an
-origin), kept for the rows used last; so memory stays within KEPT numbers, also on layouts of 10,000 nodes.
+One search a row (scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
+search from an origin), kept for the rows used last; so memory stays within KEPT numbers, also on layouts of
+10,000 nodes. Ways that end at a hub (a station, a bay) are searched towards it, ways that only begin at one from
+it: robots drive between hubs and storage, so a row for each hub serves nearly all ways.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from collections import OrderedDict, deque
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     import networkx as nx
 
@@ -29,7 +31,9 @@ class Oracle:
     a way are at `speed`, whatever the cost that chose it.
     """
 
-    def __init__(self, highways: nx.DiGraph, cost: Cost, speed: float, node_time: float) -> None:
+    def __init__(
+        self, highways: nx.DiGraph, cost: Cost, speed: float, node_time: float, hubs: Iterable[str] = ()
+    ) -> None:
         self.cost = cost
         self.names = list(highways)
         self.index = {name: i for i, name in enumerate(self.names)}
@@ -40,9 +44,10 @@ class Oracle:
             ]
             for name in self.names
         ]
+        self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
-        self._rows: OrderedDict[int, tuple[Any, Any, Any]] = OrderedDict()
-        self._reversed: Any = None
+        self._rows: OrderedDict[tuple[int, bool], tuple[Any, Any, Any]] = OrderedDict()
+        self._edges: Any = None
 
     def length(self, origin: str, goal: str) -> float:
         """Length of the way; inf where there is none."""
@@ -56,46 +61,54 @@ class Oracle:
 
     def way(self, origin: str, goal: str) -> list[str]:
         """Nodes of the way, both ends included; empty where there is none."""
+        forward = self._forward(origin, goal)
         (lengths, _, steps), at = self._row_of(origin, goal)
         if math.isinf(lengths[at]):
             return []
-        names, root = self.names, self.index[origin if self.cost == "hops" else goal]
+        names, root = self.names, self.index[origin if forward else goal]
         way = [names[at]]
         while at != root:
             at = steps[at]
             way.append(names[at])
-        return way[::-1] if self.cost == "hops" else way
+        return way[::-1] if forward else way
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
         """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
         import numpy as np
 
         part = 0 if what == "length" else 1
-        index = self.index
-        by_origin = self.cost == "hops"
-        keys, others = (origins, goals) if by_origin else (goals, origins)
-        at = np.array([index[name] for name in others], dtype=np.intp)
-        rows = {name: np.frombuffer(self._row(index[name])[part])[at] for name in dict.fromkeys(keys)}
-        table = np.empty((len(keys), len(others)))
-        for number, name in enumerate(keys):
-            table[number] = rows[name]
-        return table if by_origin else table.T
+        table = np.empty((len(origins), len(goals)))
+        ways = np.array([[self._forward(origin, goal) for goal in goals] for origin in origins], dtype=bool)
+        start = np.array([self.index[name] for name in origins], dtype=np.intp)
+        end = np.array([self.index[name] for name in goals], dtype=np.intp)
+        for number in np.flatnonzero(ways.any(axis=1)):
+            row = np.frombuffer(self._row(int(start[number]), forward=True)[part])
+            table[number, ways[number]] = row[end[ways[number]]]
+        for number in np.flatnonzero(~ways.all(axis=0)):
+            row = np.frombuffer(self._row(int(end[number]), forward=False)[part])
+            table[~ways[:, number], number] = row[start[~ways[:, number]]]
+        return table
+
+    def _forward(self, origin: str, goal: str) -> bool:
+        """Whether a way is searched from its origin."""
+        return self.cost == "hops" or (origin in self._hubs and goal not in self._hubs)
 
     def _row_of(self, origin: str, goal: str) -> tuple[tuple[Any, Any, Any], int]:
-        root, at = self.index[origin], self.index[goal]
-        if self.cost != "hops":
-            root, at = at, root
-        return self._row(root), at
+        if self._forward(origin, goal):
+            return self._row(self.index[origin], forward=True), self.index[goal]
+        return self._row(self.index[goal], forward=False), self.index[origin]
 
-    def _row(self, root: int) -> tuple[Any, Any, Any]:
+    def _row(self, root: int, *, forward: bool) -> tuple[Any, Any, Any]:
         """Lengths, times and next nodes (towards the root) of all nodes."""
-        row = self._rows.get(root)
+        key = root, forward
+        row = self._rows.get(key)
         if row is None:
-            row = self._rows[root] = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root)
+            row = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root, forward=forward)
+            self._rows[key] = row
             if len(self._rows) > self._keep:
                 self._rows.popitem(last=False)
         elif len(self._rows) == self._keep:
-            self._rows.move_to_end(root)
+            self._rows.move_to_end(key)
         return row
 
     def _breadth_first(self, root: int) -> tuple[Any, Any, Any]:
@@ -115,20 +128,21 @@ class Oracle:
                     line.append(there)
         return lengths, times, before
 
-    def _dijkstra(self, root: int) -> tuple[Any, Any, Any]:
+    def _dijkstra(self, root: int, *, forward: bool) -> tuple[Any, Any, Any]:
         import numpy as np
         from scipy.sparse.csgraph import dijkstra
 
-        if self._reversed is None:
-            self._reversed = self._matrices()
-        graph, keys, other = self._reversed
+        if self._edges is None:
+            self._edges = self._matrices()
+        graph, keys, other = self._edges
         search: Any = dijkstra
-        costs, steps = search(graph, indices=root, return_predecessors=True)
+        costs, steps = search(graph if forward else graph.T, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         first = np.where(np.isinf(costs), np.inf, 0.0)
         moved = steps != here
-        edges = np.searchsorted(keys[0], here[moved] * len(costs) + steps[moved])
+        source, target = (steps, here) if forward else (here, steps)
+        edges = np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])
         first[moved] = other[keys[1][edges]]
         along = _along(steps, first)
         lengths, times = (costs, along) if self.cost == "length" else (along, costs)
@@ -137,7 +151,7 @@ class Oracle:
         )  # type: ignore[return-value]
 
     def _matrices(self) -> tuple[Any, Any, Any]:
-        """The reversed Highways with their costs; edges by (from, to) in order; the edges' other cost."""
+        """The Highways with their costs; edges by (from, to) in order; the edges' other cost."""
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -147,7 +161,7 @@ class Oracle:
         cost, other = (length, time) if self.cost == "length" else (time, length)
         keys = source * size + target
         order = np.argsort(keys)
-        return csr_array((cost, (target, source)), shape=(size, size)), (keys[order], order), other
+        return csr_array((cost, (source, target)), shape=(size, size)), (keys[order], order), other
 
 
 def _along(steps: Any, first: Any) -> Any:
@@ -167,18 +181,21 @@ class Travel:
     `ways` is the oracle of the routing policy in force: lengths and times along the ways that robots do drive.
     """
 
-    def __init__(self, highways: nx.DiGraph, speed: float, node_time: float, cost: Cost = "time") -> None:
+    def __init__(
+        self, highways: nx.DiGraph, speed: float, node_time: float, cost: Cost = "time", hubs: Iterable[str] = ()
+    ) -> None:
         self.highways = highways
         self.speed = speed
         self.node_time = node_time
         self.cost = cost
+        self.hubs = frozenset(hubs)
         self._oracles: dict[str, Oracle] = {}
 
     def oracle(self, cost: Cost) -> Oracle:
         """The oracle for ways that are cheapest by a cost."""
         found = self._oracles.get(cost)
         if found is None:
-            found = self._oracles[cost] = Oracle(self.highways, cost, self.speed, self.node_time)
+            found = self._oracles[cost] = Oracle(self.highways, cost, self.speed, self.node_time, self.hubs)
         return found
 
     @property

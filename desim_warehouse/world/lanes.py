@@ -107,6 +107,15 @@ class Intersection:
         self.passages = self.waits = 0
         self.blocked = 0.0
 
+    def left_by(self, robot: Body, lane: Lane, time: float, contact: float) -> None:
+        """A robot's centre leaves it for a lane at `time`; the last to do so counts, as in a rotation one may follow another."""
+        if time >= self.left_at:
+            self.user = robot
+            self.left_at = time
+            self.left_on = lane
+            self.left_pace = robot.pace
+            self.clear_at = time + contact / robot.pace
+
 
 class Claim(Event):
     """A robot's wish for an intersection and, with it or not at all, for room on the lane beyond.

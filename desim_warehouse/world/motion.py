@@ -80,12 +80,8 @@ class Motion(Reservations):
         node = onward.start
         if node.holder is robot:  # in a rotation it may be the next robot's already
             node.holder = None
-        node.user = robot
         node.passages += 1
-        node.left_at = clear
-        node.left_on = onward
-        node.left_pace = pace
-        node.clear_at = clear + self.contact / pace
+        node.left_by(robot, onward, clear, self.contact)
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
         # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
@@ -216,11 +212,7 @@ class Motion(Reservations):
         """A robot that stood on an intersection sets off along its lane."""
         if node.holder is robot:
             node.holder = None
-        node.user = robot
         node.passages += 1
-        node.left_on = robot.lane
-        node.left_pace = robot.pace
-        node.left_at = robot.since
-        node.clear_at = node.left_at + self.contact / robot.pace
+        node.left_by(robot, robot.lane, robot.since, self.contact)
         if node.claims:
             self.freed(node)

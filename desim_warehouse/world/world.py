@@ -64,6 +64,7 @@ class World:
             max(robot.speed for robot in kinds),
             model.traffic.node_time,
             self.decisions.cost,
+            hubs=(*self.layout.bays, *self.layout.stations, *model.tasks.unload_at),
         )
         self.stations = {
             node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
