@@ -82,10 +82,10 @@ class Store:
         Raises:
             StudyError: where it cannot be written, such as on a full disk; runs before it are kept.
         """
-        self.runs[model, seed] = outcome
-        self.again.discard((model, seed))
         if self.file is not None:
             self._write(_line(model, seed, outcome))
+        self.runs[model, seed] = outcome
+        self.again.discard((model, seed))
 
     def close(self) -> None:
         """Put everything on disk and let others in."""
@@ -179,7 +179,7 @@ def _line(model: str, seed: int, outcome: Outcome) -> bytes:
         "seed": seed,
         "version": __version__,
         "values": outcome.values,
-        "time": round(outcome.run_time, 6),
+        "time": outcome.run_time,
     }
     if outcome.error is not None:
         entry |= {"error": outcome.error, "final": outcome.final}

@@ -81,7 +81,7 @@ def worker_count(workers: int | str) -> int:
         affinity = getattr(os, "sched_getaffinity", None)
         return len(affinity(0)) if affinity else os.cpu_count() or 1
     try:
-        count = int(workers)
+        count = int(str(workers))
     except ValueError:
         count = 0
     if count < 1:

@@ -51,11 +51,15 @@ class Batch(NamedTuple):
 _bench: Bench | None = None  # in a worker
 
 
-def _begin(base: Model) -> int:
-    """In a new worker: take the base model, leave Ctrl-C to the parent, and end when the parent does."""
-    global _bench  # noqa: PLW0603 - what a worker process is set up with
+def _prepare() -> None:
+    """In a new worker, before anything else: leave Ctrl-C to the parent, and end when the parent does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _begin(base: Model) -> int:
+    """In a new worker: take the base model, and say who it is."""
+    global _bench  # noqa: PLW0603 - what a worker process is set up with
     _bench = Bench(base)
     return os.getpid()
 
@@ -86,7 +90,7 @@ class Worker:
     def start(self) -> None:
         """Begin a new process."""
         self.starts += 1
-        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _prepare)
         with _bare_main(), _without_ctrl_c():
             self.hello: Future[int] = self.executor.submit(_begin, self.base)
         self.begun: float | None = None

@@ -115,10 +115,10 @@ class Bench:
                 with Limit(timeout):
                     values = simulate(model, wanted.seed).kpis
         except TimeOutError:
-            taken = perf_counter() - begin
+            taken = _since(begin)
             return Outcome({}, taken, f"{TIME_OUT}: not finished after {timeout:g} s", final=False)
         except Exception as error:  # noqa: BLE001 - one failing run is a row with its error
-            taken = perf_counter() - begin
+            taken = _since(begin)
             said = " ".join(str(error).split()) or "no message"
             return Outcome(
                 {},
@@ -126,8 +126,13 @@ class Bench:
                 f"{type(error).__name__}: {said}",
                 final=isinstance(error, SimulationError | LayoutError),
             )
-        return Outcome(values, perf_counter() - begin)
+        return Outcome(values, _since(begin))
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
         """Simulate several runs, one after the other."""
         return [self.run(wanted, timeout) for wanted in batch]
+
+
+def _since(begin: float) -> float:
+    """Seconds since then, to the microsecond."""
+    return round(perf_counter() - begin, 6)

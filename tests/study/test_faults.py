@@ -1,0 +1,177 @@
+"""Faults from outside: whole studies and single workers killed, runs that never end, Ctrl-C."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study.store import JOURNAL, Store
+
+from .conftest import MULTIBOTS
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals and /proc of Linux")
+
+DESIM = [sys.executable, "-c", "from desim_warehouse.cli import main; main()"]
+FACTORS = {"fleet.size": [1, 2, 6]}
+CHANGES = {"tasks.goods": {"random": 8}}
+
+
+def study(replications, factors=FACTORS, **more):
+    return dw.Study(MULTIBOTS, factors, changes=CHANGES, replications=replications, name="what-if", **more)
+
+
+def command(folder, replications, workers):
+    options = ["--set", "tasks.goods={random: 8}", "--replications", str(replications)]
+    vary = ["--vary", "fleet.size=1,2,6", "--workers", str(workers), "--out", str(folder)]
+    return [*DESIM, "what-if", str(MULTIBOTS), *vary, *options]
+
+
+def lines(folder: Path) -> int:
+    path = folder / JOURNAL
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def wait_for(what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
+
+
+def children(pid: int) -> list[int]:
+    """Worker processes of a study (not the resource tracker)."""
+    found = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in task.read_text().split():
+            command_line = Path(f"/proc/{child}/cmdline").read_bytes()
+            if b"spawn_main" in command_line:
+                found.append(int(child))
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
+    except FileNotFoundError:
+        return False
+
+
+def finished(table: pd.DataFrame) -> pd.DataFrame:
+    return table.drop(columns="run_time")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, workers):
+    chance = random.Random(workers)
+    count = 0
+    for _ in range(3):
+        process = subprocess.Popen(command(tmp_path, 200, workers), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_for(lambda: lines(tmp_path) > count or process.poll() is not None)
+        time.sleep(chance.uniform(0, 0.2))
+        workers_of = children(process.pid) if process.poll() is None else []
+        process.kill()
+        process.wait()
+        wait_for(lambda: not any(alive(pid) for pid in workers_of))  # no orphans
+        kept = lines(tmp_path)
+        assert kept >= count
+        count = kept
+    assert 0 < count < 600
+    made = study(200).run(out=tmp_path, workers=2)
+    assert lines(tmp_path) == 600  # every run once: what was finished was not done again
+    assert finished(made.table).equals(finished(study(200).run().table))
+
+
+def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
+    process = subprocess.Popen(command(tmp_path, 200, 3), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    for target in (30, 200):
+        wait_for(lambda least=target: lines(tmp_path) > least)
+        wait_for(lambda: len(children(process.pid)) >= 2)
+        os.kill(children(process.pid)[0], signal.SIGKILL)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "a worker process died; its runs are done again" in said
+    assert lines(tmp_path) == 600
+    table = pd.read_parquet(tmp_path / "results.parquet")
+    assert finished(table).equals(finished(study(200).run().table))
+
+
+def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
+    process = subprocess.Popen(
+        command(tmp_path, 100_000, 2),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
+    workers = children(process.pid)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "finished runs are kept in" in said
+    assert "Traceback" not in said
+    wait_for(lambda: not any(alive(pid) for pid in workers))
+    with Store(tmp_path, pytest.fail) as store:
+        assert len(store.runs) == lines(tmp_path) > 100
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, workers):
+    factors = {"policies.parking": {"named": {"good": "home", "endless": parking("loop")}}}
+    made = study(2, factors, timeout=0.6).run(workers=workers, out=tmp_path)
+    errors = made.table.set_index(["policies.parking", "replication"])["error"]
+    assert errors["good"].isna().all()
+    assert errors["endless"].tolist() == ["time-out: not finished after 0.6 s"] * 2
+    assert lines(tmp_path) == 4
+
+
+def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkeypatch):
+    monkeypatch.setattr("desim_warehouse.study.execution.processes._GRACE", 0.5)
+    factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
+    made = study(1, factors, timeout=0.5).run(workers=2)
+    errors = made.table.set_index("policies.parking")["error"]
+    assert pd.isna(errors["good"])
+    assert errors["stuck"] == "time-out: not finished after 0.5 s, and its process had to be killed"
+    assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
+
+
+def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, tmp_path):
+    cases = {"good": "home", "deadly": parking("die"), "once": parking("die once", mark=str(tmp_path / "mark"))}
+    made = study(2, {"policies.parking": {"named": cases}}).run(workers=2)
+    errors = made.table.set_index(["policies.parking", "replication"])["error"]
+    assert errors["good"].isna().all()
+    assert errors["once"].isna().all()
+    assert errors["deadly"].str.startswith("the worker process died each time it was at this run").all()
+
+
+def test_a_script_needs_no_main_guard(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import desim_warehouse as dw\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=30, changes={CHANGES!r})\n"
+        f"print(len(study.run(workers=2).table), study.notes)\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == "180 []\n"
+    assert not done.stderr
+
+
+def test_two_studies_in_one_folder_are_refused_and_a_killed_one_leaves_no_lock(tmp_path):
+    process = subprocess.Popen(command(tmp_path, 100_000, 1), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_for(lambda: lines(tmp_path) > 0)
+    second = subprocess.run(command(tmp_path, 1, 1), capture_output=True, text=True, check=False)
+    assert second.returncode == 2
+    assert f"another study is at work there (process {process.pid} on " in second.stderr
+    process.kill()
+    process.wait()
+    assert subprocess.run(command(tmp_path, 1, 1), capture_output=True, check=False).returncode == 0
+
+

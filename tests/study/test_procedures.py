@@ -1,0 +1,114 @@
+"""The best design, the smallest that meets a target, and the warm-up: runs asked for as they are needed."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study import procedures
+from desim_warehouse.study.warm_up import settle
+
+from .conftest import MULTIBOTS
+
+LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 8000}
+
+
+def study(factors, changes=None, **more):
+    made = dw.Study(MULTIBOTS, factors, changes=changes or {"tasks.goods": {"random": 5}}, **more)
+    made.plan = made.plan.unreplicated()
+    return made
+
+
+def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
+    made = study({"fleet.size": [1, 4, 5]})
+    found = procedures.best(made, "T", 20, out=tmp_path)
+    assert str(found.point) in {"fleet.size=4", "fleet.size=5"}
+    assert not found.maximise
+    assert found.selection.guaranteed
+    assert found.selection.samples[0] < found.selection.samples[2]
+    counts = made.table.groupby("fleet.size").size().tolist()
+    assert counts == list(found.selection.samples)
+    assert dw.Study.open(tmp_path).table.equals(made.table)
+
+
+def test_the_choice_is_the_same_for_any_number_of_workers():
+    one = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50)
+    two = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, workers=2)
+    assert one == two
+
+
+def test_more_is_better_where_it_is():
+    found = procedures.best(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10)
+    assert found.maximise
+    assert str(found.point) == "fleet.size=3"
+    worst = procedures.best(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10, maximise=False)
+    assert str(worst.point) == "fleet.size=1"
+
+
+def test_deterministic_designs_need_two_runs_each():
+    found = procedures.best(study({"fleet.size": [1, 3]}, {"tasks.goods": [11, 8, 39]}), "T", 1)
+    assert found.selection.deterministic
+    assert found.selection.samples == (2, 2)
+
+
+def test_the_smallest_fleet_for_a_throughput(tmp_path):
+    made = study({"fleet.size": "1..6"}, LIFELONG)
+    found = procedures.size(made, "throughput_per_hour >= 250", out=tmp_path)
+    assert found.smallest == 3
+    assert found.below.verdict == "fails"
+    means = made.summary(["throughput_per_hour"]).set_index("fleet.size")["mean"]
+    assert means[2] < 250 < means[3]
+    assert means.isna().any()  # bisection leaves some out
+
+
+def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
+    procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, out=tmp_path)
+    before = len((tmp_path / "runs.jsonl").read_bytes().splitlines())
+    again = dw.Study.open(tmp_path)
+    procedures.best(again, "T", 50, out=tmp_path)
+    assert len((tmp_path / "runs.jsonl").read_bytes().splitlines()) == before
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "Tt", 1), "indicator 'Tt': there is none"),
+        (lambda: procedures.best(study({"fleet.size": [1]}), "T", 1), "expected factors with several values"),
+        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 0), "indifference zone"),
+        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
+        (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(call, message):
+    with pytest.raises(dw.StudyError, match=message):
+        call()
+
+
+def test_a_failed_run_ends_a_procedure_with_its_error(parking):
+    factors = {"policies.parking": {"named": {"good": "home", "bad": parking("raise")}}}
+    with pytest.raises(dw.StudyError, match=r"policies.parking=bad, replication 0 failed: .*no bay for me"):
+        procedures.best(study(factors), "T", 50)
+
+
+@pytest.mark.parametrize("observed", ["throughput", "cycle_time"])
+def test_the_warm_up_of_a_lifelong_model(observed, tmp_path):
+    model = dw.load(MULTIBOTS, {**LIFELONG, "run.warm_up": 500})
+    found = settle(model, replications=4, observations=100, observed=observed)
+    assert found.width == 80
+    assert len(found.found.means) == 20
+    assert found.time is None or 0 <= found.time <= 4000
+    found.figure().savefig(tmp_path / "warm-up.svg")
+    assert (tmp_path / "warm-up.svg").read_text().startswith("<?xml")
+
+
+def test_throughput_over_time_adds_up_to_all_deliveries():
+    model = dw.load(MULTIBOTS, LIFELONG)
+    found = settle(model, replications=2, observations=100)
+    from desim_warehouse.study.plan import run_seed
+
+    delivered = [dw.simulate(model, run_seed(0, r)).kpis["tasks"] for r in range(2)]
+    hours = 8000 * 0.05 / 3600
+    assert found.found.means.mean() == pytest.approx(sum(delivered) / 2 / hours)
+
+
+def test_work_that_ends_has_no_warm_up():
+    with pytest.raises(dw.StudyError, match="its work ends"):
+        settle(dw.load(MULTIBOTS))

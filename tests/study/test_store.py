@@ -1,0 +1,180 @@
+"""The store: nothing that is finished gets lost, nothing damaged is used, and the message says what happened."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.lock import FolderLock
+from desim_warehouse.study.store import JOURNAL, Store
+
+from .conftest import MULTIBOTS
+
+
+def study(**more):
+    return dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}, changes={"tasks.goods": {"random": 2}}, **more)
+
+
+def opened(folder):
+    notes = []
+    with Store(folder, notes.append) as store:
+        return dict(store.runs), notes
+
+
+def filled(folder, count=5):
+    with Store(folder, print) as store:
+        for seed in range(count):
+            store.add("model", seed, Outcome({"T": seed / 3, "S": seed, "x": float("nan")}, 0.1))
+    return folder / JOURNAL
+
+
+def test_values_come_back_exactly(tmp_path):
+    filled(tmp_path)
+    runs, notes = opened(tmp_path)
+    assert not notes
+    assert [runs["model", seed].values["T"] for seed in range(5)] == [seed / 3 for seed in range(5)]
+    assert type(runs["model", 1].values["S"]) is int
+    assert runs["model", 1].values["x"] != runs["model", 1].values["x"]
+
+
+def test_a_line_cut_short_anywhere_costs_that_run_only(tmp_path):
+    journal = filled(tmp_path)
+    whole = journal.read_bytes()
+    begin = whole.rindex(b"\n", 0, -1) + 1
+    for end in range(begin + 1, len(whole)):
+        journal.write_bytes(whole[:end])
+        runs, notes = opened(tmp_path)
+        assert len(runs) == 4
+        assert "cut short" in notes[0]
+        assert journal.read_bytes() == whole[:begin]  # mended: the next line starts afresh
+    assert opened(tmp_path)[1] == []
+
+
+def test_a_damaged_byte_costs_that_run_only(tmp_path):
+    journal = filled(tmp_path)
+    whole = bytearray(journal.read_bytes())
+    whole[whole.index(b'"T":0.66') + 6] ^= 1
+    journal.write_bytes(whole)
+    runs, notes = opened(tmp_path)
+    assert ("model", 2) not in runs
+    assert len(runs) == 4
+    assert "1 run is damaged and not used" in notes[0]
+
+
+def test_runs_of_another_version_are_kept_but_not_used(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("desim_warehouse.study.store.__version__", "0.0.1")
+        filled(tmp_path)
+    runs, notes = opened(tmp_path)
+    assert not runs
+    assert "5 runs are of version 0.0.1 not used again" in notes[0]
+    assert len((tmp_path / JOURNAL).read_bytes().splitlines()) == 5
+
+
+def test_an_error_that_may_not_happen_again_is_tried_again_and_one_that_will_is_not(tmp_path):
+    with Store(tmp_path, print) as store:
+        store.add("model", 0, Outcome({}, 1.0, "time-out: not finished after 1 s", final=False))
+        store.add("model", 1, Outcome({}, 1.0, "StallError: stalled"))
+    with Store(tmp_path, print) as store:
+        assert store.missing("model", 0)
+        assert not store.missing("model", 1)
+        assert store.get("model", 0).error.startswith("time-out")
+        store.add("model", 0, Outcome({"T": 1}, 1.0))
+    with Store(tmp_path, print) as store:
+        assert not store.missing("model", 0)
+        assert store.get("model", 0).values == {"T": 1}
+
+
+@pytest.mark.parametrize("part", [0, 10])
+def test_a_full_disk_ends_the_study_with_what_is_finished_kept(tmp_path, monkeypatch, part):
+    write, count = os.write, 0
+
+    def full(file, data):
+        nonlocal count
+        if data[8:9] == b" " and b'"model"' in data:
+            count += 1
+            if count > 3:
+                if not part:
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                return write(file, data[:part])
+        return write(file, data)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        with pytest.raises(dw.StudyError, match=r"runs.jsonl: cannot be written \(No space left.*kept: make room"):
+            study(replications=3).run(out=tmp_path)
+    assert len(opened(tmp_path)[0]) == 3
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == 3
+    again = study(replications=3).run(out=tmp_path)
+    assert again.notes == []
+    assert len((tmp_path / JOURNAL).read_bytes().splitlines()) == 6
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /dev/full's kin: a limit on file size")
+def test_a_real_limit_on_the_disk_is_survived(tmp_path):
+    """The file system refuses to let the journal grow beyond 3000 bytes (RLIMIT_FSIZE)."""
+    code = f"""
+import resource, signal
+import desim_warehouse as dw
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+study = dw.Study({str(MULTIBOTS)!r}, {{"fleet.size": [1, 2]}}, changes={{"tasks.goods": {{"random": 2}}}},
+                 replications=20, indicators=["T"])
+resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+try:
+    study.run(out={str(tmp_path)!r})
+except dw.StudyError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "make room and start the study again" in done.stdout
+    kept = len(opened(tmp_path)[0])
+    assert 0 < kept < 40
+    study(replications=20).run(out=tmp_path)
+    assert len((tmp_path / JOURNAL).read_bytes().splitlines()) == 40
+
+
+def test_a_damaged_table_is_made_again_from_the_journal(tmp_path):
+    made = study(replications=2).run(out=tmp_path)
+    for content in (b"", b"not parquet", (tmp_path / "results.parquet").read_bytes()[:-40]):
+        (tmp_path / "results.parquet").write_bytes(content)
+        again = study(replications=2).run(out=tmp_path)
+        assert "results.parquet: damaged; made anew" in again.notes[0]
+        assert pd.read_parquet(tmp_path / "results.parquet").equals(made.table)
+
+
+def test_a_damaged_study_record_is_told_and_written_again_by_the_study(tmp_path):
+    made = study(replications=2).run(out=tmp_path)
+    (tmp_path / "study.json").write_text('{"format": 1, "na')
+    with pytest.raises(dw.StudyError, match=r"study.json: cannot be read .* the runs are safe"):
+        dw.Study.open(tmp_path)
+    study(replications=2).run(out=tmp_path)
+    assert dw.Study.open(tmp_path).table.equals(made.table)
+
+
+def test_the_record_names_models_seeds_and_versions(tmp_path):
+    made = study(replications=2).run(out=tmp_path)
+    record = json.loads((tmp_path / "study.json").read_text())
+    assert record["run_seeds"] == made.table["seed"].unique().tolist()
+    assert record["points"][1]["model"] == made.plan.base.replace({"fleet.size": 2}).digest()
+    assert dw.load(record["base"]) == made.plan.base
+    assert record["versions"]["desim-warehouse"] == dw.__version__
+
+
+def test_two_studies_in_one_folder_at_once_are_refused(tmp_path):
+    lock = FolderLock(tmp_path)
+    with pytest.raises(dw.StudyError, match=rf"another study is at work there \(process {os.getpid()} on "):
+        study().run(out=tmp_path)
+    lock.release()
+    study().run(out=tmp_path)
+
+
+def test_a_folder_that_cannot_be_used_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(dw.StudyError, match="cannot be used as a study folder"):
+        study().run(out=tmp_path / "file")

@@ -1,0 +1,233 @@
+"""Studies run from Python: the table, the same in whatever way it was run, and what statistics say of it."""
+
+import math
+
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study.indicators import INDICATORS
+from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.statistics import estimate, paired
+
+from .conftest import MULTIBOTS
+
+RANDOM = {"tasks.goods": {"random": 4}}
+
+
+def study(factors=None, **more):
+    more.setdefault("changes", RANDOM)
+    return dw.Study(MULTIBOTS, factors or {"fleet.size": [1, 2]}, **more)
+
+
+def same(one: pd.DataFrame, other: pd.DataFrame) -> bool:
+    """Bit for bit, run times apart."""
+    return one.drop(columns="run_time").equals(other.drop(columns="run_time"))
+
+
+def test_the_table_has_a_row_for_each_run():
+    table = study(replications=3, indicators=["T", "S"]).run().table
+    assert list(table.columns) == ["fleet.size", "replication", "seed", "T", "S", "run_time", "error"]
+    assert table["fleet.size"].tolist() == [1, 1, 1, 2, 2, 2]
+    assert table["replication"].tolist() == [0, 1, 2] * 2
+    assert table["error"].isna().all()
+    assert table["run_time"].gt(0).all()
+
+
+def test_a_row_can_be_simulated_again_by_itself():
+    made = study(replications=2).run()
+    row = made.table.iloc[3]
+    run = dw.simulate(dw.load(MULTIBOTS, {**RANDOM, "fleet.size": 2}), seed=int(row["seed"]))
+    assert {name: row[name] for name in run.kpis} == pytest.approx(run.kpis, abs=0, rel=0, nan_ok=True)
+
+
+def test_replications_use_common_random_numbers():
+    table = study(replications=3, seed=7).run().table
+    assert table["seed"].tolist() == [run_seed(7, r) for r in range(3)] * 2
+
+
+@pytest.mark.parametrize("level", ["all", "moves"])
+def test_indicators_do_not_depend_on_how_much_is_logged(level):
+    little, much = study(replications=2).run(), study(replications=2, changes={**RANDOM, "log": level}).run()
+    assert same(little.table, much.table)
+
+
+def test_two_processes_give_the_same_table_bit_for_bit():
+    made = [study({"fleet.size": [1, 2, 6]}, replications=7).run(workers=workers) for workers in (1, 2, 3)]
+    assert same(made[0].table, made[1].table)
+    assert same(made[0].table, made[2].table)
+
+
+def test_the_parquet_file_is_the_table(tmp_path):
+    made = study(replications=2).run(out=tmp_path)
+    assert pd.read_parquet(tmp_path / "results.parquet").equals(made.table)
+
+
+def test_factors_of_any_kind_are_columns(tmp_path):
+    factors = {
+        "policies.charging": ["threshold", {"name": "reach-aware", "margin": 0.2}],
+        "tasks.unload_at": [["M"], ["N"]],
+        "load": {"cases": {"light": {"tasks.goods": [1, 2]}, "heavy": {"tasks.goods": [1, 2, 3, 4]}}},
+    }
+    study(factors).run(out=tmp_path)
+    table = pd.read_parquet(tmp_path / "results.parquet")
+    assert table["policies.charging"].unique().tolist() == ["threshold", "reach-aware(margin=0.2)"]
+    assert table["tasks.unload_at"].unique().tolist() == ['["M"]', '["N"]']
+    assert table.groupby("load")["tasks"].first().to_dict() == {"heavy": 4, "light": 2}
+
+
+def test_finished_runs_are_used_again_when_values_and_replications_are_added(tmp_path):
+    study({"fleet.size": [1, 2]}, replications=2).run(out=tmp_path)
+    before = (tmp_path / "runs.jsonl").read_text().splitlines()
+    more = study({"fleet.size": [3, 2, 1], "battery.threshold": [3.5]}, replications=3).run(out=tmp_path)
+    after = (tmp_path / "runs.jsonl").read_text().splitlines()
+    assert after[: len(before)] == before
+    assert len(after) == 9  # four were there
+    assert same(more.table, study({"fleet.size": [3, 2, 1], "battery.threshold": [3.5]}, replications=3).run().table)
+
+
+def test_a_finished_study_runs_nothing(tmp_path, monkeypatch):
+    first = study(replications=2).run(out=tmp_path)
+
+    def never(*args, **kwargs):
+        raise AssertionError("a run was simulated")
+
+    monkeypatch.setattr("desim_warehouse.study.execution.work.simulate", never)
+    again = study(replications=2).run(out=tmp_path, workers=2, cluster="tcp://127.0.0.1:1")
+    assert again.table.equals(first.table)
+
+
+def test_runs_with_other_seeds_models_or_policy_code_are_not_mixed_up(tmp_path, policies, parking):
+    def lines():
+        return len((tmp_path / "out" / "runs.jsonl").read_text().splitlines())
+
+    def run(**more):
+        study({"policies.parking": [parking("nothing")]}, **more).run(out=tmp_path / "out")
+
+    run()
+    run(seed=1)
+    assert lines() == 2
+    run(changes={**RANDOM, "battery.threshold": 3})
+    assert lines() == 3
+    with open(policies, "a") as file:
+        file.write("\n# changed\n")
+    run()
+    assert lines() == 4
+    run()
+    assert lines() == 4
+
+
+def test_replications_go_on_until_the_mean_is_known():
+    rule = {"indicator": "T", "half_width": "10 %", "minimum": 3, "cap": 40}
+    one = study({"fleet.size": [1, 3]}, replications=rule).run()
+    for size, rows in one.table.groupby("fleet.size"):
+        found = estimate(rows["T"])
+        assert found.relative_half_width <= 0.1, size
+        assert 3 <= len(rows) < 40
+    assert same(one.table, study({"fleet.size": [1, 3]}, replications=rule).run(workers=2).table)
+
+
+def test_a_cap_ends_replications():
+    rule = {"indicator": "T", "half_width": 0.0001, "minimum": 2, "cap": 5}
+    assert len(study({"fleet.size": [1]}, replications=rule).run().table) == 5
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_failing_run_is_a_row_with_its_error(parking, workers):
+    factors = {"policies.parking": {"named": {"good": "home", "bad": parking("raise")}}}
+    made = study(factors, replications=2).run(workers=workers)
+    bad = made.table[made.table["policies.parking"] == "bad"]
+    assert bad["error"].str.contains("no bay for me").all()
+    assert bad["T"].isna().all()
+    good = made.summary(["T"]).set_index("policies.parking")
+    assert good["n"].to_dict() == {"good": 2, "bad": 0}
+    assert good["failed"].to_dict() == {"good": 0, "bad": 2}
+
+
+def test_the_summary_is_student_t_by_design():
+    made = study(replications=5).run()
+    row = made.summary(["T"]).iloc[1]
+    found = estimate(made.table.query("`fleet.size` == 2")["T"])
+    assert (row["mean"], row["half_width"], row["median"]) == (found.mean, found.half_width, found.median)
+    assert not row["deterministic"]
+
+
+def test_a_deterministic_model_says_so_instead_of_a_zero_interval():
+    made = study(changes={"tasks.goods": [11, 8]}).run()
+    summary = made.summary(["T"])
+    assert summary["deterministic"].all()
+    assert summary["half_width"].isna().all()
+    (difference,) = made.compare("T").differences
+    assert difference.differs
+    assert difference.estimate.half_width is None
+
+
+@pytest.mark.parametrize(
+    "changes", [RANDOM, {"tasks.goods": [1, 2], "tasks.unload_at": ["M", "N"], "tasks.station_choice": "random"}]
+)
+def test_models_in_which_chance_plays_a_part_are_not_called_deterministic(changes):
+    assert not study(changes=changes).deterministic
+
+
+def test_comparisons_are_paired_with_the_baseline():
+    made = study({"fleet.size": [1, 2, 3]}, replications=6, baseline={"fleet.size": 2}).run()
+    found = made.compare("T")
+    values = {size: rows["T"].to_numpy() for size, rows in made.table.groupby("fleet.size")}
+    assert found.baseline == "fleet.size=2"
+    by_design = {difference.design: difference.estimate for difference in found.differences}
+    expected = paired(values[3], values[2], confidence=0.975)  # Bonferroni: two differences
+    assert by_design["fleet.size=3"] == expected
+    with pytest.raises(dw.StudyError, match="no design with fleet.size=9"):
+        made.compare("T", {"fleet.size": 9})
+    with pytest.raises(dw.StudyError, match="'fleet' is no factor"):
+        made.compare("T", {"fleet": 9})
+
+
+def test_main_effects_and_shares_of_variance():
+    made = study({"fleet.size": [1, 3], "tasks.load_time": [10, 11]}, replications=2).run()
+    assert [effect.factor for effect in made.main_effects("T").factors] == ["fleet.size", "tasks.load_time"]
+    assert made.first_order("T").shares["fleet.size"] > 0.9
+    with pytest.raises(dw.StudyError, match="saltelli"):
+        made.sobol("T")
+
+
+def test_sobol_indices_need_a_saltelli_design():
+    factors = {"fleet.size": {"between": [1, 4]}, "tasks.load_time": {"between": [9.9, 10.0]}}
+    made = study(factors, design={"saltelli": 8}).run()
+    found = made.sobol("T")
+    assert found.total["fleet.size"] > 10 * abs(found.total["tasks.load_time"])
+
+
+def test_an_open_study_is_the_one_that_was_run(tmp_path):
+    rule = {"indicator": "T", "half_width": "20 %", "minimum": 3, "cap": 40}
+    made = study(replications=rule, indicators=["T", "C"], baseline={"fleet.size": 2}).run(out=tmp_path)
+    opened = dw.Study.open(tmp_path)
+    assert opened.table.equals(made.table)
+    assert opened.compare("T") == made.compare("T")
+    assert opened.plan.points() == made.plan.points()
+    with pytest.raises(dw.StudyError, match="no study there"):
+        dw.Study.open(tmp_path / "elsewhere")
+
+
+def test_a_study_that_was_not_run_says_so():
+    with pytest.raises(dw.StudyError, match="call run"):
+        _ = study().table
+
+
+def test_every_indicator_of_a_run_is_known():
+    goods = [{"good": 3, "due": 900}, {"good": 9, "due": 9000}]
+    run = dw.simulate(dw.load(MULTIBOTS, {"tasks.goods": goods}))
+    assert tuple(run.kpis) == INDICATORS or set(run.kpis) == set(INDICATORS)
+    assert math.isfinite(run.kpis["tardiness_mean"])
+
+
+def test_an_unknown_indicator_is_told_with_the_nearest():
+    made = study().run()
+    with pytest.raises(dw.StudyError, match="did you mean 'throughput_per_hour'"):
+        made.summary(["throughput"])
+
+
+@pytest.mark.parametrize("workers", [0, -1, "many", 1.5])
+def test_workers_are_a_number_or_auto(workers):
+    with pytest.raises(dw.StudyError, match="expected a number of at least 1, or auto"):
+        study().run(workers=workers)
