@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -11,6 +13,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse import metrics
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import pandas as pd
 
     from desim_warehouse.layout import Layout
@@ -131,6 +135,18 @@ def check(model: Model) -> Check:
     return Check(facts, checks.examine(layout, use))
 
 
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    """Keep Python's cycle collector away: a run makes few cycles and millions of log rows that it would scan."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
 def simulate(model: Model, seed: int = 0) -> Run:
     """Simulate a model once; the same model and seed give the same log.
 
@@ -139,5 +155,7 @@ def simulate(model: Model, seed: int = 0) -> Run:
     """
     from desim_warehouse.world import World
 
-    world = World(model, seed).run()
+    world = World(model, seed)
+    with _no_collector():
+        world.run()
     return Run(model, seed, world.log, world.layout)

@@ -1,0 +1,214 @@
+"""Cost of an edge move, as a ratio to a bare SimPy timeout measured in the same process right before and after.
+
+Processor time, so that other programs on the machine disturb little.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import random
+import resource
+import time
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import simpy
+from simpy.events import Timeout
+
+import desim_warehouse as dw
+from desim_warehouse.layout import build
+from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.layout.spec import LayoutSpec
+from desim_warehouse.layout.travel import Oracle
+from desim_warehouse.log import Log
+from desim_warehouse.world import World
+from desim_warehouse.world.body import Body
+from desim_warehouse.world.lanes import Lane
+from desim_warehouse.world.traffic import Traffic
+
+ROOT = Path(__file__).parents[1]
+GROUPS = (
+    (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
+    (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
+    (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
+    (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
+    (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
+)
+
+
+def bare_timeouts(processes: int = 100, each: int = 1000) -> float:
+    """Timeouts per second of SimPy alone."""
+    env = simpy.Environment()
+
+    def wait(delay: float) -> Any:
+        for _ in range(each):
+            yield env.timeout(delay)
+
+    for number in range(processes):
+        env.process(wait(1 + number / 1000))
+    gc.collect()
+    begin = time.process_time()
+    env.run()
+    return processes * each / (time.process_time() - begin)
+
+
+class Core:
+    """Robots that drive between storage places and the bottom row for ever: traffic alone, nothing decided or logged.
+
+    A block grid of `columns` x `rows` nodes in MultiBots' measures; ways are worked out beforehand.
+    """
+
+    def __init__(self, columns: int, rows: int, robots: int, *, spread: bool = False) -> None:
+        blocks = {"columns": columns - 1, "rows": rows - 1, "block_depth": 4, "goods_size": 50, "aisle_width": 50}
+        self.layout = build(LayoutSpec.model_validate({"blocks": blocks}))
+        self.env = simpy.Environment()
+        self.traffic = Traffic(
+            self.env, self.layout, Log("tasks"), contact=33.0, theta=math.radians(30), node_time=1.5, mixed=False
+        )
+        self.random = random.Random(1)
+        names = block_nodes(columns - 1, rows - 1)
+        edges = list(self.layout.graph.edges)
+        bottom = set(names[-1])
+        self.storage = sorted({place.edge for place in self.layout.storage})
+        self.stations = [edge for edge in edges if bottom.issuperset(edge)]
+        if spread:
+            self.storage = self.stations = self.random.sample(self.storage, min(100, len(self.storage)))
+        self.ways = Oracle(self.layout.graph, "length", 4.0, 1.5)
+        for edge in {*self.storage, *self.stations}:
+            self.ways.length(edge[1], edge[0])
+        self.cache: dict[tuple[str, str], list[Lane]] = {}
+        starts = [name for row in names for name in row] if spread else names[0]
+        self.robots = [Body(number, 4.0, self.traffic.nodes[starts[number % len(starts)]]) for number in range(robots)]
+        self.done = 0
+        for number, robot in enumerate(self.robots):
+            self.env.process(self.life(robot, starts[number % len(starts)], number // len(starts) * 20))
+
+    def way(self, origin: str, goal: str) -> list[Lane]:
+        """The lanes of the shortest way."""
+        found = self.cache.get((origin, goal))
+        if found is None:
+            steps = pairwise(self.ways.way(origin, goal))
+            found = self.cache[origin, goal] = [self.traffic.lanes[step] for step in steps]
+        return found
+
+    def life(self, robot: Body, at: str, delay: float) -> Any:
+        """Fetch and deliver without end."""
+        yield Timeout(self.env, self.random.random() * 500 + delay)
+        while True:
+            for edges, handling in ((self.storage, 10), (self.stations, 20)):
+                edge = self.random.choice(edges)
+                yield from self.traffic.drive(robot, [*self.way(at, edge[0]), self.traffic.lanes[edge]], 75.0)
+                yield Timeout(self.env, handling)
+                at = edge[1]
+            self.done += 1
+
+    @property
+    def moves(self) -> int:
+        """Edges driven so far."""
+        return sum(robot.moves for robot in self.robots)
+
+    def measure(self, warm_up: float, until: float) -> tuple[float, float]:
+        """Moves per second between two times of the run, and bare timeouts per second beside it."""
+        self.env.run(until=warm_up)
+        before, bare = self.moves, bare_timeouts()
+        gc.collect()
+        gc.disable()
+        begin = time.process_time()
+        self.env.run(until=until)
+        spent = time.process_time() - begin
+        gc.enable()
+        return (self.moves - before) / spent, max(bare, bare_timeouts())
+
+
+def core(name: str, columns: int, rows: int, robots: int, until: float, *, spread: bool = False) -> float:
+    """Print the cost of traffic alone; returns the ratio to bare timeouts."""
+    runs = [Core(columns, rows, robots, spread=spread) for _ in range(2)]
+    ratios = []
+    for run in runs:
+        moves, bare = run.measure(until / 4, until)
+        ratios.append(moves / bare)
+    last = runs[-1]
+    print(
+        f"{name:<46} {moves:>9,.0f} moves/s  {bare:>10,.0f} timeouts/s  ratio {max(ratios):.3f}"
+        f"  ({last.done / until * 1000:.1f} deliveries per 1,000 steps, {last.traffic.gridlock.rotations} rotations)",
+        flush=True,
+    )
+    return max(ratios)
+
+
+def whole() -> None:
+    """The medium model with everything that a run does: decisions, batteries, log, indicators."""
+    model = dw.load(ROOT / "models/medium.yaml")
+    World(model).run()
+    gc.collect()
+    begin = time.process_time()
+    world = World(model).run()
+    spent = time.process_time() - begin
+    moves, bare = sum(robot.moves for robot in world.robots), bare_timeouts()
+    print(
+        f"{'medium model, all included':<46} {moves / spent:>9,.0f} moves/s  {bare:>10,.0f} timeouts/s  "
+        f"ratio {moves / spent / bare:.3f}  ({world.env.now / spent:,.0f} x real time)"
+    )
+
+
+def cells() -> None:
+    """The paper's 30 cells, without start-up."""
+    models = [
+        dw.load(ROOT / "models/multibots.yaml", {"fleet.size": robots, "tasks.goods": list(goods)})
+        for robots in range(1, 7)
+        for goods in GROUPS
+    ]
+    dw.simulate(models[0])
+    gc.collect()
+    times = []
+    for _ in range(5):
+        begin = time.process_time()
+        for model in models:
+            dw.simulate(model)
+        times.append(time.process_time() - begin)
+    rate = bare_timeouts()
+    print(f"{'the 30 cells of the paper':<44} {min(times) * 1000:.1f} ms ({rate:,.0f} timeouts/s)")
+
+
+def growth() -> None:
+    """Cost per move at equal density, from 10 to 10,000 robots."""
+    ratios = [
+        core(f"equal density: {robots:,} robots on {side} x {side}", side, side, robots, until, spread=True)
+        for side, robots, until in ((8, 10, 40_000), (25, 100, 12_000), (80, 1000, 3_000), (253, 10_000, 900))
+    ]
+    print(f"cost per move from 10 to 10,000 robots: {ratios[0] / ratios[-1] - 1:+.0%}")
+
+
+def shift() -> None:
+    """An eight-hour shift of the large model, on one core."""
+    world = World(dw.load(ROOT / "models/large.yaml"))
+    begin = time.process_time()
+    world.run()
+    spent = time.process_time() - begin
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
+    moves = sum(robot.moves for robot in world.robots)
+    print(
+        f"large model, 8 h, 1,000 robots: {spent:.1f} s = {world.env.now / spent:,.0f} x real time, "
+        f"{moves:,} moves, {peak:.2f} GiB at most"
+    )
+
+
+def report(*, long: bool = False) -> None:
+    """Print all measurements; `long` also those that take minutes."""
+    cells()
+    core("10 robots on 6 x 4, uncontended", 6, 4, 10, 60_000)
+    core("1,000 robots on 40 x 40, moderate density", 40, 40, 1000, 4_000, spread=True)
+    for robots in (40, 60, 80, 120):
+        core(f"{robots} robots on 6 x 4, contention", 6, 4, robots, 20_000)
+    whole()
+    if long:
+        growth()
+        shift()
+
+
+if __name__ == "__main__":
+    import sys
+
+    report(long="--long" in sys.argv)
