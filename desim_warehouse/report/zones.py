@@ -18,6 +18,8 @@ NEAR = 3.2
 """From a node to the middle of the first place, in radii: 40 px for the paper's robots."""
 PITCH = 2.6
 """From place to place, in radii."""
+NARROW = 2
+"""Places side by side where edges or another zone are near."""
 SPREAD = 0.85
 """Part of the shortest edge at a node that its places may take up side by side."""
 
@@ -61,7 +63,7 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
 
 def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> tuple[Point, ...]:
     """Places in rows that grow away from the node, no wider than the space before its neighbours."""
-    across, deep = _outward(layout, node, nth)
+    across, deep, free = _outward(layout, node, nth)
     here = layout.graph.nodes[node]
     x, y = here["x"], here["y"]
     lengths = [
@@ -69,7 +71,8 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
         for other in [*layout.graph.successors(node), *layout.graph.predecessors(node)]
     ]
     pitch = PITCH * radius
-    wide = max(1, min(count, int(SPREAD * min(lengths, default=pitch) / pitch)))
+    narrow = not free or (node in layout.bays and node in layout.stations)
+    wide = max(1, min(count, NARROW if narrow else count, int(SPREAD * min(lengths, default=pitch) / pitch)))
     places = []
     for number in range(count):
         row, column = divmod(number, wide)
@@ -80,8 +83,11 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
     return tuple(sorted(places, key=lambda place: round(math.dist(place, (x, y)), 9)))
 
 
-def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point]:
-    """Unit vectors along and away from a zone: towards the outside, else where no edge is, else between edges."""
+def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
+    """Unit vectors along and away from a zone, and whether it is outside the floor.
+
+    It goes towards the outside if it can, else where no edge is, else between edges.
+    """
     graph = layout.graph
     here = graph.nodes[node]
     angles = []
@@ -105,4 +111,4 @@ def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point]:
     corners = [(sx * half, sy * half) for sy in (-1, 1) for sx in (1, -1)]
     corners.sort(key=room, reverse=True)
     chosen = (free + corners)[nth]
-    return (-chosen[1], chosen[0]), chosen
+    return (-chosen[1], chosen[0]), chosen, outside(chosen)

@@ -18,6 +18,7 @@ FLAGS = (
     "--disable-component-update",
     "--disable-sync",
     "--hide-scrollbars",
+    "about:blank",
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
 

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
 
     import desim_warehouse as dw
 
+OWN = ("file:", "data:", "about:", "chrome:")
+"""Addresses of the page itself, of data in it, and of the browser's own empty page."""
 READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done(String(error.stack)))"
 
 
@@ -53,6 +55,15 @@ class Page:
     def indicator(self, key: str) -> str:
         return str(self.browser.find_element("css selector", f"[data-key={key}]").text)
 
+    def until(self, condition: str) -> None:
+        """Let the page go on until a condition on `page`, its hook, holds (or ten seconds have gone)."""
+        script = (
+            "const done = arguments[0], page = window.desimReplay, since = performance.now();"
+            f"const look = () => ({condition}) || performance.now() - since > 1e4 ? done() : setTimeout(look, 10);"
+            "look()"
+        )
+        self.browser.execute_async_script(script)
+
     def pause(self, seconds: float) -> None:
         script = "const done = arguments[1]; setTimeout(done, arguments[0] * 1000)"
         self.browser.execute_async_script(script, seconds)
@@ -75,7 +86,7 @@ class Page:
         """The addresses asked for, but for the page itself and data in it."""
         events = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
         asked = [item["params"]["request"]["url"] for item in events if item["method"] == "Network.requestWillBeSent"]
-        return [url for url in asked if not url.startswith(("file:", "data:", "about:"))]
+        return [url for url in asked if not url.startswith(OWN)]
 
     def pixel(self, x: float, y: float) -> list[int]:
         """Red, green and blue of the floor at a point (CSS pixels)."""

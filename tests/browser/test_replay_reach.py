@@ -56,7 +56,7 @@ def test_controls_have_names_for_those_who_cannot_see_them(page: Page) -> None:
 
 def test_the_keys_alone_will_do(page: Page) -> None:
     page.press(SPACE)
-    page.pause(0.3)
+    page.until("page.time() > 1")
     page.press(SPACE)
     time = page.ask("page.time()")
     assert time > 1
@@ -243,6 +243,7 @@ def test_a_notebook_shows_it_in_a_frame(browser: Any, tmp_path: Path) -> None:
     notebook.write_text(
         f"<!DOCTYPE html><meta charset='utf-8'><body>{paper_run().replay()._repr_html_()}</body>", "utf-8"
     )
+    browser.get_log("browser")
     browser.get(notebook.as_uri())
     browser.switch_to.frame(browser.find_element("css selector", "iframe"))
     assert isinstance(browser.execute_async_script(READY), int | float)

@@ -97,12 +97,18 @@ class _Reader:
         time, _, robot, _, _, edge, value, until, _ = row
         self.on[robot], self.position[robot] = self.number[edge], value
         self.arrived[robot] = max(time, until)
-        wait, self.announced[robot] = self.announced[robot], None
-        if wait is not None and time > wait.time + EPS:  # it waits from now on, not until now
-            wait.begin, wait.end = wait.time, time
+        wait = self.announced[robot]
+        if wait is not None and wait.edge == self.on[robot]:
+            self.announced[robot] = None
+            if time > wait.time + EPS:  # it waits from then on, not until then
+                wait.begin, wait.end = wait.time, time
 
     def _enter(self, row: tuple[Any, ...]) -> None:
-        self.on[row[2]] = self.number[row[5]]
+        time, robot = row[0], row[2]
+        self.on[robot] = self.number[row[5]]
+        wait, self.announced[robot] = self.announced[robot], None
+        if wait is not None and wait.edge == self.on[robot] and time > wait.time + EPS:  # it waits on the node
+            wait.begin, wait.end = time - (wait.end - wait.begin), time
 
     def _off(self, row: tuple[Any, ...]) -> None:
         self.on[row[2]] = -1  # in a place beside its node; it may wait there, but on no edge

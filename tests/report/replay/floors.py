@@ -65,4 +65,31 @@ def jammed_run() -> Run:
     return dw.simulate(dw.load("models/multibots.yaml", {**changes, "battery": None}))
 
 
-RUNS = {"paper": paper_run, "tired": tired_run, "busy": busy_run, "jammed": jammed_run}
+@cache
+def drawn_run() -> Run:
+    """A floor drawn by hand: slanting edges, robots of two sizes, a bay inside, a bay and a station at one node."""
+    nodes = {"in": [0.0, 0.0], "a": [20.0, 0.0], "b": [32.0, 9.0], "out": [20.0, 18.0], "c": [0.0, 18.0]}
+    edges = ["in a", "a b", "b out", "out c", "c in", "a mid", "mid c", "in mid", "mid out"]
+    places = [("a b", 5.0), ("a b", 8.0), ("b out", 6.0), ("mid c", 5.0), ("in a", 9.0)]
+    layout = {
+        "nodes": nodes | {"mid": [9.0, 9.0]},
+        "edges": [edge.split() for edge in edges],
+        "storage": [{"edge": edge.split(), "offset": offset} for edge, offset in places],
+        "bays": {"garage": {"at": ["in", "mid"], "places": 4}},
+        "stations": {"dock": {"at": ["out"], "places": 4, "servers": 2}, "desk": {"at": ["in"], "places": 2}},
+    }
+    robot = {"radius": 0.5, "speed": 1.2, "margin": 0.1}
+    kinds = {"big": {"count": 2, "radius": 0.8, "speed": 0.9}}
+    tasks = {"goods": {"random": 30}, "unload_at": ["out", "in", *["out"] * 5], "load_time": 5.0, "unload_time": 8.0}
+    model = busy(
+        name="drawn",
+        layout=layout,
+        fleet={"size": 7, "robot": robot, "kinds": kinds, "exit_time": 2.0},
+        tasks=tasks,
+        battery={"capacity": 100.0, "threshold": 40.0, "consumption": 0.3, "charge_rate": 1.0},
+    )
+    del model["run"]
+    return dw.simulate(dw.load(model), seed=1)
+
+
+RUNS = {"paper": paper_run, "tired": tired_run, "busy": busy_run, "jammed": jammed_run, "drawn": drawn_run}

@@ -51,10 +51,12 @@ class Floor {
     });
   }
 
-  // How far down a node, or its station if that is below it, reaches.
-  below(node, y) {
-    const reach = y + Math.max(this.header.aisle / 2, this.radius * 2);
-    return this.zones.reduce((most, zone) => (zone.node === node && zone.top > y ? Math.max(most, zone.bottom) : most), reach);
+  // Where the goods delivered at a node are counted: below its station, or below the node.
+  counter(node) {
+    const station = this.zones.find((zone) => zone.node === node && zone.kind === "station");
+    if (station) return [(station.left + station.right) / 2, station.bottom + this.radius * 1.3];
+    const [, x, y] = this.header.nodes[node];
+    return [x, y + Math.max(this.header.aisle / 2, this.radius * 2) + this.radius * 1.3];
   }
 
   everything() {

@@ -83,8 +83,8 @@ class Scene {
     ctx.textAlign = "left";
     ctx.textBaseline = "middle";
     for (const [node, count] of counts) {
-      const [, wx, wy] = header.nodes[node];
-      const x = wx * s + view.x - size, y = (this.floor.below(node, wy) + this.floor.radius * 1.3) * s + view.y;
+      const [wx, wy] = this.floor.counter(node);
+      const x = wx * s + view.x - size, y = wy * s + view.y;
       ctx.fillStyle = colours.good;
       ctx.fillRect(x, y - size * 0.45, size * 0.9, size * 0.9);
       ctx.fillStyle = colours.ink;
