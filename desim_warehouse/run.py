@@ -89,6 +89,13 @@ class Run:
 
         return save_run(self, Path(folder))
 
+    @cached_property
+    def rotations(self) -> pd.DataFrame:
+        """Gridlock rotations: time, the robots of the ring, and the edges they were on (None: in a bay)."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
+
     def replay(
         self,
         path: str | Path | None = None,

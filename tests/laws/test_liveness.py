@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from itertools import pairwise
+
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import desim_warehouse as dw
-from tests.auditor import audit
-from tests.laws.worlds import models
+from tests.auditor import Audit, audit
+from tests.laws.worlds import block_layouts, models
 
 relaxed = settings(
     deadline=None,
@@ -22,3 +25,40 @@ def test_every_task_ends_and_the_log_is_sound(mapping, seed):
     run = dw.simulate(model, seed)
     assert run.kpis["tasks"] == len(model.tasks.goods)
     assert audit(run) == []
+
+
+def crossings(run):
+    """Every passage of a node onto an edge: (edge, robot, when it asked for the node, when it got it)."""
+    result = []
+    visits = Audit(run)
+    visits.rebuild()
+    waits = {}
+    for time, kind, robot, _, node, _, value, _, _ in run.record.rows:
+        if kind == "collision" and node is not None:
+            waits[robot, round(time, 6)] = time - value
+    for robot, items in visits.visits.items():
+        for before, after in pairwise(items):
+            if before.leave != after.enter:
+                continue  # it was in a bay in between
+            length = run.layout.graph.edges[before.edge]["length"]
+            moving = [t for t, p in zip(before.times, before.places[1:], strict=False) if p > length - visits.contact]
+            granted = moving[0] if moving else before.leave
+            asked = waits.get((robot, round(granted, 6)), granted)
+            result.append((after.edge, robot, asked, granted))
+    return result
+
+
+@given(models(layouts=block_layouts(), most_robots=25), st.integers(0, 3))
+@relaxed
+def test_nobody_who_asked_later_for_the_same_lane_goes_first(mapping, seed):
+    """So a waiting claim starves at most as long as its lane is full: it is the next onto it (rotations apart)."""
+    run = dw.simulate(dw.load(mapping), seed)
+    turns = {round(time, 6) for time, _, _ in run.record.rings}
+    by_edge = defaultdict(list)
+    for edge, robot, asked, granted in crossings(run):
+        if run.layout.graph.edges[edge]["length"] >= 2 * run.model.fleet.contact:
+            by_edge[edge].append((granted, asked, robot))
+    for edge, items in by_edge.items():
+        for (first_granted, first_asked, first), (then_granted, then_asked, then) in pairwise(sorted(items)):
+            if round(first_granted, 6) not in turns and then_granted > first_granted + 1e-6:
+                assert then_asked > first_asked - 1e-6, f"{then} asked for {edge} before {first}, which went first"
