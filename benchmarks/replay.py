@@ -107,4 +107,4 @@ def report(robots: int = 1000, seconds: float = 3600.0) -> str:
 
 
 if __name__ == "__main__":
-    print(report(*(int(argument) for argument in sys.argv[1:])))  # noqa: T201 - a figure to read
+    print(report(*(int(argument) for argument in sys.argv[1:])))
