@@ -187,3 +187,4 @@ class Reservations:
                     self.count_wait(robot, robot.claim.node.holder, robot.claim.node, waited)
                 elif robot.waiting_behind is not None:
                     self.count_wait(robot, robot.ahead, robot.lane, waited)
+                robot.waiting_since = now

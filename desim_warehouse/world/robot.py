@@ -178,9 +178,10 @@ class Robot(Powered):
     def enter(self, state: str) -> None:
         """Begin something else: the time goes to the old state, the battery draws the new rate."""
         now = self.env.now
-        waited = self.waited - self.waited_before
+        waited_by_now = self.waited_by(now)
+        waited = waited_by_now - self.waited_before
         self.time_in[self.state] += now - self.since_state - waited
-        self.waited_before = self.waited
+        self.waited_before = waited_by_now
         self.since_state = now
         if state != self.state:
             self.state = state
@@ -191,7 +192,7 @@ class Robot(Powered):
         """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
         return {
             **self.time_in,
-            "waiting": self.waited,
+            "waiting": self.waited_by(now),
             "distance": self.distance(now),
             "energy": self.battery.drawn(now),
             "moves": self.moves,
