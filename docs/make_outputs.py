@@ -1,0 +1,74 @@
+"""What the examples print, made anew: `python -m docs.make_outputs [PAGE ...]`.
+
+For a change that moves numbers on purpose: look at the difference, and say under "Results change" in CHANGELOG.md
+what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.docs import pages
+
+Change = tuple[int, int, list[str]]
+"""First line (from 1), how many lines, and the lines to put there."""
+
+
+def changes(page: Path, folder: Path) -> list[Change]:
+    """What has to change in a page, from running its blocks in a copy of the folder."""
+    found: list[Change] = []
+    names: dict[str, object] = {"__name__": "page"}
+    for block in pages.blocks(page):
+        word, rest = block.note
+        if word == "file":
+            (folder / rest).parent.mkdir(parents=True, exist_ok=True)
+            (folder / rest).write_text(block.text, encoding="utf-8")
+        elif word == "not run":
+            continue
+        elif block.kind == "python":
+            printed = pages.run_python(block, names, page)
+            if block.output is not None:
+                found += _change(block.output_line, block.output.splitlines(), printed)
+        elif block.kind == "console":
+            at = block.line
+            for command in pages.commands(block):
+                at += len(command.lines)
+                if command.words.startswith("desim"):
+                    _, out, err = pages.run_desim(command.words)
+                    if command.output:
+                        found += _change(at, command.output, out + err if word == "fails" else out)
+                at += len(command.output)
+    return found
+
+
+def _change(line: int, want: list[str], got: str) -> list[Change]:
+    if "..." in "\n".join(want) or pages.same("\n".join(want), got):
+        return []
+    return [(line, len(want), [text.rstrip() for text in got.strip("\n").splitlines()])]
+
+
+def main(arguments: list[str]) -> None:
+    """Bring the pages up to date."""
+    os.environ["COLUMNS"] = "120"
+    home = Path.cwd()
+    for page in [Path(name).resolve() for name in arguments] or pages.PAGES:
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("models", "studies"):
+                shutil.copytree(pages.ROOT / name, Path(folder) / name)
+            os.chdir(folder)
+            made = changes(page, Path(folder))
+            os.chdir(home)
+        lines = page.read_text(encoding="utf-8").splitlines()
+        for line, many, text in reversed(made):
+            lines[line - 1 : line - 1 + many] = text
+        if made:
+            page.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            sys.stdout.write(f"{page.relative_to(pages.ROOT)}: {len(made)} outputs\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,364 @@
+"""The made parts of the documentation, made anew: `python -m docs.make_reference`.
+
+A page has such a part between two comments:
+
+    <!-- made: cli -->
+    ...
+    <!-- end -->
+
+What stands between them comes from the program itself, so the reference cannot say anything else than the program
+does. With `--check` nothing is written; pages that are not up to date are named and the exit status is 1.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+ROOT = Path(__file__).resolve().parent.parent
+_MADE = re.compile(r"(<!-- made: ([a-z-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_WIDTH = 100  # columns of help texts
+
+
+def table(heads: Iterable[str], rows: Iterable[Iterable[Any]], aligned: str = "") -> str:
+    """A table in Markdown; `aligned` has an `r` for every column of numbers."""
+    heads = list(heads)
+    aligned = aligned.ljust(len(heads), "l")
+    lines = [heads, ["---:" if side == "r" else "---" for side in aligned], *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+
+
+# The model file, from its JSON Schema
+
+
+def model_keys() -> str:
+    """Every section of a model file with its keys."""
+    from desim_warehouse.model import json_schema
+
+    schema = json_schema()
+    return "\n".join(_sections(schema, schema["$defs"]))
+
+
+def _sections(schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Iterator[str]:
+    yield "## The file\n"
+    yield _keys(schema)
+    below = [item for key, part in schema["properties"].items() for item in _below(part, key, defs)]
+    paths = [path for path, _ in below]
+    for path, found in below:
+        form = f": {{{next(iter(found['properties']))}: …}}" if paths.count(path) > 1 else ""
+        yield f"## {path}{form}\n"
+        yield f"{_sentence(found['description'])}\n"
+        yield _keys(found)
+
+
+def _below(part: Mapping[str, Any], path: str, defs: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The sections that a key may hold, each with its dotted key; then what is below them."""
+    if "$ref" in part:
+        part = defs[part["$ref"].rpartition("/")[2]]
+    for form in (*part.get("anyOf", ()), *part.get("oneOf", ())):
+        yield from _below(form, path, defs)
+    if "items" in part:
+        yield from _below(part["items"], f"{path}[i]", defs)
+    if isinstance(part.get("additionalProperties"), dict):
+        yield from _below(part["additionalProperties"], f"{path}.NAME", defs)
+    if "properties" in part and not _is_policy(part):
+        yield path, part
+        for key, inner in part["properties"].items():
+            yield from _below(inner, f"{path}.{key}", defs)
+
+
+def _is_policy(part: Mapping[str, Any]) -> bool:
+    return part.get("title") == "PolicySpec"
+
+
+def _sentence(text: str) -> str:
+    first = " ".join(text.partition("\n\n")[0].split())
+    return first if first.endswith((".", ":")) else first + "."
+
+
+def _keys(section: Mapping[str, Any]) -> str:
+    required = section.get("required", ())
+    return table(
+        ("key", "expected", "default", "meaning"),
+        (
+            (f"`{key}`", _expected(part), _default(key, part, required), part.get("description", ""))
+            for key, part in section["properties"].items()
+        ),
+    )
+
+
+def _default(key: str, part: Mapping[str, Any], required: Iterable[str]) -> str:
+    if key in required:
+        return "must be given"
+    value = part.get("default")
+    if value is None or value in ([], {}, ""):
+        return "none"
+    if isinstance(value, dict):
+        return f"`{value['name']}`" if set(value) == {"name"} else "as below"
+    return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+
+
+def _expected(part: Mapping[str, Any]) -> str:  # noqa: PLR0911 - a table
+    """What a key expects, in words."""
+    if "errorMessage" in part:
+        return str(part["errorMessage"]).removeprefix("expected ")
+    if "$ref" in part:
+        return "a section"
+    if "enum" in part:
+        return ", ".join(f"`{word}`" for word in part["enum"])
+    forms = [form for form in (*part.get("anyOf", ()), *part.get("oneOf", ())) if form.get("type") != "null"]
+    if forms:
+        return " or ".join(_expected(form) for form in forms)
+    match part.get("type"):
+        case "array" if "prefixItems" in part:
+            return "a list of " + ", ".join(_expected(item) for item in part["prefixItems"])
+        case "array":
+            return f"a list of {_several(part.get('items', {}))}"
+        case "object" if isinstance(part.get("additionalProperties"), dict):
+            return f"names, each followed by {_expected(part['additionalProperties'])}"
+        case "integer" | "number" as kind:
+            return ("a whole number" if kind == "integer" else "a number") + _bounds(part)
+    return "text"
+
+
+def _several(item: Mapping[str, Any]) -> str:
+    words = {"a section": "sections", "text": "names", "a number": "numbers"}
+    said = _expected(item)
+    first = re.match(r"a number", said)
+    return words.get(said, said.replace("a number", "numbers", 1) if first else said)
+
+
+def _bounds(part: Mapping[str, Any]) -> str:
+    signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+    found = [f"{sign} {part[name]:g}" for name, sign in signs.items() if name in part]
+    return " " + ", ".join(found) if found else ""
+
+
+# Policies and commands
+
+
+def policies() -> str:
+    """The policies of every kind."""
+    import dataclasses
+    import inspect
+
+    from desim_warehouse.policies.catalogue import OURS, find, parameters_of
+
+    def shown(value: Any) -> str:
+        if value is dataclasses.MISSING:
+            return "must be given"
+        return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+
+    lines = []
+    for kind, names in OURS.items():
+        rows = []
+        for name in names:
+            cls = find(kind, name)
+            given = [f"`{key}` ({shown(default)})" for key, (_, default) in parameters_of(cls).items()]
+            rows.append((f"`{name}`", (inspect.getdoc(cls) or "").partition("\n")[0], ", ".join(given) or "none"))
+        lines += [f"### policies.{kind}\n", table(("name", "rule", "parameters (default)"), rows)]
+    return "\n".join(lines)
+
+
+def commands() -> str:
+    """The help text of every command."""
+    import click
+
+    from desim_warehouse.cli import COMMANDS, desim
+
+    def said(command: click.Command, name: str, parent: click.Context | None = None) -> str:
+        with click.Context(command, parent, name, terminal_width=_WIDTH, **command.context_settings) as context:
+            return "```text\n" + command.get_help(context).rstrip() + "\n```\n"
+
+    outer = click.Context(desim, info_name="desim", **desim.context_settings)
+    lines = ["## desim\n", said(desim, "desim")]
+    for name in COMMANDS:
+        command = desim.get_command(outer, name)
+        if command is None:
+            raise SystemExit(f"desim {name}: no such command")
+        lines += [f"## desim {name}\n", said(command, name, outer)]
+    return "\n".join(lines)
+
+
+# The log and the indicators
+
+COLUMNS = {
+    "time": "when, in the model's time unit",
+    "kind": "what happened: see below",
+    "robot": "number of the robot, from 0; -1: none",
+    "task": "number of the task, in order of release; -1: none",
+    "node": "the node it happened at, or that the robot comes to next",
+    "edge": "the edge as `A>B`",
+    "value": "a number that depends on the kind",
+    "until": "`drive`: when the robot will be there",
+    "other": "`collision`: the robot that was waited for; -1: none",
+}
+KINDS = {
+    "released": ("tasks", "a task becomes known", "none"),
+    "assigned": ("tasks", "a robot gets a task, now or into its queue", "energy"),
+    "returned": ("tasks", "a robot called to charge gives its task back, to the front of the list", "energy"),
+    "delivered": ("tasks", "a task is unloaded", "energy"),
+    "idle": ("tasks", "a robot stands in a bay, or in a station's queue, with nothing to do", "energy"),
+    "empty": ("tasks", "it sets out for a good", "energy"),
+    "loading": ("tasks", "it begins to take the good", "energy"),
+    "loaded": ("tasks", "it sets out for a station", "energy"),
+    "unloading": ("tasks", "it begins to put the good down", "energy"),
+    "returning": ("tasks", "it sets out for a bay", "energy"),
+    "charging": ("tasks", "it begins to be charged", "energy"),
+    "recharged": ("tasks", "a robot that was charged goes out again: counts in C", "energy"),
+    "parked": ("tasks", "a robot has entered a bay", "energy"),
+    "docked": ("tasks", "a robot has entered a station beside a node", "energy"),
+    "rotation": ("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
+    "enter": ("moves", "a robot's centre leaves a node for this edge", "none"),
+    "drive": ("all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"),
+    "collision": ("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
+}
+"""Kind: the least detailed `log` that has it, what it means, and what `value` is (energy: the robot's)."""
+INDICATORS = {
+    "T": ("time", "task time: when the last robot is back with all goods delivered; lifelong demand: the run's length"),
+    "S": ("count", "collisions: waiting episodes of all robots, `rear_ends + crossings`"),
+    "C": ("count", "chargings after which a robot went out again"),
+    "tasks": ("count", "tasks delivered"),
+    "moves": ("count", "edges driven"),
+    "distance": ("length", "driven by all robots"),
+    "energy": ("energy", "used by all robots"),
+    "waiting": ("time", "waited in traffic, all robots together"),
+    "cost": ("-", "`w_d distance + w_t T + w_c S`, with the weights of the section `cost`"),
+    "rear_ends": ("count", "collisions behind a robot on the same edge"),
+    "crossings": ("count", "collisions before an intersection"),
+    "rotations": ("count", "full rings that turned"),
+    "throughput_per_hour": ("1/h", "`tasks / (counted time × units.seconds / 3600)`"),
+    "cycle_time_mean": ("time", "from a task's release to its delivery, mean"),
+    "cycle_time_median": ("time", "the same, median"),
+    "cycle_time_p95": ("time", "the same, 95 % quantile (linear between order statistics)"),
+    "backlog": ("count", "tasks released and not delivered, at the end"),
+    "tardiness_mean": ("time", "mean of `max(delivery − due, 0)`; only where tasks have due times"),
+    "on_time": ("share", "part of the tasks delivered by their due time; only where tasks have due times"),
+    "share_idle": ("share", "in a bay or in a station's queue, with nothing to do"),
+    "share_empty": ("share", "driving to a good"),
+    "share_loading": ("share", "taking a good"),
+    "share_loaded": ("share", "driving to a station"),
+    "share_unloading": ("share", "putting a good down"),
+    "share_returning": ("share", "driving to a bay"),
+    "share_charging": ("share", "being charged"),
+    "share_waiting": ("share", "waiting in traffic, whatever for"),
+}
+
+
+def log_columns() -> str:
+    """The columns of the log."""
+    from desim_warehouse.log import COLUMNS as HAVE
+
+    _same("columns of the log", COLUMNS, HAVE)
+    return table(("column", "meaning"), ((f"`{name}`", said) for name, said in COLUMNS.items()))
+
+
+def log_kinds() -> str:
+    """The kinds of rows."""
+    rows = ((f"`{kind}`", said, value, f"`{level}`") for kind, (level, said, value) in KINDS.items())
+    return table(("kind", "what happened", "`value`", "from `log:`"), rows)
+
+
+def indicators() -> str:
+    """The indicators with unit and formula."""
+    from desim_warehouse.study.indicators import INDICATORS as HAVE
+
+    _same("indicators", INDICATORS, HAVE)
+    return table(("indicator", "unit", "what it is"), ((f"`{name}`", *rest) for name, rest in INDICATORS.items()))
+
+
+def study_keys() -> str:
+    """The keys of a study file."""
+    from desim_warehouse.study.reading import KEYS
+
+    defaults = {
+        "name": "the file's name",
+        "model": "must be given",
+        "factors": "none: the model as it is",
+        "design": "`grid`",
+        "replications": "`1`",
+        "seed": "`0`",
+        "indicators": "all",
+        "baseline": "the first design",
+        "confidence": "`0.95`",
+    }
+    return table(
+        ("key", "expected", "default"), ((f"`{key}`", said, defaults.get(key, "none")) for key, said in KEYS.items())
+    )
+
+
+def _same(what: str, said: Iterable[str], have: Iterable[str]) -> None:
+    said, have = set(said), set(have)
+    if said != have:
+        raise SystemExit(f"{what}: say what {sorted(have - said)} are, and nothing about {sorted(said - have)}")
+
+
+# The paper's experiment
+
+
+def paper() -> str:
+    """T, S and C of the paper's cells, means over its five goods groups: figure, program, here."""
+    from desim_warehouse.report.paper import reproduce
+
+    cells = reproduce(ROOT / "studies" / "paper.yaml").table
+    cells["T_seconds_program"] = cells["T_steps_program"] * (cells["T_seconds"] / cells["T"])
+    means = cells.groupby("robots").mean(numeric_only=True)
+    names = [f"{name}{end}" for name in ("T_seconds", "S", "C") for end in ("_figure", "_program", "")]
+    heads = ("robots", "T (s) figure", "program", "here", "S figure", "program", "here", "C figure", "program", "here")
+    rows = ((robots, *(f"{means.loc[robots, name]:.1f}" for name in names)) for robots in means.index)
+    return table(heads, rows, "r" * len(heads))
+
+
+MAKERS: dict[str, Callable[[], str]] = {
+    "model-keys": model_keys,
+    "policies": policies,
+    "cli": commands,
+    "log-columns": log_columns,
+    "log-kinds": log_kinds,
+    "indicators": indicators,
+    "study-keys": study_keys,
+    "paper": paper,
+}
+
+
+def pages() -> list[Path]:
+    """All pages of the documentation."""
+    return [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def made(text: str) -> str:
+    """A page with its made parts made anew."""
+
+    def fill(match: re.Match[str]) -> str:
+        if match[2] not in MAKERS:
+            raise SystemExit(f"no made part is called {match[2]!r}; there are {', '.join(MAKERS)}")
+        return f"{match[1]}\n{MAKERS[match[2]]()}\n{match[3]}"
+
+    return _MADE.sub(fill, text)
+
+
+def main(arguments: list[str]) -> int:
+    """Make all pages, or check them."""
+    stale = 0
+    for page in pages():
+        before = page.read_text(encoding="utf-8")
+        after = made(before)
+        if after == before:
+            continue
+        stale += 1
+        name = page.relative_to(ROOT)
+        if "--check" in arguments:
+            sys.stderr.write(f"{name}: not up to date; python -m docs.make_reference makes it\n")
+        else:
+            page.write_text(after, encoding="utf-8")
+            sys.stdout.write(f"{name}\n")
+    return int(bool(stale) and "--check" in arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,140 @@
+"""The pages of the documentation, read as a person would: blocks in order, commands with what they print."""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import io
+import re
+import shlex
+import sys
+import textwrap
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+
+from desim_warehouse.cli import COMMANDS, desim
+from desim_warehouse.errors import WarehouseError
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+_FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*) *$")
+_NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails)(: (?P<rest>.*?))? -->$")
+_CHECKER = doctest.OutputChecker()
+
+
+@dataclass
+class Block:
+    """A fenced block: its kind, text and first line; `note` is the comment above it; `output` the block below."""
+
+    kind: str
+    text: str
+    line: int
+    note: tuple[str, str] = ("", "")
+    output: str | None = None
+    output_line: int = 0
+
+
+@dataclass
+class Command:
+    """A line after `$`, as it stands there and as words, and what should be printed."""
+
+    words: str
+    lines: list[str]
+    output: list[str] = field(default_factory=list)
+
+
+def blocks(path: Path) -> list[Block]:
+    """The fenced blocks of a page, each python block with the text block that follows it at once."""
+    found: list[Block] = []
+    note, open_block, between = ("", ""), None, True
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        fence = _FENCE.match(line)
+        if open_block is not None:
+            if fence:
+                open_block.text = textwrap.dedent(open_block.text)
+                last = found[-1] if found else None
+                if open_block.kind == "text" and not between and last and last.kind == "python":
+                    last.output, last.output_line = open_block.text, open_block.line
+                else:
+                    found.append(open_block)
+                open_block, between, note = None, False, ("", "")
+            else:
+                open_block.text += line + "\n"
+        elif fence:
+            open_block = Block(fence["kind"], "", number + 1, note)
+        elif said := _NOTE.match(line):
+            note = (said["word"], said["rest"] or "")
+        elif line.strip():
+            note, between = ("", ""), True
+    assert open_block is None, f"{path.name}: a block that is not closed"
+    return found
+
+
+def commands(block: Block) -> list[Command]:
+    """The commands of a console block; a line that ends with a backslash goes on."""
+    found: list[Command] = []
+    goes_on = False
+    for line in block.text.splitlines():
+        if goes_on:
+            found[-1].words += " " + line.strip().removesuffix("\\")
+            found[-1].lines.append(line)
+        elif line.startswith("$ "):
+            found.append(Command(line[2:].removesuffix("\\"), [line]))
+        else:
+            assert found, f"line {block.line}: a console block begins with `$ `"
+            found[-1].output.append(line)
+            continue
+        goes_on = line.endswith("\\")
+    return found
+
+
+def same(want: str, got: str) -> bool:
+    """Whether the output is as the page says: `...` stands for anything, and spaces do not count."""
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    return _CHECKER.check_output(want.strip() + "\n", got.strip() + "\n", flags)
+
+
+def run_python(block: Block, names: dict[str, object], page: Path) -> str:
+    """Run a block in the names of its page; what it printed."""
+    code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names)  # noqa: S102 - our own pages
+    return printed.getvalue()
+
+
+def run_desim(words: str) -> tuple[int, str, str]:
+    """Exit status, output and messages of a `desim` line."""
+    out, err = io.StringIO(), io.StringIO()
+    status = 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            desim.main(shlex.split(words)[1:], prog_name="desim", standalone_mode=False)
+        except WarehouseError as error:
+            status = 2
+            sys.stderr.write(f"{error}\n")
+        except click.ClickException as error:
+            status = error.exit_code
+            error.show(sys.stderr)
+        except click.exceptions.Exit as error:
+            status = error.exit_code
+        except SystemExit as error:
+            status = int(error.code or 0)
+    return status, out.getvalue(), err.getvalue()
+
+
+def parse_desim(words: str) -> None:
+    """See that a line could be called so, without doing it: the command is there, and so are its options."""
+    name, *rest = shlex.split(words)[1:] or ["--help"]
+    if name.startswith("-"):
+        assert name in {"--help", "-h", "--version"}, words
+        return
+    assert name in COMMANDS, f"no such command: {words}"
+    outer = click.Context(desim, info_name="desim", **desim.context_settings)
+    command = desim.get_command(outer, name)
+    assert command is not None
+    if {"-h", "--help"} & set(rest):
+        return
+    with contextlib.redirect_stdout(io.StringIO()):
+        command.make_context(name, rest, parent=outer)

@@ -1,0 +1,121 @@
+"""Everything that the documentation states is carried out: its Python, its commands, its links, its made parts."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+
+import pytest
+
+import desim_warehouse as dw
+from docs import make_reference
+from tests.docs import pages
+from tests.docs.pages import PAGES, ROOT
+
+LONGEST_README = 150  # lines: about two screens and the tables
+
+
+def _name(page):
+    return str(page.relative_to(ROOT))
+
+
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """The folder as a user has it: models and studies, and nothing made yet."""
+    for name in ("models", "studies"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_every_block_of_a_page_does_what_the_page_says(page, copy):
+    names = {"__name__": "page"}
+    for block in pages.blocks(page):
+        word, rest = block.note
+        if word == "file":
+            (copy / rest).parent.mkdir(parents=True, exist_ok=True)
+            (copy / rest).write_text(block.text, encoding="utf-8")
+        elif block.kind == "python" and word == "not run":
+            compile(block.text, _name(page), "exec")
+        elif block.kind == "python":
+            printed = pages.run_python(block, names, page)
+            said = block.output is None or pages.same(block.output, printed)
+            assert said, f"{_name(page)}:{block.line} printed\n{printed}"
+        elif block.kind == "console":
+            for command in pages.commands(block):
+                _carry_out(command, word, f"{_name(page)}:{block.line}")
+        else:
+            assert block.kind in {"text", "yaml"}, f"{_name(page)}:{block.line}: what is a block of {block.kind!r}?"
+
+
+def _carry_out(command, word, where):
+    program = shlex.split(command.words)[0]
+    if program == "make":
+        targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+        assert set(shlex.split(command.words)[1:]) <= targets, f"{where}: {command.words}: no such target"
+    elif program == "desim" and word == "not run":
+        pages.parse_desim(command.words)
+    elif program == "desim":
+        status, out, err = pages.run_desim(command.words)
+        assert status == (2 if word == "fails" else 0), f"{where}: {command.words}: exit status {status}\n{out}{err}"
+        if command.output:
+            got = out + err if word == "fails" else out
+            assert pages.same("\n".join(command.output), got), f"{where}: {command.words} printed\n{got}"
+    else:
+        assert word == "not run", f"{where}: {program} is not run by the tests; say <!-- not run: why --> above"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_links_lead_somewhere(page):
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        found = page.parent / path if path else page
+        assert found.exists(), f"{_name(page)}: {target}: no such file"
+        if anchor:
+            assert anchor in _anchors(found), f"{_name(page)}: {target}: no such heading"
+
+
+def _anchors(page):
+    heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_commands_in_the_text_can_be_called(page):
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for words in re.findall(r"`desim ([^`]+)`", text):
+        name = shlex.split(words)[0]
+        assert name in pages.COMMANDS or name.startswith("-"), f"{_name(page)}: desim {words}: no such command"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_made_parts_are_up_to_date(page):
+    """`python -m docs.make_reference` makes them."""
+    text = page.read_text(encoding="utf-8")
+    assert text == make_reference.made(text), f"{_name(page)}: run python -m docs.make_reference"
+
+
+def test_every_kind_of_row_is_described():
+    """Runs that between them do everything: charge, wait, turn in a ring, queue at a station."""
+    model = dw.load(ROOT / "models" / "multibots.yaml")
+    crowd = {"fleet.size": 60, "tasks.goods": {"random": 60}, "battery": None}
+    runs = [
+        dw.simulate(model.replace({"fleet.size": 2})),
+        dw.simulate(model.replace(crowd)),
+        dw.simulate(dw.load(ROOT / "models" / "tutorial.yaml", {"battery.threshold": 90.0})),
+    ]
+    seen = {row[1] for run in runs for row in run.record.rows}
+    assert seen <= set(make_reference.KINDS)
+    assert {"rotation", "docked", "recharged", "collision"} <= seen
+    fewer = {row[1] for row in dw.simulate(model.replace({"log": "tasks"})).record.rows}
+    assert fewer <= {kind for kind, (level, _, _) in make_reference.KINDS.items() if level == "tasks"}
+
+
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= LONGEST_README
