@@ -2,7 +2,8 @@
 
 Rows are plain tuples while the simulation runs and become a DataFrame when somebody looks. Kinds of rows:
 
-    released assigned returned delivered    a task's life (`returned`: given back by a robot called home)
+    released                                a task is known; `value` is the number of its good
+    assigned returned delivered             its life (`returned`: given back by a robot that was called home)
     idle empty loading loaded unloading returning charging
                                             a robot begins to do this; `value` is its energy
     recharged                               a robot that was charged goes out again: counts in C
@@ -67,6 +68,12 @@ class Log:
     def event(self, time: float, kind: str, robot: int, task: int, node: str | None, value: float | None) -> None:
         """Something that happened to a task or a robot, at the node it is at or comes to next."""
         self.rows.append((time, kind, robot, task, node, None, value, None, NONE))
+
+    def released(self, time: float, task: int, good: int, due: float | None) -> None:
+        """A new task is known."""
+        self.event(time, "released", NONE, task, None, float(good))
+        if due is not None:
+            self.due[task] = due
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""

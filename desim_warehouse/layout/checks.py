@@ -53,6 +53,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_bays(layout, use),
         *_two_way(layout),
         *_stops(layout, use),
+        *_queues(layout, use),
         *_short(layout, use),
         *_merges(layout),
     ]
@@ -164,6 +165,20 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
             f"{len(near)} places are nearer than {use.contact:g} (D) to a node; robots stop D clear of it to load "
             f"there: {_some(near)}",
         )
+
+
+def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
+    """Station places bound the robots that can be on a task."""
+    used = dict.fromkeys(use.unload_at)
+    if all(node in layout.stations for node in used):
+        places = sum(layout.stations[node].places for node in used)
+        if places < use.robots:
+            yield Finding(
+                "note",
+                "layout.stations",
+                f"{places} places for {use.robots} robots: a robot takes a task only when its station has a place "
+                "for it, so the others stay in their bays; more places let more of them work",
+            )
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:

@@ -24,6 +24,10 @@ AFTER_ALL = EventPriority(2)
 """Priority of a decision among the events of one instant: after all that happens at that time."""
 
 
+RETURNS = 100
+"""A task that is given back so often will never be done."""
+
+
 class Dispatcher:
     """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
 
@@ -42,6 +46,7 @@ class Dispatcher:
         self.queues: dict[int, deque[Task]] = {}
         self.unload_at: dict[int, str] = {}
         self.heading: Counter[str] = Counter()
+        self.returned: Counter[int] = Counter()
         self.released = 0
         self.done = 0
         self.waiting = False
@@ -53,9 +58,7 @@ class Dispatcher:
         """A new task is known."""
         self.open[task.number] = task
         self.released += 1
-        if task.due is not None:
-            self.world.log.due[task.number] = task.due
-        self.world.record("released", None, task=task.number)
+        self.world.log.released(self.env.now, task.number, task.good, task.due)
         self.call()
 
     def wait(self, robot: Powered) -> Event:
@@ -83,6 +86,12 @@ class Dispatcher:
         task = robot.job
         assert task is not None
         self.world.record("returned", robot)
+        self.returned[task.number] += 1
+        if self.returned[task.number] > RETURNS:
+            raise PolicyError(
+                f"policies.charging ({self.world.model.policies.charging.name}) at time {self.env.now:g}: task "
+                f"{task.number} (good {task.good}) was given back {RETURNS} times; no battery seems to last for it"
+            )
         self._put_back(robot.number)
         self._forget(robot)
         self.open[task.number] = task

@@ -62,7 +62,7 @@ class Motion(Reservations):
                 until = clear + target / pace
             ahead.behind = robot
         if self.mixed and (late := self.free_at(onward, ahead, target, pace) - until) > EPS:
-            self.count_wait(robot, ahead, onward, late)
+            self.count_wait(robot, ahead, onward, late, ahead=clear + late - self.env._now)
             clear += late
             until += late
         robot.lane = onward
@@ -138,7 +138,7 @@ class Motion(Reservations):
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
         if self.mixed and (late := self.free_at(lane, robot.ahead, target, robot.pace) - until) > EPS:
-            self.count_wait(robot, robot.ahead, lane, late)
+            self.count_wait(robot, robot.ahead, lane, late, ahead=late)
             since += late
             until += late
         robot.since = since

@@ -162,12 +162,14 @@ class Reservations:
         self.gridlock.check(robot)
         return event
 
-    def count_wait(self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float) -> None:
-        """One collision: a waiting episode of the active robot, at the place where it happened."""
+    def count_wait(
+        self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float, *, ahead: float = 0.0
+    ) -> None:
+        """One collision: a waiting episode that ends now (or `ahead` of now), at the place where it happened."""
         place.waits += 1
         place.blocked += duration
         robot.waited += duration
-        now = self.env._now
+        now = self.env._now + ahead
         if isinstance(place, Lane):
             robot.rear_ends += 1
             if self.log.everything:

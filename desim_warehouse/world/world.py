@@ -12,7 +12,7 @@ from desim_warehouse import layout as floor
 from desim_warehouse.errors import LayoutError, StallError
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.travel import Travel
-from desim_warehouse.log import NONE, Log
+from desim_warehouse.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.world.bays import Bay, Parking, Station
 from desim_warehouse.world.decisions import Decisions
@@ -184,13 +184,10 @@ class World:
 
     # What robots ask
 
-    def record(self, kind: str, robot: Powered | None, task: int = NONE) -> None:
-        """A row of the log: what a robot does, with its energy; or what happens to a task."""
-        if robot is None:
-            self.log.event(self.env.now, kind, NONE, task, None, None)
-        else:
-            energy = None if robot.battery.spec is None else robot.battery.level(self.env.now)
-            self.log.event(self.env.now, kind, robot.number, robot.task, robot.node, energy)
+    def record(self, kind: str, robot: Powered) -> None:
+        """A row of the log: what a robot does, with its energy."""
+        energy = None if robot.battery.spec is None else robot.battery.level(self.env.now)
+        self.log.event(self.env.now, kind, robot.number, robot.task, robot.node, energy)
 
 
 def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
