@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,8 +15,8 @@ from desim_warehouse.model.problems import Problem, got, report
 from desim_warehouse.model.reading import read_document
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
-from desim_warehouse.study.indicators import INDICATORS
 from desim_warehouse.study.plan import Plan, Until, check_baseline, models
+from desim_warehouse.study.until import is_indicator, is_number, read_until
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -183,7 +182,7 @@ class _Reader:
         value = self.data.get(key, default)
         if value is None:
             return default
-        if not _is_number(value, whole=whole) or value < least or not above < value < below:
+        if not is_number(value, whole=whole) or value < least or not above < value < below:
             self.wrong((key,), "not understood", value)
             return default
         return float(value) if not whole else int(value)
@@ -195,16 +194,7 @@ class _Reader:
         if not isinstance(value, list) or not value:
             self.wrong(("indicators",), "not a list of names", value)
             return []
-        return [name for rank, name in enumerate(value) if self.indicator(("indicators", rank), name)]
-
-    def indicator(self, keys: Keys, name: Any) -> bool:
-        """See that there is such an indicator."""
-        if name in INDICATORS:
-            return True
-        near = outline.nearest(str(name), INDICATORS)
-        hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
-        self.problems.append(Problem(keys, f"unknown indicator, {hint}"))
-        return False
+        return [name for rank, name in enumerate(value) if is_indicator(("indicators", rank), name, self.problems)]
 
     def factors(self) -> Iterable[Factor]:
         for key, spec in self.section("factors").items():
@@ -225,7 +215,7 @@ class _Reader:
                 near = outline.nearest(name, SAMPLED)
                 hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(SAMPLED, 'or')}"
                 self.problems.append(Problem(("design", name), f"unknown key, {hint}", at_key=True))
-            elif not _is_number(size, whole=True) or not 1 <= size <= _MOST_POINTS:
+            elif not is_number(size, whole=True) or not 1 <= size <= _MOST_POINTS:
                 self.wrong(("design", name), "not a number of points", size, "a whole number of at least 1")
             elif name != "latin-hypercube" and (size < 2 or size & (size - 1)):  # noqa: PLR2004
                 self.wrong(("design", name), "not a power of 2", size, "32, 64, 128, ...")
@@ -237,48 +227,12 @@ class _Reader:
 
     def replications(self) -> int | Until:
         value = self.data.get("replications", 1)
-        if _is_number(value, whole=True) and value >= 1:
+        if is_number(value, whole=True) and value >= 1:
             return int(value)
-        if not isinstance(value, Mapping):
-            self.wrong(("replications",), "not understood", value)
-            return 1
-        known = ("indicator", "half_width", "confidence", "minimum", "cap")
-        for key in value:
-            if key not in known:
-                near = outline.nearest(key, known)
-                hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(known, 'or')}"
-                self.problems.append(Problem(("replications", key), f"unknown key, {hint}", at_key=True))
-        before = len(self.problems)
-        made = Until(
-            indicator=self.part(value, "indicator", "the name of an indicator", str),
-            half_width=self.part(value, "half_width", "a share of the mean, such as 2 % or 0.02", _share),
-            confidence=self.part(value, "confidence", KEYS["confidence"], _share, 0.95),
-            minimum=self.part(value, "minimum", "a whole number of at least 2", _at_least_two, 10),
-            cap=self.part(value, "cap", "a whole number of at least 2", _at_least_two, 200),
-        )
-        if made.indicator is not None:
-            self.indicator(("replications", "indicator"), made.indicator)
-        if before == len(self.problems) and made.minimum > made.cap:
-            self.wrong(("replications", "cap"), "below the minimum", made.cap, f"at least {made.minimum}")
-        return made if before == len(self.problems) else 1
-
-    def part(
-        self,
-        section: Mapping[str, Any],
-        key: str,
-        expected: str,
-        reads: Callable[[Any], Any],
-        default: Any = None,
-    ) -> Any:
-        """A key of `replications`."""
-        value = section.get(key, default)
-        if value is None:
-            self.problems.append(Problem(("replications", key), f"missing, expected {expected}", missing=True))
-            return default
-        made = reads(value) if not (reads is str and not isinstance(value, str)) else None
-        if made is None:
-            self.wrong(("replications", key), "not understood", value, expected)
-        return made
+        if isinstance(value, Mapping):
+            return read_until(value, self.problems) or 1
+        self.wrong(("replications",), "not understood", value)
+        return 1
 
     def fits(self, factors: Sequence[Factor], rule: Rule) -> None:
         """See that the factors fit the rule."""
@@ -297,20 +251,3 @@ class _Reader:
             )
         if rule.name == "grid" and math.prod(len(factor.levels) for factor in factors) > _MOST_POINTS:
             self.problems.append(Problem(("factors",), f"more than {_MOST_POINTS:,} designs, expected fewer"))
-
-
-def _is_number(value: Any, *, whole: bool = False) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
-        return False
-    return math.isfinite(value)
-
-
-def _share(value: Any) -> float | None:
-    """A share of 1, given as 0.02 or as 2 %."""
-    if isinstance(value, str) and (match := re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", value)):
-        value = float(match[1]) / 100
-    return float(value) if _is_number(value) and 0 < value < 1 else None
-
-
-def _at_least_two(value: Any) -> int | None:
-    return int(value) if _is_number(value, whole=True) and value >= 2 else None  # noqa: PLR2004

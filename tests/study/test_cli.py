@@ -66,7 +66,9 @@ def test_a_deterministic_study_says_so(tmp_path):
 
 
 def test_best_and_size_answer_in_a_sentence():
-    result = call("best", MULTIBOTS, "--vary", "fleet.size=1,4", *GOODS, "--indicator", "T", "--delta", "100", "--quiet")
+    result = call(
+        "best", MULTIBOTS, "--vary", "fleet.size=1,4", *GOODS, "--indicator", "T", "--delta", "100", "--quiet"
+    )
     assert "fleet.size=4: smallest T; best with 95 %" in result.stdout
     lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=6000"]
     target = ["--target", "throughput_per_hour >= 250"]
@@ -118,5 +120,5 @@ def test_the_paper_again(tmp_path):
 
 
 def test_a_paper_study_that_is_not_there_is_told():
-    with pytest.raises(WarehouseError, match="no such study; expected studies/paper.yaml"):
+    with pytest.raises(WarehouseError, match=r"no such study; expected studies/paper\.yaml"):
         call("paper", "--study", "nowhere.yaml")

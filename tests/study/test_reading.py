@@ -20,7 +20,10 @@ def problems(tmp_path, text):
 
 BAD = {
     "unknown key": ("model: MODEL\nfactor: {fleet.size: 1..3}\n", "2:1: factor: unknown key, did you mean 'factors'?"),
-    "no model": ("name: x\n", "1:1: model: missing, expected a model file, relative to the study file, or a whole model"),
+    "no model": (
+        "name: x\n",
+        "1:1: model: missing, expected a model file, relative to the study file, or a whole model",
+    ),
     "no such key of a model": (
         "model: MODEL\nfactors:\n  fleet.sise: [1, 2]\n",
         "3:3: factors.fleet.sise: no key of a model, did you mean 'fleet.size'?",
@@ -150,5 +153,5 @@ def test_studies_log_what_they_are_told_to():
 
 
 def test_problems_of_arguments_are_told_by_key():
-    with pytest.raises(dw.ModelError, match="study: factors.fleet.size.1: too small"):
+    with pytest.raises(dw.ModelError, match=r"study: factors\.fleet\.size\.1: too small"):
         dw.Study(MULTIBOTS, {"fleet.size": [1, 0]})

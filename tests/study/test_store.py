@@ -38,9 +38,9 @@ def test_values_come_back_exactly(tmp_path):
     filled(tmp_path)
     runs, notes = opened(tmp_path)
     assert not notes
-    assert [runs["model", seed].values["T"] for seed in range(5)] == [seed / 3 for seed in range(5)]
-    assert type(runs["model", 1].values["S"]) is int
-    assert runs["model", 1].values["x"] != runs["model", 1].values["x"]
+    assert [runs["model", seed].values["T"] for seed in range(5)] == [seed / 3 for seed in range(5)]  # noqa: PD011
+    assert type(runs["model", 1].values["S"]) is int  # noqa: PD011
+    assert runs["model", 1].values["x"] != runs["model", 1].values["x"]  # noqa: PD011
 
 
 def test_a_line_cut_short_anywhere_costs_that_run_only(tmp_path):
@@ -88,7 +88,7 @@ def test_an_error_that_may_not_happen_again_is_tried_again_and_one_that_will_is_
         store.add("model", 0, Outcome({"T": 1}, 1.0))
     with Store(tmp_path, print) as store:
         assert not store.missing("model", 0)
-        assert store.get("model", 0).values == {"T": 1}
+        assert store.get("model", 0).values == {"T": 1}  # noqa: PD011
 
 
 @pytest.mark.parametrize("part", [0, 10])

@@ -1,6 +1,7 @@
 """Studies run from Python: the table, the same in whatever way it was run, and what statistics say of it."""
 
 import math
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -109,8 +110,7 @@ def test_runs_with_other_seeds_models_or_policy_code_are_not_mixed_up(tmp_path, 
     assert lines() == 2
     run(changes={**RANDOM, "battery.threshold": 3})
     assert lines() == 3
-    with open(policies, "a") as file:
-        file.write("\n# changed\n")
+    Path(policies).write_text(Path(policies).read_text() + "\n# changed\n")
     run()
     assert lines() == 4
     run()
@@ -177,7 +177,7 @@ def test_comparisons_are_paired_with_the_baseline():
     by_design = {difference.design: difference.estimate for difference in found.differences}
     expected = paired(values[3], values[2], confidence=0.975)  # Bonferroni: two differences
     assert by_design["fleet.size=3"] == expected
-    with pytest.raises(dw.StudyError, match="no design with fleet.size=9"):
+    with pytest.raises(dw.StudyError, match=r"no design with fleet\.size=9"):
         made.compare("T", {"fleet.size": 9})
     with pytest.raises(dw.StudyError, match="'fleet' is no factor"):
         made.compare("T", {"fleet": 9})

@@ -61,7 +61,9 @@ class Cluster:
             raise StudyError("--cluster needs Dask: install it by pip install 'desim-warehouse[dask]'") from error
         try:
             if self.address == "local":
-                self.local = distributed.LocalCluster(n_workers=self.workers, threads_per_worker=1, dashboard_address=None)
+                self.local = distributed.LocalCluster(
+                    n_workers=self.workers, threads_per_worker=1, dashboard_address=None
+                )
             self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise StudyError(

@@ -36,7 +36,8 @@ _AHEAD = 2  # batches that a worker has: one to work on, one to go on with
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _POLL = 0.2  # seconds
 _HELP = 0.025  # seconds of work that this process does between looking after the workers
-_SHORT = 0.05  # seconds: runs of this length at most are done here
+_SHORT = 0.05  # seconds: runs of this length at most are done here ...
+_LONG = 3  # ... until so many in a row were longer
 _STUCK = 0.5  # seconds after which a run begun here is left to a worker
 _STARTS = 3  # processes of one worker that may die before they are ready
 
@@ -138,6 +139,7 @@ class Processes:
         self.workers: list[Worker] = []
         self.bench: Bench | None = Bench(base)  # None: this process does no runs
         self.run_time: float | None = None
+        self.long = 0
 
     def __enter__(self) -> Self:
         self.workers = [Worker(self.base, self.timeout) for _ in range(self.count - 1)]
@@ -172,7 +174,9 @@ class Processes:
         """Take what the workers have finished, and replace those that died."""
         for worker in self.workers:
             while worker.batches and worker.awaited.done():
-                error = worker.awaited.exception()
+                error = worker.hello.exception() or worker.awaited.exception()
+                if error is not None and not isinstance(error, BrokenProcessPool):
+                    raise StudyError(f"worker processes cannot begin ({type(error).__name__}: {error})") from error
                 if isinstance(error, BrokenProcessPool):
                     self.died(worker, batches)
                     break
@@ -224,7 +228,8 @@ class Processes:
             stuck = outcome.error is not None and outcome.error.startswith(TIME_OUT)
             if not stuck:
                 batches.finish([position], [outcome])
-            if stuck or outcome.run_time > _SHORT:
+            self.long = self.long + 1 if outcome.run_time > _SHORT else 0
+            if stuck or self.long == _LONG:
                 self.stop_helping(batches, positions[rank + (not stuck) :])
                 return
 

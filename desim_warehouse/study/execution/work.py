@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from time import monotonic, perf_counter, sleep
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from desim_warehouse.errors import LayoutError, SimulationError
 from desim_warehouse.run import simulate
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 TIME_OUT = "time-out"
+_LOOK = 0.05  # seconds between looks at the limits
 _KEPT = 64  # models at hand
 _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 
@@ -46,49 +47,69 @@ class TimeOutError(BaseException):
 
 
 class Limit:
-    """Interrupts what its thread does within it after so many seconds; does nothing for None.
+    """Interrupts what its thread does within it after so many seconds.
 
-    Works in any thread and on every system, as a Dask worker needs; code that does not come back to Python is
-    interrupted only when it does.
+    One thread of the process watches all of them, so that a limit costs microseconds. Works in any thread and on
+    every system, as a Dask worker needs; code that does not come back to Python is interrupted when it does.
     """
 
-    def __init__(self, seconds: float | None) -> None:
+    lock = threading.Lock()
+    open: ClassVar[dict[Limit, float]] = {}  # with the time at which each is over
+    watching = False
+
+    def __init__(self, seconds: float) -> None:
         self.seconds = seconds
         self.thread = threading.get_ident()
-        self.lock = threading.Lock()
-        self.over = threading.Event()
+        self.struck = False
 
     def __enter__(self) -> Self:
-        if self.seconds is not None:
-            threading.Thread(target=self.watch, daemon=True).start()
+        with Limit.lock:
+            Limit.open[self] = monotonic() + self.seconds
+            if not Limit.watching:
+                Limit.watching = True
+                threading.Thread(target=_watch, daemon=True).start()
         return self
 
-    def watch(self) -> None:
-        """Wait, and strike until the thread has left."""
-        wait = self.seconds
-        while not self.over.wait(wait):
-            with self.lock:
-                if not self.over.is_set():
-                    self.strike(ctypes.py_object(TimeOutError))
-            wait = _AGAIN
-
-    def strike(self, what: ctypes.py_object[type[BaseException]] | None) -> None:
-        """Raise this in the thread, or take back what was raised and has not arrived."""
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), what)
+    def strike(self, what: type[BaseException] | None) -> None:
+        """Raise this in the thread, or (None) take back what was raised and has not arrived."""
+        error = None if what is None else ctypes.py_object(what)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.seconds is not None:
-            with self.lock:
-                self.over.set()
-                self.strike(None)  # take back what has not arrived yet
+        with Limit.lock:
+            Limit.open.pop(self, None)
+            if self.struck:
+                self.strike(None)
+
+
+def _watch() -> None:
+    """Interrupt what is over its limit, and again if that was swallowed; end when nothing has a limit."""
+    idle = 0
+    while True:
+        sleep(_LOOK)
+        with Limit.lock:
+            now = monotonic()
+            for limit, over in Limit.open.items():
+                if now > over:
+                    limit.struck = True
+                    limit.strike(TimeOutError)
+                    Limit.open[limit] = now + _AGAIN
+            idle = 0 if Limit.open else idle + 1
+            if idle * _LOOK > _AGAIN:
+                Limit.watching = False
+                return
 
 
 class Bench:
     """A base model with the models of designs made from it: the last few are kept."""
 
     def __init__(self, base: Model) -> None:
+        import numpy.random  # noqa: F401 - here, so that the first run takes no longer than others
+
+        import desim_warehouse.world  # noqa: F401 - the same
+
         self.base = base
         self.models: dict[int, tuple[Mapping[str, Any], Model]] = {}
 

@@ -121,9 +121,7 @@ def compare(
     m = len(others)
     each = 1.0 - (1.0 - confidence) / m
     pairs = {d: _common(d, table[d], table[baseline]) for d in others}
-    estimates = {
-        d: paired(ours, base, each, deterministic=deterministic) for d, (ours, base, _) in pairs.items()
-    }
+    estimates = {d: paired(ours, base, each, deterministic=deterministic) for d, (ours, base, _) in pairs.items()}
     p_values = {d: p for d, e in estimates.items() if (p := _p_value(e)) is not None}
     adjusted = _adjusted(p_values, method, m)
     differences = tuple(
@@ -187,9 +185,7 @@ def _p_value(difference: Estimate) -> float | None:
     return t_p_value(difference.n - 1, difference.mean / (difference.sd / math.sqrt(difference.n)))
 
 
-def _differs_exactly(
-    difference: Estimate, ours: NDArray[np.float64], base: NDArray[np.float64]
-) -> bool | None:
+def _differs_exactly(difference: Estimate, ours: NDArray[np.float64], base: NDArray[np.float64]) -> bool | None:
     """Whether a difference that is the same in every replication is not zero; None for one random pair."""
     if not difference.deterministic:
         return None

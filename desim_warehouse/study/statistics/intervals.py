@@ -95,9 +95,7 @@ def estimate(
     return Estimate(
         n=n,
         mean=float(array.mean()),
-        half_width=None
-        if fixed or sd is None
-        else t_quantile(n - 1, 0.5 + confidence / 2) * sd / math.sqrt(n),
+        half_width=None if fixed or sd is None else t_quantile(n - 1, 0.5 + confidence / 2) * sd / math.sqrt(n),
         sd=sd,
         median=float(np.median(array)),
         quantiles=dict(zip(QUANTILES, np.quantile(array, QUANTILES).tolist(), strict=True)),

@@ -83,9 +83,7 @@ def smallest_within(
     if not 0.0 <= share < 1.0:
         raise StudyError(f"share {share!r}: expected at least 0 and less than 1")
     if y.min() < 0.0:
-        raise StudyError(
-            f"output {y.min():g}: expected none below 0, or a share of the maximum means nothing"
-        )
+        raise StudyError(f"output {y.min():g}: expected none below 0, or a share of the maximum means nothing")
     return float(x[np.argmax(y >= (1.0 - share) * y.max())])
 
 

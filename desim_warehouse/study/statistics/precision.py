@@ -104,15 +104,9 @@ def check_precision(values: Sequence[float] | NDArray[np.float64], rule: Precisi
     got = now.relative_half_width
     if got is not None and got <= rule.share:
         return Precision(True, 0, now, f"half-width {100 * got:.2g} % of the mean after {n} replications")
-    text = (
-        "mean is zero: no share of it can be reached"
-        if now.mean == 0
-        else f"half-width {100 * (got or 0):.2g} %"
-    )
+    text = "mean is zero: no share of it can be reached" if now.mean == 0 else f"half-width {100 * (got or 0):.2g} %"
     if n >= rule.cap:
-        return Precision(
-            False, 0, now, f"cap of {rule.cap} replications: {text}, wanted {100 * rule.share:.2g} %"
-        )
+        return Precision(False, 0, now, f"cap of {rule.cap} replications: {text}, wanted {100 * rule.share:.2g} %")
     needed = replications_needed(values, rule.share, rule.confidence, rule.cap) or rule.cap
     more = min(max(needed - n, 1), n, rule.cap - n)
     return Precision(False, more, now, f"{text} after {n} replications, wanted {100 * rule.share:.2g} %")

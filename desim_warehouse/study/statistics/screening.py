@@ -111,11 +111,7 @@ def first_order(
     """
     rows, left_out = _clean(table, factors, indicator)
     if average:
-        rows = (
-            rows.groupby(list(factors), observed=True, sort=True, dropna=False)[indicator]
-            .mean()
-            .reset_index()
-        )
+        rows = rows.groupby(list(factors), observed=True, sort=True, dropna=False)[indicator].mean().reset_index()
     sizes = rows.groupby(list(factors), observed=True, dropna=False).size()
     cells = math.prod(int(rows[f].nunique(dropna=False)) for f in factors)
     full_grid = len(sizes) == cells and sizes.min() == sizes.max()

@@ -117,9 +117,7 @@ def smallest_meeting_steps(
     if not values or any(a == b for i, a in enumerate(values) for b in values[:i]):
         raise StudyError(f"values to search {list(values)!r}: expected at least one, none twice")
     if not 2 <= n0 <= cap or search not in {"bisection", "scan"}:  # noqa: PLR2004
-        raise StudyError(
-            f"n0 {n0}, cap {cap}, search {search!r}: expected 2 <= n0 <= cap, and bisection or scan"
-        )
+        raise StudyError(f"n0 {n0}, cap {cap}, search {search!r}: expected 2 <= n0 <= cap, and bisection or scan")
     looks = [1] if deterministic else _looks(n0, cap)
     path = len(values).bit_length() if search == "bisection" else len(values)
     level = 1.0 - (1.0 - confidence) / (path * len(looks))
@@ -171,9 +169,7 @@ def _margin(data: Sequence[float], level: float) -> float:
     return t_quantile(len(data) - 1, level) * float(np.std(data, ddof=1)) / math.sqrt(len(data))
 
 
-def _decision(
-    value: V, verdict: Verdict, data: list[float], level: float, deterministic: bool
-) -> Decision[V]:
+def _decision(value: V, verdict: Verdict, data: list[float], level: float, deterministic: bool) -> Decision[V]:
     now = estimate(data, deterministic=deterministic)
     margin = None if now.deterministic else _margin(data, level)
     low, high = (None, None) if margin is None else (now.mean - margin, now.mean + margin)

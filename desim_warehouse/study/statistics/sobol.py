@@ -66,9 +66,7 @@ class SobolIndices:
     confidence: float
 
 
-def saltelli_design(
-    factors: Mapping[str, Between | Sequence[Any]], n: int = 128, seed: int = 0
-) -> SaltelliDesign:
+def saltelli_design(factors: Mapping[str, Between | Sequence[Any]], n: int = 128, seed: int = 0) -> SaltelliDesign:
     """The design points from which `saltelli_indices` computes the indices.
 
     Args:
@@ -85,9 +83,7 @@ def saltelli_design(
     from scipy.stats import qmc
 
     if len(factors) < 2:  # noqa: PLR2004
-        raise StudyError(
-            f"Sobol indices of {len(factors)} factors: expected at least two to share the variance"
-        )
+        raise StudyError(f"Sobol indices of {len(factors)} factors: expected at least two to share the variance")
     if n < 2 or n & (n - 1):  # noqa: PLR2004
         raise StudyError(f"base sample {n}: expected a power of 2, as 64, 128 or 256")
     d = len(factors)
@@ -100,8 +96,7 @@ def saltelli_design(
         blocks.append(mixed)
     rows = np.vstack(blocks).tolist()
     chosen = tuple(
-        {name: _level(name, spec, u) for (name, spec), u in zip(factors.items(), row, strict=True)}
-        for row in rows
+        {name: _level(name, spec, u) for (name, spec), u in zip(factors.items(), row, strict=True)} for row in rows
     )
     return SaltelliDesign(tuple(factors), n, chosen)
 
@@ -136,9 +131,7 @@ def saltelli_indices(
     y = finite(values, "indicator")
     d, n = len(design.factors), design.n
     if y.size != n * (d + 2):
-        raise StudyError(
-            f"Sobol indices: {y.size} values, expected n · (d + 2) = {n * (d + 2)} of the design"
-        )
+        raise StudyError(f"Sobol indices: {y.size} values, expected n · (d + 2) = {n * (d + 2)} of the design")
     if is_constant(y):
         nothing = dict.fromkeys(design.factors, math.nan)
         none = dict.fromkeys(design.factors, (math.nan, math.nan))

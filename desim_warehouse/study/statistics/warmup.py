@@ -64,9 +64,7 @@ def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float6
     series = finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
     m = series.size // batch if batch > 0 else 0
     if m <= TAIL:
-        raise StudyError(
-            f"warm-up from {series.size} observations: expected at least {TAIL + 1} batches of {batch}"
-        )
+        raise StudyError(f"warm-up from {series.size} observations: expected at least {TAIL + 1} batches of {batch}")
     means = series[: m * batch].reshape(m, batch).mean(axis=1)
     statistic = _statistic(means)
     cut = int(np.argmin(statistic[: m - TAIL + 1]))
