@@ -139,10 +139,10 @@ def models(draw, layouts=layouts, most_robots=40, most_goods=25):
     }
     if draw(st.booleans()):
         model["battery"] = {
-            "capacity": 100,
-            "threshold": draw(st.integers(5, 60)),
+            "capacity": 2000,
+            "threshold": draw(st.integers(50, 600)),  # far enough to get to every good, whatever the traffic
             "consumption": 1,
-            "charge_rate": 5,
+            "charge_rate": 20,
             "reserve": 1e9,
         }
     return model
