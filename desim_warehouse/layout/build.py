@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import networkx as nx
@@ -15,8 +16,12 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import LayoutSpec, Places, Storage
 
 
+@lru_cache(maxsize=4)
 def build(spec: LayoutSpec) -> Layout:
-    """The Layout that a layout section describes; raises LayoutError where two things claim one node."""
+    """The Layout that a layout section describes; raises LayoutError where two things claim one node.
+
+    The runs of a study share it: nothing in it can be changed.
+    """
     if spec.blocks is not None:
         graph = generator.highways(spec.blocks)
         storage = generator.storage(spec.blocks, graph)
@@ -35,6 +40,7 @@ def build(spec: LayoutSpec) -> Layout:
         for name, station in spec.stations.items()
         for node in places_of(graph, station)
     }
+    nx.freeze(graph)
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
     return Layout(graph, storage, bays, stations, size)

@@ -11,12 +11,15 @@ from __future__ import annotations
 import math
 from array import array
 from collections import OrderedDict, deque
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     import networkx as nx
+
+    from desim_warehouse.layout.layout import Layout
 
 Cost = Literal["hops", "length", "time"]
 KEPT = 8_000_000
@@ -77,17 +80,21 @@ class Oracle:
         import numpy as np
 
         part = 0 if what == "length" else 1
-        table = np.empty((len(origins), len(goals)))
-        ways = np.array([[self._forward(origin, goal) for goal in goals] for origin in origins], dtype=bool)
-        start = np.array([self.index[name] for name in origins], dtype=np.intp)
-        end = np.array([self.index[name] for name in goals], dtype=np.intp)
-        for number in np.flatnonzero(ways.any(axis=1)):
-            row = np.frombuffer(self._row(int(start[number]), forward=True)[part])
-            table[number, ways[number]] = row[end[ways[number]]]
-        for number in np.flatnonzero(~ways.all(axis=0)):
-            row = np.frombuffer(self._row(int(end[number]), forward=False)[part])
-            table[~ways[:, number], number] = row[start[~ways[:, number]]]
-        return table
+        starts, ends = list(dict.fromkeys(origins)), list(dict.fromkeys(goals))
+        start, end = (np.array([self.index[name] for name in names], dtype=np.intp) for names in (starts, ends))
+        table = np.empty((len(starts), len(ends)))
+        hub = np.array([self._forward(name, "") for name in starts])
+        plain = np.array([self.cost == "hops" or name not in self._hubs for name in ends])
+        for i in np.flatnonzero(hub):
+            row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
+            table[i, plain] = row[end[plain]]
+        for j in range(len(ends)):
+            others = ~hub if plain[j] else np.ones_like(hub)
+            if others.any():
+                row = np.frombuffer(self._row(int(end[j]), forward=False)[part])
+                table[others, j] = row[start[others]]
+        rank, place = ({name: i for i, name in enumerate(names)} for names in (starts, ends))
+        return table[np.ix_([rank[name] for name in origins], [place[name] for name in goals])]
 
     def _forward(self, origin: str, goal: str) -> bool:
         """Whether a way is searched from its origin."""
@@ -173,6 +180,12 @@ def _along(steps: Any, first: Any) -> Any:
         if (further == steps).all():
             return total
         steps = further
+
+
+@lru_cache(maxsize=4)
+def travel_on(layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...]) -> Travel:
+    """The Travel of a layout; the runs of a study share it, as what it knows does not depend on who asked before."""
+    return Travel(layout.graph, speed, node_time, cost, hubs)
 
 
 class Travel:

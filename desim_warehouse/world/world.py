@@ -11,7 +11,7 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse import layout as floor
 from desim_warehouse.errors import LayoutError, StallError
 from desim_warehouse.layout import checks
-from desim_warehouse.layout.travel import Travel
+from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.world.bays import Bay, Parking, Station
@@ -59,12 +59,12 @@ class World:
             rotate=model.traffic.gridlock == "rotate",
         )
         self.decisions = Decisions(self)
-        self.travel = Travel(
-            self.layout.graph,
+        self.travel = travel_on(
+            self.layout,
             max(robot.speed for robot in kinds),
             model.traffic.node_time,
             self.decisions.cost,
-            hubs=(*self.layout.bays, *self.layout.stations, *model.tasks.unload_at),
+            (*self.layout.bays, *self.layout.stations, *model.tasks.unload_at),
         )
         self.stations = {
             node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
