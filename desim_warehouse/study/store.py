@@ -87,6 +87,14 @@ class Store:
         self.runs[model, seed] = outcome
         self.again.discard((model, seed))
 
+    def reload(self) -> None:
+        """Take what the journal says; after Ctrl-C it may be one run ahead of what we remember."""
+        if self.folder is not None:
+            say, self.say = self.say, lambda _: None
+            self.runs.clear()
+            self._read(self.folder / JOURNAL, mend=False)
+            self.say = say
+
     def close(self) -> None:
         """Put everything on disk and let others in."""
         if self.file is not None:

@@ -210,6 +210,9 @@ class Study:
             before = self.plan
             try:
                 yield laboratory
+            except BaseException:
+                store.reload()
+                raise
             finally:
                 self._write(laboratory.finished())
             if self.folder is not None and self.plan is not before:

@@ -178,3 +178,22 @@ def test_a_folder_that_cannot_be_used_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(dw.StudyError, match="cannot be used as a study folder"):
         study().run(out=tmp_path / "file")
+
+
+def test_ctrl_c_between_journal_and_memory_leaves_them_agreed(tmp_path, monkeypatch):
+    """The run has just been written down when Ctrl-C comes: the table has it too."""
+    write, count = Store._write, 0
+
+    def interrupted(self, line):
+        nonlocal count
+        write(self, line)
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "_write", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            study(replications=3).run(out=tmp_path)
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == 3
+    assert len((tmp_path / JOURNAL).read_bytes().splitlines()) == 3
