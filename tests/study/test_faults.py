@@ -81,7 +81,7 @@ def kill_after(folder: Path, workers: int, least: int, seconds: float) -> None:
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, workers):
-    chance = random.Random(workers)  # noqa: S311 - instants, not secrets
+    chance = random.Random(workers)
     count = 0
     for _ in range(3):
         kill_after(tmp_path, workers, count, chance.uniform(0, 0.2))
