@@ -199,7 +199,7 @@ COLUMNS = {
     "other": "`collision`: the robot that was waited for; -1: none",
 }
 KINDS = {
-    "released": ("tasks", "a task becomes known", "none"),
+    "released": ("tasks", "a task becomes known", "number of the good"),
     "assigned": ("tasks", "a robot gets a task, now or into its queue", "energy"),
     "returned": ("tasks", "a robot called to charge gives its task back, to the front of the list", "energy"),
     "delivered": ("tasks", "a task is unloaded", "energy"),
