@@ -14,7 +14,7 @@ from tests.world.floor import PARK, Floor, line
 near = pytest.approx
 ROOT = math.sqrt(2)
 
-# c for D = 2: 2 (1 + 0 - 1) = 0; 2 (0.8660 + 0.5 - 1) = sqrt 3 - 1; 2 (0.7071 + 0.7071 - 1) = 2 (sqrt 2 - 1); the same above
+# c for D = 2: 2 (1 + 0 - 1) = 0; 2 (0.8660 + 0.5 - 1) = sqrt 3 - 1; 2 (0.7071 + 0.7071 - 1) = 2 (sqrt 2 - 1); so above
 RIGHT_ANGLE = [(0, 0.0), (30, math.sqrt(3) - 1), (45, 2 * (ROOT - 1)), (60, 2 * (ROOT - 1)), (90, 2 * (ROOT - 1))]
 THETAS = pytest.mark.parametrize(("theta", "c"), RIGHT_ANGLE)
 

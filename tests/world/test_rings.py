@@ -147,8 +147,9 @@ def test_a_ring_may_not_turn_where_the_model_says_stop():
     with pytest.raises(GridlockError) as gridlock:
         floor.run()
     assert str(gridlock.value) == (
-        "gridlock at time 7: 4 robots wait for each other in a ring (robot 3 on edge D>A at 3; robot 0 on edge A>B at 3; "
-        "robot 1 on edge B>C at 3; robot 2 on edge C>D at 3); traffic.gridlock: rotate lets such rings turn"
+        "gridlock at time 7: 4 robots wait for each other in a ring (robot 3 on edge D>A at 3; "
+        "robot 0 on edge A>B at 3; robot 1 on edge B>C at 3; robot 2 on edge C>D at 3); "
+        "traffic.gridlock: rotate lets such rings turn"
     )
 
 
@@ -168,7 +169,7 @@ SQUARE = {
 
 def test_four_robots_that_load_at_once_turn_in_their_ring():
     run = dw.simulate(dw.load(SQUARE))
-    # loaded at 3 + 4 = 7, when the ring closes: nodes at 9, the next nodes at 14; unloaded at once, then two edges home:
+    # loaded at 3 + 4 = 7, when the ring closes: nodes at 9, the next nodes at 14; unloaded at once, two edges home:
     # again four robots on four edges. From the nodes at 14 to the stop lines at 17, a turn, nodes at 19, home at 24.
     assert [ring[0] for ring in run.record.rings] == [near(7), near(17)]
     assert (run.T, run.S, run.kpis["rotations"], run.kpis["moves"]) == (near(24), 0, 2, 16)

@@ -34,11 +34,11 @@ def slow_and_fast():
 
 
 def test_a_fast_robot_follows_a_slow_one_and_does_not_pass_it():
-    """The slow one leaves A at 0, B at 44 and is at C at 88. The fast one sets off late enough to be D behind all the way.
+    """The slow one leaves A at 0, B at 44 and is at C at 88. The fast one sets off late enough to be D behind always.
 
     To be at 18 when the slow one is at 20, at 40, it leaves A at 40 - 18 / 2 = 31. The slow one is at B at 44: it is
-    at 20 then, from 43 on. It may be on B when the slow one is D beyond it, at 48, so sets off for B at 47. In the same way
-    on B>C: at 18 at 84, at 20 at 88, when the slow one enters the bay, and at C at 89.
+    at 20 then, from 43 on. It may be on B when the slow one is D beyond it, at 48, so sets off for B at 47. In the
+    same way on B>C: at 18 at 84, at 20 at 88, when the slow one enters the bay, and at C at 89.
     """
     floor, slow, fast = slow_and_fast()
     assert floor.enters(slow) == {"A>B": 0, "B>C": near(44)}
@@ -52,7 +52,7 @@ def test_a_fast_robot_follows_a_slow_one_and_does_not_pass_it():
 
 
 def test_a_wait_behind_a_slower_robot_lasts_from_when_it_could_have_set_off_until_it_does():
-    floor, slow, fast = slow_and_fast()
+    floor, _, fast = slow_and_fast()
     # from 4 to 31 in the bay; at 18 from 40 to 43; at the stop line from 44 to 47; on B from 48 to 84 - 18 / 2 = 75;
     # at 18 from 84 to 87
     assert [wait[:3] for wait in floor.waits(fast)] == [
