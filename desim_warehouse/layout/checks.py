@@ -111,17 +111,21 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding("error", "layout.bays", "there are none; robots start from bays and go home to them")
         return
     homes = [start[number % len(start)] for number in range(use.robots)]
+    crowded: dict[str, list[str]] = {}
     for node in dict.fromkeys(start):
         bay = layout.bays.get(node)
         if bay is None:
             yield Finding("error", f"fleet.start: {node}", "there is no bay at this node; name nodes with bays")
         elif bay.places is not None and homes.count(node) > bay.places:
-            yield Finding(
-                "error",
-                f"layout.bays.{bay.zone}.places",
-                f"{homes.count(node)} robots start at {node} but its bay has {bay.places} places; "
-                "give it more, or spread fleet.start over more nodes",
-            )
+            crowded.setdefault(bay.zone, []).append(node)
+    for zone, nodes in crowded.items():
+        places = layout.bays[nodes[0]].places
+        yield Finding(
+            "error",
+            f"layout.bays.{zone}.places",
+            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} places; "
+            f"give it more, or spread fleet.start over more nodes{f' (as at {_some(nodes[1:])})' if nodes[1:] else ''}",
+        )
     if all(bay.places is not None for bay in layout.bays.values()):
         places = sum(bay.places or 0 for bay in layout.bays.values())
         if places < use.robots:
