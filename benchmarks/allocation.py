@@ -58,8 +58,7 @@ def table(results: dict[str, list[dict[str, float]]]) -> list[str]:
     """Means and paired differences to in-order, a line for each strategy."""
     base = results["in-order"]
     rows = [
-        "| strategy | T | T against in-order | % | S | difference | C | difference | distance | difference | cost | "
-        "difference | % |",
+        "| strategy | T | against | % | S | against | C | against | distance | against | cost | against | % |",
         "|" + "---|" + "---:|" * 12,
     ]
     for strategy, runs in results.items():

@@ -12,11 +12,12 @@ batteries, two stations and few chargers; set `model` to have them play yours.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.model import Model
     from desim_warehouse.run import Run
 

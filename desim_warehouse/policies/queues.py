@@ -27,7 +27,7 @@ class _Queues:
     depth: int = 5
     objective: Literal["makespan", "total"] = "makespan"
     candidates: int = 200
-    robots: int = 100
+    robots: int = 50
     commit: bool = False
 
     def __post_init__(self) -> None:
@@ -49,8 +49,9 @@ class _Queues:
             if not tasks:
                 return
             group = free[begin : begin + self.robots]
+            most = max(self.candidates, self.depth * len(group))  # enough to fill the queues of all who are free
             taken = set()
-            for robot, queue in self._planned(situation, group, busy, tasks[: self.candidates]):
+            for robot, queue in self._planned(situation, group, busy, tasks[:most]):
                 given = queue if self.commit else queue[:1]
                 taken |= {task.number for task in given}
                 yield from ((robot.number, task.number) for task in given)

@@ -186,6 +186,7 @@ class Powered(Body):
             if low > env.now + EPS and not self.short:
                 yield offer | Timeout(env, min(low - env.now, FAR))
             elif parking.charger_for(self):
+                self.short = True
                 self.world.dispatcher.withdraw(self)
                 return False
             else:
@@ -246,7 +247,8 @@ class Powered(Body):
             done = Timeout(env, battery.charge_time(level, goal))
             yield offer | done | parking.sought_after(env) if self.world.scarce else offer | done
             level = goal if done.processed else battery.level(env.now)
-            if self.job is None and parking.wanted_from(self):
+            able = level >= self.world.shown.energy.enough_for_first(self, levels)
+            if self.job is None and able and parking.wanted_from(self):
                 self.make_room()
                 offer = None
             elif done.processed:

@@ -151,7 +151,8 @@ class Shown:
         table = np.ones((len(robots), len(tasks)), dtype=bool)
         each = world.model.tasks.station_choice == "each"
         keys = [robot.number % len(entries) if each else 0 for robot in robots]
-        chosen = {key: [self.station(robot, task) for task in tasks] for key, robot in zip(keys, robots, strict=True)}
+        asking = dict(zip(keys, robots, strict=True))
+        chosen = {key: [self.station(robot, task) for task in tasks] for key, robot in asking.items()}
         stations = [chosen[key] for key in keys]
         for i, robot in enumerate(robots if world.stations else ()):
             room = {node: self.room(robot, node) for node in dict.fromkeys(stations[i])}
@@ -160,7 +161,8 @@ class Shown:
             return table
         levels = [world.decisions.levels(robot) for robot in robots]
         above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
-        table[[i for i in range(len(robots)) if i not in set(above)]] = False
+        if len(above) < len(robots):
+            table[[i for i in range(len(robots)) if robots[i].energy <= levels[i].critical]] = False
         if above:
             some = [robots[i] for i in above]
             least = self.energy.least(some, tasks, [stations[i] for i in above], [levels[i] for i in above])

@@ -58,6 +58,14 @@ def worlds(draw):
         start = [names[-1]]
     stations = draw(st.lists(st.sampled_from(names[1:-1]), min_size=1, max_size=2, unique=True))
     inside = {"pack": {"at": stations, "places": draw(st.integers(1, 2))}} if draw(st.booleans()) else {}
+    battery = {
+        "capacity": 24 * around,
+        "threshold": 10 * around,
+        "consumption": rate,
+        "charge_rate": draw(st.sampled_from([5, 50])),
+    }
+    if draw(st.booleans()):
+        battery["taper"] = {"start": 0.8, "end_rate": 0.2}
     return {
         "layout": {
             "blocks": {"columns": columns, "rows": rows, "block_depth": depth, "goods_size": 2, "aisle_width": 2},
@@ -78,13 +86,7 @@ def worlds(draw):
             "unload_time": 3,
             "clear_time": 1,
         },
-        "battery": {
-            "capacity": 24 * around,
-            "threshold": 10 * around,
-            "consumption": rate,
-            "charge_rate": draw(st.sampled_from([5, 50])),
-            "taper": draw(st.sampled_from([None, {"start": 0.8, "end_rate": 0.2}])),
-        },
+        "battery": battery,
         "policies": {kind: draw(st.sampled_from(some)) for kind, some in POLICIES.items()}
         | {"interval": draw(st.sampled_from([0, 0, 7]))},
     }

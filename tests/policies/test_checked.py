@@ -1,0 +1,187 @@
+"""Wrong names, wrong parameters, wrong answers: each an error that names the policy and the fault."""
+
+import concurrent.futures
+import multiprocessing
+from pathlib import Path
+
+import pytest
+
+from desim_warehouse import ModelError, PolicyError, load, simulate
+from desim_warehouse.policies.catalogue import OURS, problems
+
+MULTIBOTS = "models/multibots.yaml"
+
+
+def mine(tmp_path, body, method="assign(self, situation)", fields=""):
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "from dataclasses import dataclass\n\n@dataclass(frozen=True)\nclass Mine:\n"
+        f"    {fields or 'pass'}\n\n    def {method}:\n        {body}\n"
+    )
+    return f"{path}:Mine"
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("return [(0, 99)]", r"allocation \(Mine\) at time 0: task 99 is not open"),
+        ("return [(7, 0)]", r"there is no robot 7, only 0 to 5"),
+        ("return [(0, 0), (1, 0)]", r"task 0 is given out twice"),
+        ("return [3]", r"3 is no pair \(robot number, task number\)"),
+        ("return [('a', 'b')]", r"is no pair"),
+        ("return None", r"raised TypeError.*mine.py|raised TypeError"),
+        ("return 1 / 0", r"raised ZeroDivisionError\('division by zero'\) in .*mine.py, line 8"),
+        ("situation.time = 3", r"raised FrozenInstanceError"),
+        ("situation.robots[0].energy = 3", r"raised FrozenInstanceError"),
+    ],
+)
+def test_answers_that_cannot_be_carried_out(tmp_path, body, message):
+    with pytest.raises(PolicyError, match=message):
+        simulate(load(MULTIBOTS, {"policies.allocation": mine(tmp_path, body)}))
+
+
+def test_a_robot_whose_energy_does_not_last_gets_no_task(tmp_path):
+    name = mine(tmp_path, "return [(r.number, t.number) for r, t in zip(situation.robots, situation.tasks)]")
+    with pytest.raises(PolicyError, match=r"robot 0 may not take task 0: its energy, 10, .*charging \(reach-aware\)"):
+        simulate(
+            load(MULTIBOTS, {"policies.allocation": name, "policies.charging": {"name": "reach-aware", "margin": 0.99}})
+        )
+
+
+@pytest.mark.parametrize(
+    ("kind", "method", "body", "message"),
+    [
+        ("routing", "route(self, origin, goal, roads)", "return [origin, goal]", r"routing \(Mine\).*is no way from"),
+        ("routing", "route(self, origin, goal, roads)", "return []", r"nothing is no way from"),
+        (
+            "parking",
+            "choose(self, robot, bays, travel)",
+            "return 'Z'",
+            r"parking \(Mine\).*'Z' is no bay with a free place",
+        ),
+        ("charging", "levels(self, robot)", "return 3", r"charging \(Mine\).*robot \d: 3 are no Levels"),
+        (
+            "charging",
+            "levels(self, robot)",
+            "from desim_warehouse.policies import Levels; return Levels(1, 1, 9, 8)",
+            r"sufficient, 9, is above full, 8",
+        ),
+    ],
+)
+def test_answers_of_the_other_kinds(tmp_path, kind, method, body, message):
+    with pytest.raises(PolicyError, match=message):
+        simulate(load(MULTIBOTS, {f"policies.{kind}": mine(tmp_path, body, method), "tasks.goods": [1]}))
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        (
+            "nearst",
+            "policies.allocation: no such policy (got 'nearst'), did you mean 'nearest'? expected one of in-order, ",
+        ),
+        ({"name": "nearest", "candidate": 3}, "unknown parameter of nearest, did you mean 'candidates'?"),
+        ({"name": "in-order", "x": 3}, "policies.allocation.x: unknown parameter of in-order, expected none"),
+        ({"name": "nearest", "candidates": "many"}, "not understood (got 'many'), expected a whole number"),
+        ({"name": "nearest", "candidates": 0}, "policies.allocation.candidates: nearest: candidates is 0"),
+        ({"name": "regret", "objective": "fun"}, "policies.allocation.objective: not understood (got 'fun')"),
+        ("nowhere.py:Mine", "policies.allocation: no file nowhere.py"),
+        ("no_such_module:Mine", "no_such_module cannot be loaded: ModuleNotFoundError"),
+        (
+            "desim_warehouse.policies:Situatio",
+            "no class 'Situatio' in desim_warehouse.policies, did you mean 'Situation'?",
+        ),
+        ("desim_warehouse.policies:Situation", "the class has no method assign(), which policies.allocation needs"),
+    ],
+)
+def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, said):
+    with pytest.raises(ModelError) as caught:
+        load(MULTIBOTS, {"policies.allocation": spec})
+    assert said in str(caught.value)
+
+
+def test_the_message_has_the_line_of_the_file(tmp_path):
+    text = (
+        Path(MULTIBOTS).read_text(encoding="utf-8").replace("charging: threshold", "charging: {name: swap, level: 2}")
+    )
+    path = tmp_path / "model.yaml"
+    path.write_text(text)
+    line = 1 + text[: text.index("{name: swap")].count("\n")
+    with pytest.raises(ModelError, match=rf"model.yaml:{line}:\d+: policies.charging.time: missing, swap must have it"):
+        load(path)
+    path.write_text(text.replace("level: 2", "time: 3, level: 2"))
+    with pytest.raises(ModelError, match=rf"model.yaml:{line}:\d+: policies.charging.level: swap: level is 2"):
+        load(path)
+
+
+def test_every_policy_of_ours_can_be_had_by_its_name():
+    for kind, policies in OURS.items():
+        for name in policies:
+            assert problems(kind, name, {"time": 1.0} if name == "swap" else {}) == []
+
+
+PATIENT = """
+from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Mine:
+    turn: int = 1
+
+    def assign(self, situation):
+        tasks = [t.number for t in situation.tasks]
+        return zip([r.number for r in situation.robots], tasks[:: self.turn])
+"""
+
+
+def outcome(content):
+    return simulate(load(content)).T
+
+
+def test_a_policy_file_stands_beside_the_model_file_and_works_in_spawned_processes(tmp_path, monkeypatch):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    text = (
+        Path(MULTIBOTS)
+        .read_text(encoding="utf-8")
+        .replace("allocation: in-order", "allocation: {name: own.py:Mine, turn: -1}")
+    )
+    (folder / "model.yaml").write_text(text)
+    (folder / "own.py").write_text(PATIENT)
+    model = load(folder / "model.yaml")
+    here = simulate(model).T
+    assert here != simulate(load(MULTIBOTS)).T
+    monkeypatch.chdir(tmp_path)
+    with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        assert pool.submit(outcome, model.content()).result() == here
+
+
+def test_a_changed_policy_file_is_another_model(tmp_path):
+    (tmp_path / "own.py").write_text(PATIENT)
+    spec = {"policies.allocation": {"name": f"{tmp_path}/own.py:Mine", "turn": 1}}
+    model = load(MULTIBOTS, spec)
+    first, time = model.digest(), simulate(model).T
+    assert load(MULTIBOTS, spec).digest() == first
+    (tmp_path / "own.py").write_text(PATIENT.replace(":: self.turn", "::-1"))
+    assert load(MULTIBOTS, spec).digest() != first
+    assert time != simulate(load(MULTIBOTS, spec)).T
+
+
+def test_the_command_lists_all_policies_and_shows_one():
+    from click.testing import CliRunner
+
+    from desim_warehouse.cli.policies import command
+
+    listed = CliRunner().invoke(command).output
+    for policies in OURS.values():
+        for name in policies:
+            assert f"  {name} " in listed
+    assert "parameters: minimum=0.2, margin=0.1, charger=nearest" in listed
+    shown = CliRunner().invoke(command, ["--doc", "hungarian"]).output
+    assert "Kuhn" in shown
+    assert "class Hungarian" in shown
+    both = CliRunner().invoke(command, ["--doc", "nearest"]).output
+    assert "policies.allocation: nearest" in both
+    assert "policies.parking: nearest" in both
+    own = CliRunner().invoke(command, ["--doc", "studies/my_policies.py:Patient"]).output
+    assert "class Patient" in own
+    assert "no policy 'hungarien'" in CliRunner().invoke(command, ["--doc", "hungarien"]).output

@@ -1,0 +1,69 @@
+"""Every policy of the package, and the worked examples, pass the contract of their kind."""
+
+from pathlib import Path
+
+import pytest
+
+from desim_warehouse import contracts
+from desim_warehouse.policies.catalogue import OURS
+
+EXAMPLES = Path(__file__).parents[2] / "studies" / "my_policies.py"
+KINDS = {
+    "allocation": contracts.AllocationContract,
+    "routing": contracts.RoutingContract,
+    "charging": contracts.ChargingContract,
+    "parking": contracts.ParkingContract,
+}
+CASES = [
+    (contract, test, name)
+    for kind, contract in KINDS.items()
+    for name in [*OURS[kind], *([f"{EXAMPLES}:Patient", f"{EXAMPLES}:Lottery"] if kind == "allocation" else [])]
+    for test in sorted(vars(contract).keys() | vars(contracts._Contract).keys())
+    if test.startswith("test_")
+]
+
+
+@pytest.mark.parametrize(("contract", "test", "name"), CASES, ids=lambda item: str(item).rpartition("/")[2][:40])
+def test_contract(contract, test, name):
+    case = type("Case", (contract,), {"name": name, "parameters": {"time": 30} if name == "swap" else {}})()
+    getattr(case, test)()
+
+
+SHUFFLED = """import random
+        some = random.sample(situation.robots, len(situation.robots))
+        return [(r.number, t.number) for r, t in zip(some, situation.tasks) if situation.feasible(r, t)]"""
+
+
+def broken(tmp_path, body, kind="allocation", method="assign(self, situation)"):
+    path = tmp_path / "mine.py"
+    path.write_text(f"class Mine:\n    def {method}:\n        {body}\n")
+    contract = KINDS[kind]
+    return type("Case", (contract,), {"name": f"{path}:Mine"})()
+
+
+@pytest.mark.parametrize(
+    ("body", "test"),
+    [
+        ("return [(situation.robots[0].number, t.number) for t in situation.tasks] * 2", "answers_can_be_carried_out"),
+        ("return [(0, 999)]", "answers_can_be_carried_out"),
+        (
+            SHUFFLED,
+            "the_same_seed_gives_the_same_log",
+        ),
+        ("situation.robots.clear(); return []", "the_situation_is_left_as_it_was"),
+    ],
+)
+def test_the_contract_finds_faults(tmp_path, body, test):
+    with pytest.raises(AssertionError):
+        getattr(broken(tmp_path, body), f"test_{test}")()
+
+
+def test_the_contracts_find_faults_of_the_other_kinds(tmp_path):
+    with pytest.raises(AssertionError, match="leaves the edges"):
+        broken(
+            tmp_path, "return [origin, goal]", "routing", "route(self, origin, goal, roads)"
+        ).test_every_way_leads_along_edges_from_origin_to_goal()
+    with pytest.raises(AssertionError, match="none of the bays shown"):
+        broken(
+            tmp_path, "return robot.node", "parking", "choose(self, robot, bays, travel)"
+        ).test_the_bay_is_one_of_those_shown()

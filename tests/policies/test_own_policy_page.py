@@ -1,0 +1,42 @@
+"""docs/how-to/own-policy.md does what it says."""
+
+import contextlib
+import io
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+BLOCK = re.compile(r"```(\w+)(?: file=(\S+))?\n(.*?)```", re.DOTALL)
+
+
+def test_the_page_can_be_followed(tmp_path, monkeypatch):
+    shutil.copy(ROOT / "models" / "multibots.yaml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    said, names, commands = "", {}, 0
+    for kind, file, text in BLOCK.findall((ROOT / "docs" / "how-to" / "own-policy.md").read_text(encoding="utf-8")):
+        if file:
+            Path(file).write_text(text)
+        elif kind == "python":
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                exec(text, names)  # noqa: S102 - it is our own page
+            said = out.getvalue()
+        elif kind == "output":
+            assert said == text
+        elif kind == "console":
+            command = text.removeprefix("$ ").split()
+            module = {"desim": "desim_warehouse.cli", "pytest": "pytest"}[command[0]]
+            start = ["-c", f"import sys; from {module} import main; sys.exit(main())"]
+            done = subprocess.run([sys.executable, *start, *command[1:]], capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stdout + done.stderr
+            commands += 1
+        else:
+            changed = Path("multibots.yaml").read_text().replace("  allocation: in-order", text.split("\n")[1])
+            Path("changed.yaml").write_text(changed)
+            from desim_warehouse import load
+
+            assert load("changed.yaml").policies.allocation.params == {"reach": 2}
+    assert commands == 2

@@ -1,0 +1,87 @@
+"""Ask and tell, and the Gymnasium environment made from it."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse import PolicyError, StallError
+
+MODEL = dw.load("models/multibots.yaml", {"tasks.goods": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6, 3, 4]})
+
+
+def answered(decision):
+    for robot, task in zip(decision.robots, decision.tasks, strict=False):
+        if decision.feasible(robot, task):
+            decision.assign(robot, task)
+
+
+def test_answers_from_outside_give_the_run_that_the_same_policy_gives():
+    steps = dw.steps(MODEL, 4)
+    for decision in steps:
+        answered(decision)
+    assert steps.run.record.rows == dw.simulate(MODEL, 4).record.rows
+    assert steps.run.T == dw.simulate(MODEL, 4).T
+
+
+def test_answers_may_be_told_instead():
+    from desim_warehouse.policies import create
+
+    policy = create("allocation", "nearest", {})
+    steps = dw.steps(MODEL)
+    for decision in steps:
+        steps.tell(policy.assign(decision.situation))
+    other = dw.simulate(MODEL.replace({"policies.allocation": "nearest"}))
+    assert steps.run.record.rows == other.record.rows
+
+
+def test_a_lifelong_run_ends_at_its_length():
+    steps = dw.steps(MODEL.replace({"tasks.goods": {"saturated": 5}, "run.length": 3000}))
+    times = []
+    for decision in steps:
+        times.append(decision.time)
+        answered(decision)
+    assert times == sorted(times)
+    assert times[-1] < 3000
+    assert steps.run.T == 3000
+
+
+def test_faults_are_named():
+    steps = dw.steps(MODEL)
+    with pytest.raises(PolicyError, match="not over"):
+        _ = steps.run
+    with pytest.raises(PolicyError, match="no decision is pending"):
+        steps.tell([])
+    decision = next(steps)
+    decision.assign(0, 99)
+    with pytest.raises(PolicyError, match=r"allocation \(the answer\) at time 0: task 99 is not open"):
+        next(steps)
+
+
+def test_no_answers_at_all_end_in_a_stall_that_says_so():
+    with pytest.raises(StallError, match=r"0 of 12 tasks are done"):
+        for _ in dw.steps(MODEL):
+            pass
+
+
+def test_the_environment_passes_gymnasiums_own_check():
+    checker = pytest.importorskip("gymnasium.utils.env_checker")
+    from desim_warehouse.rl import Allocation
+
+    checker.check_env(Allocation(MODEL, {"tasks.goods": {"random": 8}}), skip_render_check=True)
+
+
+@pytest.mark.parametrize("choice", ["first", "none", "random"])
+def test_an_episode_ends_and_its_rewards_sum_up_to_minus_the_cost(choice):
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.rl import Allocation
+
+    env = Allocation("models/multibots.yaml", {"tasks.goods": {"random": 15}, "fleet.size": 3}, slots=6)
+    observation, info = env.reset(seed=5)
+    env.action_space.seed(5)
+    total, over = 0.0, False
+    while not over:
+        assert env.observation_space.contains(observation)
+        action = {"first": 0, "none": 6, "random": int(env.action_space.sample(info["action_mask"]))}[choice]
+        observation, reward, over, _, info = env.step(action)
+        total += reward
+    assert info["kpis"]["tasks"] == 15
+    assert total * env.scale == pytest.approx(-info["kpis"]["cost"])
