@@ -132,6 +132,15 @@ def resolved(name: str, folder: Path) -> str:
     return name
 
 
+def resolved_in(value: Any, folder: Path) -> Any:
+    """A part of a study with the paths of all policy files in it in full, relative to the study's folder."""
+    if isinstance(value, Mapping):
+        return {key: resolved_in(item, folder) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [resolved_in(item, folder) for item in value]
+    return resolved(value, folder) if isinstance(value, str) and ".py:" in value else value
+
+
 def source_of(kind: str, name: str) -> str:
     """The source text of a policy's class; raises PolicyError where it cannot be had."""
     return inspect.getsource(find(kind, name))

@@ -13,6 +13,7 @@ from desim_warehouse.model.parse import Document, plain
 from desim_warehouse.model.places import Places
 from desim_warehouse.model.problems import Problem, got, report
 from desim_warehouse.model.reading import read_document
+from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
 from desim_warehouse.study.plan import Plan, Until, check_baseline, models
@@ -62,6 +63,9 @@ def plan_of(base: str | Path | Mapping[str, Any] | Model, content: Mapping[str, 
 def read_plan(document: Document, folder: Path, overrides: Mapping[str, Any] | None = None) -> Plan:
     """The plan of a study that was read from a file in `folder`."""
     reader = _Reader(document)
+    for part in ("set", "factors"):
+        if part in document.data:
+            document.data[part] = resolved_in(document.data[part], folder)
     given = document.data.pop("model", None)
     name = Path(document.places.source).stem
     if isinstance(given, str):

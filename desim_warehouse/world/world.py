@@ -179,8 +179,16 @@ class World:
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
-            f"open tasks: {list(self.dispatcher.open)[:10]}"
+            f"open tasks: {list(self.dispatcher.open)[:10]}{self._unable()}"
         )
+
+    def _unable(self) -> str:
+        """Why nobody takes the first open task, if it is for the battery."""
+        task = next(iter(self.dispatcher.open.values()), None)
+        if task is None or any(self.shown.lasts(robot.view(), task) for robot in self.robots):
+            return ""
+        charging = self.model.policies.charging.name
+        return f"; no robot's battery lasts for task {task.number}, by policies.charging ({charging})"
 
     # What robots ask
 

@@ -8,6 +8,8 @@ import pytest
 
 from desim_warehouse import ModelError, PolicyError, load, simulate
 from desim_warehouse.policies.catalogue import OURS, problems
+from desim_warehouse.study.plan import models
+from desim_warehouse.study.reading import read_study
 
 MULTIBOTS = "models/multibots.yaml"
 
@@ -185,3 +187,14 @@ def test_the_command_lists_all_policies_and_shows_one():
     own = CliRunner().invoke(command, ["--doc", "studies/my_policies.py:Patient"]).output
     assert "class Patient" in own
     assert "no policy 'hungarien'" in CliRunner().invoke(command, ["--doc", "hungarien"]).output
+
+
+def test_a_study_finds_a_policy_file_beside_itself(tmp_path, monkeypatch):
+    (tmp_path / "own.py").write_text(PATIENT)
+    model = Path(MULTIBOTS).resolve()
+    text = f"model: {model}\nfactors:\n  policies.allocation: [in-order, {{name: 'own.py:Mine', turn: -1}}]\n"
+    (tmp_path / "study.yaml").write_text(text)
+    monkeypatch.chdir(model.parent)
+    plan = read_study(tmp_path / "study.yaml")
+    found = models(plan, plan.points())
+    assert [found[i].policies.allocation.name for i in sorted(found)] == ["in-order", f"{tmp_path}/own.py:Mine"]

@@ -46,7 +46,7 @@ def test_reach_aware_takes_a_task_exactly_as_long_as_its_energy_lasts():
     reach = {"policies.charging": {"name": "reach-aware", "margin": 0.1}}
     world = play({**reach, "battery.capacity": (NEED + 0.001) / 0.9})
     assert times(world, "delivered") == [pytest.approx(56)]
-    with pytest.raises(StallError, match="open tasks"):
+    with pytest.raises(StallError, match=r"no robot's battery lasts for task 0, by policies.charging \(reach-aware\)"):
         play({**reach, "battery.capacity": (NEED - 0.001) / 0.9})
 
 
