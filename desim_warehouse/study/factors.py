@@ -60,7 +60,8 @@ def label(value: Any) -> Label:
         return value
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
         rest = ", ".join(f"{key}={item}" for key, item in value.items() if key != "name")
-        return f"{value['name']}({rest})" if rest else str(value["name"])
+        name = value["name"].replace("\\", "/").rpartition("/")[2]  # the user's own: my_policies.py:Patient
+        return f"{name}({rest})" if rest else name
     return json.dumps(value, ensure_ascii=False)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.work import Wanted
-from desim_warehouse.study.plan import Until, content_key, models, run_seed
+from desim_warehouse.study.plan import Until, models, run_seed
 from desim_warehouse.study.progress import Progress
 from desim_warehouse.study.results import Row, value_of
 
@@ -47,7 +47,7 @@ class Laboratory:
         self.execution = execution  # None: only what is there already
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
-        self.keys = {number: content_key(model) for number, model in models(plan, points).items()}
+        self.keys = {number: model.digest() for number, model in models(plan, points).items()}
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -157,34 +156,6 @@ def is_deterministic(model: Model) -> bool:
 def own_policies(model: Model) -> list[str]:
     """The policies of a model that are the user's own, whose code we know nothing of."""
     return sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
-
-
-def content_key(model: Model) -> str:
-    """What a run depends on beside its seed and our version: the model and the user's own policies' code."""
-    own = own_policies(model)
-    if not own:
-        return model.digest()
-    parts = [model.digest(), *(_source_digest(name) for name in own)]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-def _source_digest(name: str) -> str:
-    """The digest of the file with a user's policy; of its name where the file cannot be found."""
-    import importlib.util
-    from pathlib import Path
-
-    place = name.rpartition(":")[0]
-    path: str | None = place
-    if not place.endswith(".py"):
-        try:
-            spec = importlib.util.find_spec(place)
-        except (ImportError, ValueError):
-            spec = None
-        path = spec.origin if spec else None
-    try:
-        return hashlib.sha256(Path(path or "").read_bytes()).hexdigest()
-    except OSError:
-        return hashlib.sha256(name.encode()).hexdigest()
 
 
 def check_baseline(plan: Plan) -> str | None:
