@@ -19,7 +19,7 @@ from desim_warehouse.errors import WarehouseError
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
-_FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*) *$")
+_FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*)( [a-z]+=.*)? *$")
 _NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails)(: (?P<rest>.*?))? -->$")
 _CHECKER = doctest.OutputChecker()
 

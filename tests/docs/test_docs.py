@@ -15,6 +15,9 @@ from tests.docs.pages import PAGES, ROOT
 
 LONGEST_README = 150  # lines: about two screens and the tables
 
+ELSEWHERE = {"docs/how-to/own-policy.md": "tests/policies/test_own_policy_page.py"}
+"""Pages that have a test of their own."""
+
 
 def _name(page):
     return str(page.relative_to(ROOT))
@@ -30,7 +33,7 @@ def copy(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", PAGES, ids=_name)
+@pytest.mark.parametrize("page", [page for page in PAGES if _name(page) not in ELSEWHERE], ids=_name)
 def test_every_block_of_a_page_does_what_the_page_says(page, copy):
     names = {"__name__": "page"}
     for block in pages.blocks(page):
@@ -115,6 +118,11 @@ def test_every_kind_of_row_is_described():
     assert {"rotation", "docked", "recharged", "collision"} <= seen
     fewer = {row[1] for row in dw.simulate(model.replace({"log": "tasks"})).record.rows}
     assert fewer <= {kind for kind, (level, _, _) in make_reference.KINDS.items() if level == "tasks"}
+
+
+def test_pages_tested_elsewhere_are():
+    for page, test in ELSEWHERE.items():
+        assert page.rpartition("/")[2] in (ROOT / test).read_text(encoding="utf-8")
 
 
 def test_the_readme_is_short():
