@@ -80,8 +80,12 @@ class Motion(Reservations):
         node = onward.start
         if node.holder is robot:  # in a rotation it may be the next robot's already
             node.holder = None
-        node.passages += 1
-        node.left_by(robot, onward, clear, self.contact)
+        if clear >= node.left_at:  # as in Intersection.left_by
+            node.user = robot
+            node.left_at = clear
+            node.left_on = onward
+            node.left_pace = pace
+            node.clear_at = clear + self.contact / pace
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
         # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
@@ -212,7 +216,6 @@ class Motion(Reservations):
         """A robot that stood on an intersection sets off along its lane."""
         if node.holder is robot:
             node.holder = None
-        node.passages += 1
         node.left_by(robot, robot.lane, robot.since, self.contact)
         if node.claims:
             self.freed(node)

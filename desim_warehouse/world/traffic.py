@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simpy.events import Timeout
-
-from desim_warehouse.world.lanes import EPS
+from desim_warehouse.world.lanes import EPS, Arrival
 from desim_warehouse.world.motion import Motion
 
 if TYPE_CHECKING:
@@ -55,7 +53,7 @@ class Traffic(Motion):
                 goal, final = stop, True
             while True:
                 if robot.until > env._now:
-                    yield Timeout(env, robot.until - env._now)
+                    yield Arrival(env, robot.until)
                 robot.pos = robot.target
                 if robot.pos >= goal - EPS:
                     break
@@ -116,12 +114,12 @@ class Traffic(Motion):
         yield from self._advance(robot, robot.lane.length)
 
     def _advance(self, robot: Body, target: float, behind: Intersection | None = None) -> Steps:
-        """Along the lane to `target`, all of it granted; the node `behind` is left, at the end the node's time spent."""
+        """Along the lane to `target`, all of it granted; the node `behind` is left, then the time at its end spent."""
         self.commit(robot, target)
         if behind is not None:
             self.leave(robot, behind)
         pause = self.node_time if target == robot.lane.length else 0.0
-        yield Timeout(self.env, robot.until - self.env._now + pause)
+        yield Arrival(self.env, robot.until + pause)
         robot.pos = target
 
     def _from_node(

@@ -1,0 +1,13 @@
+"""`make bench`: every measurement of this folder; `--long` also those that take minutes."""
+
+from __future__ import annotations
+
+import sys
+
+from benchmarks import allocation, replay, studies, traffic
+
+if __name__ == "__main__":
+    traffic.report(long="--long" in sys.argv)
+    allocation.report()
+    studies.report()
+    replay.report()
