@@ -185,6 +185,43 @@ def commands() -> str:
     return "\n".join(lines)
 
 
+# Python
+
+
+def public() -> str:
+    """The public names, with the members of classes and modules that people use."""
+    import desim_warehouse as dw
+
+    names = [name for name in dw.__all__ if not name.startswith("_")]
+    lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
+    for name in ("Model", "Run", "Study"):
+        members = ((member, _static(getattr(dw, name), member)) for member in vars(getattr(dw, name)))
+        shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
+        lines += [f"## {name}\n", table(("member", "what it is"), shown)]
+    figures = [_entry(name, getattr(dw.plot, name)) for name in dw.plot.__all__ if callable(getattr(dw.plot, name))]
+    lines += ["## plot\n", table(("function", "what it draws"), figures)]
+    return "\n".join(lines)
+
+
+def _static(cls: type, member: str) -> Any:
+    value = vars(cls)[member]
+    return value.__func__ if isinstance(value, classmethod | staticmethod) else value
+
+
+def _is_shown(member: str, value: Any) -> bool:
+    documented = callable(value) or isinstance(value, property) or hasattr(value, "attrname")
+    return documented and not member.startswith(("_", "model_")) and bool(value.__doc__)
+
+
+def _entry(name: str, value: Any) -> tuple[str, str]:
+    """A name, called as it is, and the first sentence about it."""
+    import inspect
+
+    first = " ".join((inspect.getdoc(value) or "").partition("\n\n")[0].split())
+    called = inspect.isfunction(value)
+    return f"`{name}{'()' if called else ''}`", first
+
+
 # The log and the indicators
 
 COLUMNS = {
@@ -318,6 +355,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "model-keys": model_keys,
     "policies": policies,
     "cli": commands,
+    "python": public,
     "log-columns": log_columns,
     "log-kinds": log_kinds,
     "indicators": indicators,
