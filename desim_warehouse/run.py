@@ -84,7 +84,7 @@ class Run:
         ].reset_index(drop=True)
 
     def save(self, folder: str | Path) -> Path:
-        """Write model.json, kpis.json, log.parquet, rings.json and the tables robots, edges and nodes to a folder."""
+        """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
         from desim_warehouse.runfolder import save_run
 
         return save_run(self, Path(folder))

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 FORMAT = 1
+NUMBER = "edge_number"
+"""Column of the log with the edges' numbers, where two edges have one name."""
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -32,7 +34,12 @@ def save_run(run: Run, folder: Path) -> Path:
     """Write a run to a folder; run.json comes last, so a folder that has it is complete."""
     folder.mkdir(parents=True, exist_ok=True)
     log = run.record
-    log.frame().to_parquet(folder / "log.parquet", index=False)
+    table = log.frame()
+    edges = list(run.layout.graph.edges)
+    if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
+        number = {edge: i for i, edge in enumerate(edges)}
+        table[NUMBER] = [number.get(row[5], -1) for row in log.rows]
+    table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
     for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
@@ -73,9 +80,13 @@ def load_run(folder: str | Path) -> Run:
         kept = content["log"]
         model = load(content["model"])
         layout = build(model.layout)
-        edges = {">".join(edge): edge for edge in layout.graph.edges}
+        edges: list[tuple[str, str]] = list(layout.graph.edges)
+        numbers = table.pop(NUMBER) if NUMBER in table else None
         table = table.astype(object).where(table.notna(), None)
-        table["edge"] = table["edge"].map(edges.get)
+        if numbers is None:
+            table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
+        else:
+            table["edge"] = [None if number < 0 else edges[number] for number in numbers]
         log = Log(
             level=kept["level"],
             rows=[tuple(row) for row in table.to_numpy().tolist()],
