@@ -52,6 +52,7 @@ class Body:
         "waited",
         "waiting_behind",
         "waiting_since",
+        "waits_for",
     )
 
     def __init__(self, number: int, speed: float, at: Intersection) -> None:
@@ -68,6 +69,7 @@ class Body:
         self.claim: Claim | None = None
         self.waiting_behind: Event | None = None
         self.waiting_since = 0.0
+        self.waits_for: Body | None = None
         self.recall_at = self.train_pace = math.inf
         self.mark = 0
         self.detours = 0
@@ -88,9 +90,7 @@ class Body:
 
     def distance(self, now: float) -> float:
         """Length driven so far."""
-        if now >= self.until:
-            return self.driven + self.target
-        return self.driven + max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
+        return self.driven + self.position(now)
 
     def left_bay(self) -> None:
         """It has just left the bay it stood in."""
@@ -102,10 +102,16 @@ class Body:
     def stands(self, waiting: bool) -> None:
         """It begins (or ends) to wait in traffic."""
 
-    def place(self) -> str:
+    def position(self, now: float) -> float:
+        """Where it is on its lane."""
+        if now >= self.until:
+            return self.target
+        return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
+
+    def place(self, now: float) -> str:
         """Where it is, in words."""
         if self.lane is None:
             return f"in the bay at {self.at.name}"
-        if self.held is not None and self.target >= self.lane.length:
+        if self.held is not None and self.position(now) >= self.lane.length:
             return f"on node {self.lane.edge[1]}"
-        return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.target:g}"
+        return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.position(now):g}"

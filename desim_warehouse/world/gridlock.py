@@ -5,6 +5,9 @@ it claims, or the last robot on the lane it wants room on. So who-waits-for-whom
 can only stop where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they
 do: the ring turns by one place, and each member is nearer to where it is going.
 
+A member whose own stop is less than a place ahead cannot move on by a whole place. It handles its good from where
+it stands; when it is blocked again the ring is complete.
+
 A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto
 the intersection and waits on it; this leaves a gap behind it, and the rings on either side turn one by one.
 """
@@ -14,16 +17,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import GridlockError
+from desim_warehouse.world.lanes import EPS
 
 if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.reservations import Reservations
+    from desim_warehouse.world.motion import Motion
 
 
 class Gridlock:
     """Finds rings and turns them; `rotate` False: a ring is an error, for fleets that cannot turn."""
 
-    def __init__(self, traffic: Reservations, rotate: bool) -> None:
+    def __init__(self, traffic: Motion, rotate: bool) -> None:
         self.traffic = traffic
         self.rotate = rotate
         self.rotations = 0
@@ -76,6 +80,11 @@ class Gridlock:
         now = self.traffic.env.now
         if not self.rotate:
             raise GridlockError(_describe(ring, now))
+        near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
+        if near:
+            for robot in near:
+                self.traffic.halt_here(robot)
+            return
         self.rotations += 1
         edges = tuple("" if robot.lane is None else ">".join(robot.lane.edge) for robot in ring)
         self.traffic.log.rotation(now, tuple(robot.number for robot in ring), edges)
@@ -97,6 +106,10 @@ class Gridlock:
             room = claim.lane is not None and self.traffic.has_room(claim.lane)
             self.traffic.award(claim, claim.lane if room else None)
 
+    def _is_near(self, robot: Body) -> bool:
+        """Whether a robot's own stop is less than a place ahead, so that it would not make room for the next."""
+        return robot.goal - robot.pos < self.traffic.contact - EPS
+
     @staticmethod
     def _keep_together(ring: list[Body]) -> None:
         """A ring turns at the pace of its slowest, on the lanes that its robots are on and on those that they enter."""
@@ -110,7 +123,7 @@ class Gridlock:
 
 
 def _describe(ring: list[Body], now: float) -> str:
-    members = "; ".join(f"robot {robot.number} {robot.place()}" for robot in ring)
+    members = "; ".join(f"robot {robot.number} {robot.place(now)}" for robot in ring)
     return (
         f"gridlock at time {now:g}: {len(ring)} robots wait for each other in a ring ({members}); "
         "traffic.gridlock: rotate lets such rings turn"

@@ -115,7 +115,7 @@ class Intersection:
         return sum(lane.passages for lane in self.outs)
 
     def left_by(self, robot: Body, lane: Lane, time: float, contact: float) -> None:
-        """A robot's centre leaves it for a lane at `time`; the last to do so counts, as in a rotation one may follow another."""
+        """A robot's centre leaves it for a lane at `time`; the last to do so counts."""
         if time >= self.left_at:
             self.user = robot
             self.left_at = time

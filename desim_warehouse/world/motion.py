@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.world.gridlock import Gridlock
 from desim_warehouse.world.lanes import EPS
 from desim_warehouse.world.reservations import Reservations
 
 if TYPE_CHECKING:
     from simpy import Environment
+    from simpy.events import Event
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
@@ -37,10 +39,11 @@ class Motion(Reservations):
         mixed: bool = True,
         rotate: bool = True,
     ) -> None:
-        super().__init__(env, layout, log, contact=contact, theta=theta, mixed=mixed, rotate=rotate)
+        super().__init__(env, layout, log, contact=contact, theta=theta, mixed=mixed)
+        self.gridlock = Gridlock(self, rotate)
         self.node_time = node_time
 
-    def cross(  # noqa: PLR0915 - one piece, for speed
+    def cross(  # noqa: C901, PLR0912, PLR0915 - one piece, for speed
         self, robot: Body, onward: Lane, clear: float, stop: float | None
     ) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
@@ -61,7 +64,7 @@ class Motion(Reservations):
                 target = room
                 until = clear + target / pace
             ahead.behind = robot
-        if self.mixed and (late := self.free_at(onward, ahead, target, pace) - until) > EPS:
+        if self.mixed and (late := self.free_at(onward, ahead, target, pace, clear) - until) > EPS:
             self.count_wait(robot, ahead, onward, late, ahead=clear + late - self.env._now)
             clear += late
             until += late
@@ -123,10 +126,7 @@ class Motion(Reservations):
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.contact)
             if limit <= robot.pos + EPS:
                 return
-            event, robot.waiting_behind = robot.waiting_behind, None
-            robot.stands(waiting=False)
-            if env._now > robot.waiting_since + EPS:
-                self.count_wait(robot, ahead, robot.lane, env._now - robot.waiting_since)
+            event = self._stop_waiting(robot)
             self._set_off(robot, limit)
             event._ok = True
             event._value = None
@@ -136,12 +136,26 @@ class Motion(Reservations):
             if robot is None and lane.start.claims:
                 self.serve(lane.start)
 
+    def _stop_waiting(self, robot: Body) -> Event:
+        """A robot that waited behind another waits no longer; its event is for the caller to trigger."""
+        event, robot.waiting_behind = robot.waiting_behind, None
+        assert event is not None
+        robot.stands(waiting=False)
+        if self.env._now > robot.waiting_since + EPS:
+            self.count_wait(robot, robot.waits_for, robot.lane, self.env._now - robot.waiting_since)
+        return event
+
+    def halt_here(self, robot: Body) -> None:
+        """A robot that waits less than a place before its own stop takes where it stands for the stop."""
+        robot.goal = robot.pos
+        self._stop_waiting(robot).succeed()
+
     def _set_off(self, robot: Body, target: float) -> None:
         """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""
         lane = robot.lane
         since = self.env._now
         until = since + (target - robot.pos) / robot.pace
-        if self.mixed and (late := self.free_at(lane, robot.ahead, target, robot.pace) - until) > EPS:
+        if self.mixed and (late := self.free_at(lane, robot.ahead, target, robot.pace, since) - until) > EPS:
             self.count_wait(robot, robot.ahead, lane, late, ahead=late)
             since += late
             until += late
@@ -151,15 +165,18 @@ class Motion(Reservations):
         if self.log.everything:
             self.log.drive(robot)
 
-    def free_at(self, lane: Lane, ahead: Body | None, target: float, pace: float) -> float:
+    def free_at(self, lane: Lane, ahead: Body | None, target: float, pace: float, since: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
-        Both drive at a steady pace, so it is enough that it keeps D where the one ahead sets off and at the target.
+        Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
+        if that is after `since`, when it could set off itself.
         """
         if ahead is None:
             return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
-        gap = self.contact
-        return max(ahead.passes(target + gap), ahead.since + max(target - (ahead.pos - gap), 0.0) / pace)
+        free = ahead.passes(target + self.contact)
+        if ahead.since > since:
+            free = max(free, ahead.since + max(target - (ahead.pos - self.contact), 0.0) / pace)
+        return free
 
     @staticmethod
     def pace_on(robot: Body, lane: Lane) -> float:

@@ -143,7 +143,7 @@ class Powered(Body):
             return
         charging = self.world.model.policies.charging.name
         raise BatteryError(
-            f"robot {self.number} ran flat at time {self.env.now:g}, {self.place()}, {self.state}: "
+            f"robot {self.number} ran flat at time {self.env.now:g}, {self.place(self.env.now)}, {self.state}: "
             f"policies.charging ({charging}) let it go on with too little energy"
         )
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.world.gridlock import Gridlock
 from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
+    from desim_warehouse.world.gridlock import Gridlock
     from desim_warehouse.world.lanes import Intersection
 
     Steps = Generator[Event, object, None]
@@ -44,7 +44,6 @@ class Reservations:
         contact: float,
         theta: float,
         mixed: bool = True,
-        rotate: bool = True,
     ) -> None:
         self.env = env
         self.log = log
@@ -52,7 +51,7 @@ class Reservations:
         self.theta = theta
         self.mixed = mixed
         self.lanes, self.nodes = network(layout, contact)
-        self.gridlock = Gridlock(self, rotate)
+        self.gridlock: Gridlock
         self._closings: dict[tuple[Lane | None, Lane, float], float] = {}
 
     def has_room(self, lane: Lane) -> bool:
@@ -158,6 +157,7 @@ class Reservations:
         """Wait until the robot ahead makes way: the event is due when the robot has then moved up."""
         event = robot.waiting_behind = Event(self.env)
         robot.waiting_since = self.env._now
+        robot.waits_for = robot.ahead
         robot.stands(waiting=True)
         self.gridlock.check(robot)
         return event
@@ -188,5 +188,5 @@ class Reservations:
                 if robot.claim is not None:
                     self.count_wait(robot, robot.claim.node.holder, robot.claim.node, waited)
                 elif robot.waiting_behind is not None:
-                    self.count_wait(robot, robot.ahead, robot.lane, waited)
+                    self.count_wait(robot, robot.waits_for, robot.lane, waited)
                 robot.waiting_since = now

@@ -138,9 +138,10 @@ class Robot(Powered):
         """Home, or wherever the policies say."""
         world = self.world
         assert self.bay is not None
-        self.detours = world.decisions.detours
-        yield from world.traffic.drive(self, world.decisions.way(self.node, self.bay.node))
-        self.enter_bay(self.bay.node)
+        if self.lane is not None or self.docked is not None or self.bay.node != self.parked_at:  # it was called out
+            self.detours = world.decisions.detours
+            yield from world.traffic.drive(self, world.decisions.way(self.node, self.bay.node))
+            self.enter_bay(self.bay.node)
         self.last_bay = self.bay.node
         world.record("parked", self)
         world.came_home()

@@ -65,6 +65,7 @@ class Traffic(Motion):
                     robot.goal = goal
                     yield self.wait_behind(robot)
                     robot.until = env._now
+                    goal = robot.goal  # nearer, if it may halt where it is
             # At the stop line: the intersection and room beyond it, or neither.
             if final:
                 return True

@@ -175,7 +175,9 @@ class World:
             self.finished.succeed()
 
     def _stalled(self) -> str:
-        blocked = "; ".join(f"robot {robot.number} {robot.place()}" for robot in self.robots if robot.lane is not None)
+        blocked = "; ".join(
+            f"robot {robot.number} {robot.place(self.env.now)}" for robot in self.robots if robot.lane is not None
+        )
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
