@@ -212,7 +212,8 @@ def _merges(layout: Layout) -> Iterator[Finding]:
     sharp = []
     for node in graph:
         headings = sorted((layout.heading((source, node)), source) for source in graph.predecessors(node))
-        for (one, first), (other, second) in pairwise([*headings, *headings[:1]]):
+        around = [*headings, *headings[: len(headings) > 2]]  # noqa: PLR2004 - two make one pair, three a circle
+        for (one, first), (other, second) in pairwise(around):
             between = abs((one - other + math.pi) % (2 * math.pi) - math.pi)
             if first != second and between < SHARPEST_MERGE - EPS:
                 sharp.append(f"{first}>{node} and {second}>{node}")

@@ -1,0 +1,215 @@
+"""What desim check says: one small layout for each finding. D = 2."""
+
+import itertools
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse import LayoutError
+from desim_warehouse.layout import checks
+from desim_warehouse.run import check
+
+SQUARE = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["A", "B"], "offset": 10}],
+        "bays": {"home": {"at": ["A"]}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0], "unload_at": ["C"], "load_time": 0, "unload_time": 0},
+}
+ADVICE = "add or turn edges so that every node can be reached from every other"
+
+
+def model(**changes):
+    return dw.load(SQUARE, {key.replace("__", "."): value for key, value in changes.items()})
+
+
+def with_edges(*more, **nodes):
+    edges = [list(edge) for edge in (*SQUARE["layout"]["edges"], *more)]
+    return {"layout__edges": edges, "layout__nodes": SQUARE["layout"]["nodes"] | nodes}
+
+
+def findings(**changes):
+    return [str(finding) for finding in check(model(**changes)).findings]
+
+
+def test_a_sound_layout_has_no_findings():
+    report = check(model())
+    assert report.findings == []
+    # each edge of 20 holds robots at 2, 4, ..., 18
+    assert report.facts == [
+        "model: 4 nodes, 4 edges, 1 storage places",
+        "robots keep D = 2 m and drive up to 1 m/s",
+        "the lanes hold 36 robots at once, the fleet has 2",
+        "ring of 80 m: B > C > D > A > B",
+    ]
+
+
+ERRORS = [
+    (
+        with_edges(["E", "A"], E=[-20, 0]) | {"layout__bays": {"home": {"at": ["A", "E"]}}},
+        f"layout: node E: cannot be reached, but bay home is there; {ADVICE}",
+    ),
+    (
+        with_edges(["A", "E"], E=[-20, 0]) | {"tasks__unload_at": ["E"]},
+        f"layout: node E: cannot be left, but unloading is there; {ADVICE}",
+    ),
+    (
+        with_edges(["E", "F"], ["F", "E"], E=[-20, 0], F=[-40, 0])
+        | {
+            "layout__storage": [{"edge": ["A", "B"], "offset": 10}, {"edge": ["E", "F"], "offset": 5}],
+        },
+        (
+            f"layout: node E: cannot be reached and left, but good 1 is there; {ADVICE}\n"
+            f"layout: node F: cannot be reached and left, but good 1 is there; {ADVICE}"
+        ),
+    ),
+    (
+        with_edges(["A", "E"], E=[-20, 0]) | {"layout__stations": {"pack": {"at": ["E"]}}},
+        f"layout: node E: cannot be left, but station pack is there; {ADVICE}",
+    ),
+    ({"layout__bays": {}}, "layout.bays: there are none; robots start from bays and go home to them"),
+    (
+        {"fleet__start": ["A", "B"]},
+        "fleet.start: B: there is no bay at this node; name nodes with bays",
+    ),
+    (
+        {"layout__bays": {"home": {"at": ["A", "B"], "places": 1}}, "fleet__start": ["A"]},
+        (
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
+            "give it more, or spread fleet.start over more nodes"
+        ),
+    ),
+    (
+        {"layout__bays": {"home": {"at": ["A", "B", "C"], "places": 1}}, "fleet__size": 6},
+        (
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
+            "give it more, or spread fleet.start over more nodes (as at B, C)\n"
+            "layout.bays: 6 robots but only 3 bay places; every robot needs one"
+        ),
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "text"), ERRORS)
+def test_what_would_void_the_guarantee_is_an_error_and_refused_by_simulate(changes, text):
+    expected = text.split("\n")
+    assert [line for line in findings(**changes) if line.startswith("error")] == [f"error: {line}" for line in expected]
+    with pytest.raises(LayoutError) as refused:
+        dw.simulate(model(**changes))
+    assert refused.value.problems == expected
+
+
+LONG = {f"N{i}": [20 * i + 40, 0] for i in range(10)}
+
+OTHERS = [
+    (
+        with_edges(["A", "E"], E=[-20, 0]),
+        f"warning: layout: node E: cannot be left; nothing is there, so no robot will go; {ADVICE}",
+    ),
+    (
+        with_edges(["B", "A"], ["D", "C"]),
+        (
+            "warning: layout: edges: two-way between A-B, C-D: taken as two lanes side by side; "
+            "where there is only one, keep one edge"
+        ),
+    ),
+    (
+        with_edges(["A", "C"]),
+        (
+            "warning: tasks.unload_at: C: robots unload standing on a node where B>C, A>C meet, and hold all of them up; "
+            "a station beside the node would not (layout.stations)"
+        ),
+    ),
+    (
+        {
+            "layout__storage": [
+                {"edge": ["A", "B"], "offset": 1.5},
+                {"edge": ["A", "B"], "offset": 2},
+                {"edge": ["A", "B"], "offset": 18.5},
+            ]
+        },
+        (
+            "note: layout: storage: 2 places are nearer than 2 (D) to a node; robots stop D clear of it to load there: "
+            "good 0, good 2"
+        ),
+    ),
+    (
+        {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
+        (
+            "note: layout.stations: 1 places for 2 robots: a robot takes a task only when its station has a place for it, "
+            "so the others stay in their bays; more places let more of them work"
+        ),
+    ),
+    (
+        with_edges(["E", "B"], ["D", "E"], E=[20, -1.5]),
+        (
+            "warning: layout: edges: 1 are shorter than 2 (D), so the nodes at their ends are used by one robot at a time: "
+            "E>B; smaller robots or longer edges avoid it"
+        ),
+    ),
+    (
+        with_edges(["E", "B"], ["D", "E"], E=[20, -3]),
+        "note: layout: edges: 1 are shorter than 4 (2 D), so robots wait on the nodes before them: E>B",
+    ),
+    (
+        # 20 along, 10 down: E>B comes at atan(10 / 20) = 27 degrees to A>B
+        with_edges(["E", "B"], ["D", "E"], E=[0, 10]),
+        (
+            "warning: layout: edges: meet at less than 60 degrees, where robots waiting on both would come closer than D: "
+            "E>B and A>B"
+        ),
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "text"), OTHERS)
+def test_what_a_planner_should_know_is_a_warning_or_a_note_and_runs(changes, text):
+    assert text in findings(**changes)
+    assert not any(line.startswith("error") for line in findings(**changes))
+    assert dw.simulate(model(**changes)).kpis["tasks"] == 1
+
+
+def test_long_lists_are_cut_short():
+    names = [f"N{i}" for i in range(10)]
+    # a row of 11 edges of 1.5 beside the square, and back
+    nodes = {name: [21.5 + 1.5 * i, 0] for i, name in enumerate(names)}
+    edges = [list(edge) for edge in itertools.pairwise(["B", *names])] + [[names[-1], "C"]]
+    [line] = [line for line in findings(**with_edges(*edges, **nodes)) if "shorter than 2 (D)" in line]
+    assert "10 are shorter than 2 (D)" in line
+    assert "B>N0, N0>N1, N1>N2, N2>N3, N3>N4, N4>N5, N5>N6, N6>N7 and 2 more" in line
+
+
+def test_errors_come_first_then_warnings_then_notes():
+    changes = with_edges(["B", "A"], ["E", "B"], ["D", "E"], E=[20, -3]) | {"layout__bays": {}}
+    levels = [finding.level for finding in check(model(**changes)).findings]
+    assert levels == sorted(levels, key=["error", "warning", "note"].index)
+    assert set(levels) == {"error", "warning", "note"}
+
+
+def test_the_shortest_rings_come_first():
+    # the square of 80 and, by the diagonal C>A of 28.28, a triangle of 68.28
+    facts = check(model(**with_edges(["C", "A"]))).facts
+    assert facts[3:] == ["ring of 68.2843 m: B > C > A > B", "ring of 80 m: D > A > B > C > D"]
+
+
+def test_capacity_counts_places_d_apart_and_d_clear_of_both_ends():
+    def holds(*lengths):
+        nodes = {str(i): [0, 100 * i] for i in range(len(lengths) + 1)}
+        edges = [{"from": str(i), "to": str(i + 1), "length": length} for i, length in enumerate(lengths)]
+        layout = {"nodes": nodes, "edges": edges, "storage": [], "bays": {}}
+        from desim_warehouse.layout import build
+        from desim_warehouse.layout.spec import LayoutSpec
+
+        return checks.capacity(build(LayoutSpec.model_validate(layout)), 2)
+
+    # places at 2, 4, ... up to 2 before the end
+    assert [holds(length) for length in (1, 2, 3.9, 4, 5.9, 6, 20)] == [0, 0, 0, 1, 1, 2, 9]
+    assert holds(4, 6) == 3
+
+
+def test_the_models_that_we_ship_have_no_errors():
+    for name in ("multibots", "tutorial", "medium", "large"):
+        assert not [finding for finding in check(dw.load(f"models/{name}.yaml")).findings if finding.level == "error"]
