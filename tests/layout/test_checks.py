@@ -119,7 +119,8 @@ OTHERS = [
     (
         with_edges(["A", "C"]),
         (
-            "warning: tasks.unload_at: C: robots unload standing on a node where B>C, A>C meet, and hold all of them up; "
+            "warning: tasks.unload_at: C: robots unload standing on a node where B>C, A>C meet, and hold "
+            "all of them up; "
             "a station beside the node would not (layout.stations)"
         ),
     ),
@@ -139,14 +140,16 @@ OTHERS = [
     (
         {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
         (
-            "note: layout.stations: 1 places for 2 robots: a robot takes a task only when its station has a place for it, "
+            "note: layout.stations: 1 places for 2 robots: a robot takes a task only when its station has "
+            "a place for it, "
             "so the others stay in their bays; more places let more of them work"
         ),
     ),
     (
         with_edges(["E", "B"], ["D", "E"], E=[20, -1.5]),
         (
-            "warning: layout: edges: 1 are shorter than 2 (D), so the nodes at their ends are used by one robot at a time: "
+            "warning: layout: edges: 1 are shorter than 2 (D), so the nodes at their ends are used by one "
+            "robot at a time: "
             "E>B; smaller robots or longer edges avoid it"
         ),
     ),
@@ -158,7 +161,8 @@ OTHERS = [
         # 20 along, 10 down: E>B comes at atan(10 / 20) = 27 degrees to A>B
         with_edges(["E", "B"], ["D", "E"], E=[0, 10]),
         (
-            "warning: layout: edges: meet at less than 60 degrees, where robots waiting on both would come closer than D: "
+            "warning: layout: edges: meet at less than 60 degrees, where robots waiting on both would come "
+            "closer than D: "
             "E>B and A>B"
         ),
     ),
