@@ -6,7 +6,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test lint tests test-long bench pictures clean
+.PHONY: paper test lint tests test-long bench allocation-table pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -28,8 +28,12 @@ test-long: $(READY)  ## slow proofs: thousands of random warehouses
 bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks
 
+allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
+	$(BIN)/python benchmarks/allocation.py
+
 pictures: $(READY)  ## the pictures in docs/pictures
-	$(BIN)/python -m docs.make_pictures
+	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/make_throughput.py
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import allocation, replay, studies, traffic
+from benchmarks import allocation_call, replay, studies, traffic
 
 if __name__ == "__main__":
     traffic.report(long="--long" in sys.argv)
-    allocation.report()
+    allocation_call.report()
     studies.report()
     replay.report()

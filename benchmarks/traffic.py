@@ -12,7 +12,7 @@ import resource
 import time
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import simpy
 from simpy.events import Timeout
@@ -25,8 +25,10 @@ from desim_warehouse.layout.travel import Oracle
 from desim_warehouse.log import Log
 from desim_warehouse.world import World
 from desim_warehouse.world.body import Body
-from desim_warehouse.world.lanes import Lane
 from desim_warehouse.world.traffic import Traffic
+
+if TYPE_CHECKING:
+    from desim_warehouse.world.lanes import Lane
 
 ROOT = Path(__file__).parents[1]
 GROUPS = (

@@ -1,4 +1,3 @@
-# ruff: noqa: INP001 - a command, not a package
 """The pictures of the documentation, made anew: `python docs/make_pictures.py`.
 
 Needs Chromium and Selenium; the pictures go to docs/pictures.
@@ -43,7 +42,7 @@ def shoot(browser: Any, name: str, width: int, height: int, *, phone: bool = Fal
     with Image.open(path) as picture:
         picture.convert("RGB").save(path, optimize=True)
     size = path.stat().st_size
-    print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} kB")  # noqa: T201 - a command's answer
+    print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} kB")
     if size > MOST_BYTES:
         raise SystemExit(f"{name} is larger than {MOST_BYTES:,} bytes")
 

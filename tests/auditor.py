@@ -13,6 +13,8 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from tests.audit_work import Work
+
 TOL = 1e-6
 
 
@@ -37,7 +39,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit:
+class Audit(Work):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -66,9 +68,7 @@ class Audit:
         for visits in self.by_edge().values():
             self.check_lane(visits)
         self.check_nodes()
-        self.check_tasks()
-        self.check_energy()
-        self.check_shares()
+        self.check_work()
         return self.problems
 
     def fault(self, time, text):
@@ -199,38 +199,6 @@ class Audit:
 
     def point(self, visit, time):
         return self.run.layout.position(visit.edge, visit.at(time))
-
-    # Tasks, batteries, shares
-
-    def check_tasks(self):
-        state = {}
-        follows = {
-            "released": {None},
-            "assigned": {"released", "returned"},
-            "returned": {"assigned"},
-            "delivered": {"assigned"},
-        }
-        for time, kind, _, task, *_ in self.run.record.rows:
-            if kind in follows:
-                if state.get(task) not in follows[kind]:
-                    self.fault(time, f"task {task} was {kind} after being {state.get(task)}")
-                state[task] = kind
-        self.delivered = sum(1 for kind in state.values() if kind == "delivered")
-        if len(state) - self.delivered != self.run.kpis["backlog"]:
-            self.fault(self.run.record.end, "tasks were lost or made up")
-
-    def check_energy(self):
-        battery = self.run.model.battery
-        if battery is None:
-            return
-        for row in self.run.record.rows:
-            if row[1] in {"parked", "unloading", "empty"} and row[6] is not None and row[6] < -battery.reserve - TOL:
-                self.fault(row[0], f"robot {row[2]} has {row[6]} energy")
-
-    def check_shares(self):
-        total = sum(value for key, value in self.run.kpis.items() if key.startswith("share_"))
-        if self.run.record.end > 0 and abs(total - 1) > 1e-6:
-            self.fault(self.run.record.end, f"state shares add up to {total}")
 
 
 def audit(run):

@@ -62,9 +62,7 @@ def _kind(model: Model) -> Iterator[Problem]:
             return
         for key in ("edges", "storage"):
             if not getattr(layout, key):
-                yield Problem(
-                    ("layout", key), f"a layout of nodes without {key}, expected at least one entry"
-                )
+                yield Problem(("layout", key), f"a layout of nodes without {key}, expected at least one entry")
         return
     for key in ("nodes", "edges", "storage"):
         if getattr(layout, key):

@@ -79,13 +79,12 @@ class Decisions:
             roads = self.roads()
             names = list(asked("routing", policy, world.env.now, lambda: policy.route(origin, goal, roads)))
             lanes = world.traffic.lanes
-            steps = list(itertools.pairwise(names))
-            if not names or names[0] != origin or names[-1] != goal or any(s not in lanes for s in steps):
+            way = [lanes[step] for step in itertools.pairwise(names) if step in lanes]
+            if not names or names[0] != origin or names[-1] != goal or len(way) != len(names) - 1:
                 raise PolicyError(
                     f"policies.routing ({type(policy).__name__}) at time {world.env.now:g}: "
                     f"{' > '.join(map(str, names)) or 'nothing'} is no way from {origin} to {goal}"
                 )
-            way = [lanes[step] for step in steps]
             if self._fixed:
                 self._ways[origin, goal] = way
         return way

@@ -108,10 +108,11 @@ class Shown:
         if len(open_ones) == 1:
             return open_ones[0]
         ways, good = world.travel.ways, task.edge[1]
-        if choice == "nearest":
-            return min(open_ones, key=lambda node: ways.time(good, node))
-        heading = world.dispatcher.heading
-        return min(open_ones, key=lambda node: (heading[node], ways.time(good, node)))
+        if choice == "least-loaded":
+            heading = world.dispatcher.heading
+            least = min(heading[node] for node in open_ones)
+            open_ones = [node for node in open_ones if heading[node] == least]
+        return min(open_ones, key=lambda node: ways.time(good, node))
 
     def room(self, robot: RobotView, node: str) -> bool:
         """Whether a robot may set out for a station; one that stands in it leaves its place first."""

@@ -30,20 +30,27 @@ def test_every_task_ends_and_the_log_is_sound(mapping, seed):
 def crossings(run):
     """Every passage of a node onto an edge: (edge, robot, when it asked for the node, when it got it)."""
     result = []
+    node_time = run.model.traffic.node_time
     visits = Audit(run)
     visits.rebuild()
-    waits = {}
+    waits, unloaded = {}, set()
     for time, kind, robot, _, node, _, value, _, _ in run.record.rows:
         if kind == "collision" and node is not None:
-            waits[robot, round(time, 6)] = time - value
+            waits[robot, node, round(time, 6)] = time - value
+        elif kind == "unloading":
+            unloaded.add((robot, round(time, 6)))
     for robot, items in visits.visits.items():
         for before, after in pairwise(items):
-            if before.leave != after.enter:
-                continue  # it was in a bay in between
+            if before.leave != after.enter or before.times[-1] + node_time < after.enter - 1e-6:
+                continue  # it was in a bay in between, or stood on the node
+            if (robot, round(after.enter, 6)) in unloaded:
+                continue
             length = run.layout.graph.edges[before.edge]["length"]
+            if length < 2 * visits.contact:
+                continue  # it claims one node after the other
             moving = [t for t, p in zip(before.times, before.places[1:], strict=False) if p > length - visits.contact]
             granted = moving[0] if moving else before.leave
-            asked = waits.get((robot, round(granted, 6)), granted)
+            asked = waits.get((robot, after.edge[0], round(granted, 6)), granted)
             result.append((after.edge, robot, asked, granted))
     return result
 

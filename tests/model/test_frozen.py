@@ -23,13 +23,9 @@ def test_every_value_in_a_model_is_of_a_kind_that_cannot_be_changed():
     def kinds(value):
         yield type(value)
         if isinstance(value, Part):
-            inner = [getattr(value, name) for name in type(value).model_fields] + [
-                value.model_extra or FrozenMap()
-            ]
+            inner = [getattr(value, name) for name in type(value).model_fields] + [value.model_extra or FrozenMap()]
         else:
-            inner = (
-                value.values() if isinstance(value, FrozenMap) else value if isinstance(value, tuple) else ()
-            )
+            inner = value.values() if isinstance(value, FrozenMap) else value if isinstance(value, tuple) else ()
         for item in inner:
             yield from kinds(item)
 
@@ -110,23 +106,15 @@ def test_the_same_model_written_otherwise_has_the_same_digest(written):
     assert load(MULTIBOTS, written).digest() == load(MULTIBOTS).digest()
 
 
-@pytest.mark.parametrize(
-    "written", [{"fleet.robot.speed": 4.5}, {"policies.parking.x": 1}, {"tasks.goods.0": 12}]
-)
+@pytest.mark.parametrize("written", [{"fleet.robot.speed": 4.5}, {"policies.parking.x": 1}, {"tasks.goods.0": 12}])
 def test_another_model_has_another_digest(written):
     assert load(MULTIBOTS, written).digest() != load(MULTIBOTS).digest()
 
 
 def test_keys_of_sections_have_no_order_but_named_parts_do():
-    first = load(
-        MULTIBOTS, {"fleet.kinds": {"small": {"count": 1, "speed": 3}, "large": {"count": 2, "speed": 5}}}
-    )
-    keys = load(
-        MULTIBOTS, {"fleet.kinds": {"small": {"speed": 3, "count": 1}, "large": {"speed": 5, "count": 2}}}
-    )
-    names = load(
-        MULTIBOTS, {"fleet.kinds": {"large": {"count": 2, "speed": 5}, "small": {"count": 1, "speed": 3}}}
-    )
+    first = load(MULTIBOTS, {"fleet.kinds": {"small": {"count": 1, "speed": 3}, "large": {"count": 2, "speed": 5}}})
+    keys = load(MULTIBOTS, {"fleet.kinds": {"small": {"speed": 3, "count": 1}, "large": {"speed": 5, "count": 2}}})
+    names = load(MULTIBOTS, {"fleet.kinds": {"large": {"count": 2, "speed": 5}, "small": {"count": 1, "speed": 3}}})
     assert first == keys
     assert first.digest() == keys.digest()
     assert first != names

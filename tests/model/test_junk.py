@@ -80,11 +80,7 @@ def test_a_spoilt_model_is_read_or_refused_in_single_lines(data):
 
 
 @relaxed
-@given(
-    st.dictionaries(
-        st.sampled_from([".".join(map(str, path)) for path in paths(BLOCKS) if path]), JUNK, max_size=3
-    )
-)
+@given(st.dictionaries(st.sampled_from([".".join(map(str, path)) for path in paths(BLOCKS) if path]), JUNK, max_size=3))
 def test_junk_in_overrides_is_read_or_refused(overrides):
     found = answer(BLOCKS, overrides)
     assert isinstance(found, Model) or found

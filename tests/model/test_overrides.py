@@ -71,10 +71,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ({"size": 3}, "override size: unknown key, did you mean 'fleet.size'?"),
         (
             {"layout.bays.charging.charger": 3},
-            (
-                "override layout.bays.charging.charger: unknown key, "
-                "did you mean 'layout.bays.charging.chargers'?"
-            ),
+            ("override layout.bays.charging.charger: unknown key, did you mean 'layout.bays.charging.chargers'?"),
         ),
         (
             {"zzz": 3},

@@ -54,8 +54,7 @@ def test_tables_of_a_mapping_are_looked_for_in_the_working_directory(folder, mon
     model = load(folder / "model.yaml")
     monkeypatch.chdir(folder)
     assert (
-        load({**model.content(), "layout": {**model.content()["layout"], "storage": {"file": "storage.csv"}}})
-        == model
+        load({**model.content(), "layout": {**model.content()["layout"], "storage": {"file": "storage.csv"}}}) == model
     )
 
 

@@ -82,9 +82,7 @@ def test_two_goods_unloaded_at_another_letter():
     first = OUT + ROW + 50 + LOAD + (13 + 1) + COLUMN + UNLOAD
     second = ROW + COLUMN + ROW + 13 + LOAD + (50 + 1) + UNLOAD  # N M G H, and down to N
     home = ROW + 2 * COLUMN + IN
-    assert simulate(Setting(1, (7, 9), unload_at="N")) == Outcome(
-        first + second + home, S=0, C=0, delivered=2
-    )
+    assert simulate(Setting(1, (7, 9), unload_at="N")) == Outcome(first + second + home, S=0, C=0, delivered=2)
 
 
 def test_a_robot_with_its_good_delivers_before_it_charges():

@@ -112,8 +112,6 @@ def test_the_smallest_fleet_is_right_in_95_per_cent_of_searches():
     right = 0
     for _ in range(200):
         noise = rng.normal(0.0, 15.0, (41, 320))
-        result = smallest_meeting(
-            lambda v, r, z=noise: 10 * v + z[v, r], range(1, 41), "throughput_per_hour >= 215"
-        )
+        result = smallest_meeting(lambda v, r, z=noise: 10 * v + z[v, r], range(1, 41), "throughput_per_hour >= 215")
         right += result.smallest == 22
     assert right / 200 >= 0.95

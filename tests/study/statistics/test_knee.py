@@ -35,9 +35,7 @@ def test_congestion_beyond_the_maximum_does_not_move_the_knee():
     assert knee(sizes, jammed).maximum_at == 4
 
 
-@pytest.mark.parametrize(
-    "outputs", [[10, 20, 30, 40, 50], [5, 5, 5, 5, 5], [9, 7, 5, 4, 4], [0, 1, 4, 9, 16]]
-)
+@pytest.mark.parametrize("outputs", [[10, 20, 30, 40, 50], [5, 5, 5, 5, 5], [9, 7, 5, 4, 4], [0, 1, 4, 9, 16]])
 def test_lines_falls_and_curves_that_steepen_have_no_knee(outputs):
     result = knee([1, 2, 3, 4, 5], outputs)
     assert (result.at, result.output) == (None, None)

@@ -119,9 +119,7 @@ def test_chance_is_subtracted_from_factors_that_do_nothing():
     rng = np.random.default_rng(5)
     shares = []
     for _ in range(40):
-        table = pd.DataFrame(
-            {"x": rng.permutation(np.arange(40) % 10), "y": np.arange(40), "T": rng.normal(size=40)}
-        )
+        table = pd.DataFrame({"x": rng.permutation(np.arange(40) % 10), "y": np.arange(40), "T": rng.normal(size=40)})
         shares.append(first_order(table, ["x", "y"], "T").shares["x"])
     assert np.mean(shares) < 0.12
 
@@ -145,17 +143,11 @@ def test_a_table_of_failed_runs_is_refused():
         first_order(table, FACTORS, "T")
 
 
-@given(
-    st.lists(
-        st.tuples(st.integers(0, 3), st.sampled_from("ab"), st.integers(-99, 99)), min_size=1, max_size=40
-    )
-)
+@given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from("ab"), st.integers(-99, 99)), min_size=1, max_size=40))
 def test_effects_weighted_by_their_runs_cancel_and_shares_are_shares(rows):
     table = pd.DataFrame(rows, columns=["x", "z", "T"])
     for effect in main_effects(table, ["x", "z"], "T").factors:
         assert sum(effect.runs.values()) == len(rows)
-        assert sum(effect.effects[level] * effect.runs[level] for level in effect.runs) == pytest.approx(
-            0, abs=1e-8
-        )
+        assert sum(effect.effects[level] * effect.runs[level] for level in effect.runs) == pytest.approx(0, abs=1e-8)
     for share in first_order(table, ["x", "z"], "T").shares.values():
         assert math.isnan(share) or -1e-9 <= share <= 1 + 1e-9

@@ -29,9 +29,7 @@ def test_targets_are_read(text, target):
     assert parse_target(text) == target
 
 
-@pytest.mark.parametrize(
-    "text", ["", "T", "T >=", ">= 3", "T = 3", "T >= three", "T >= 3 %", "2T >= 3", "T >= nan"]
-)
+@pytest.mark.parametrize("text", ["", "T", "T >=", ">= 3", "T = 3", "T >= three", "T >= 3 %", "2T >= 3", "T >= nan"])
 def test_a_target_that_cannot_be_read_says_what_was_expected(text):
     with pytest.raises(StudyError, match="as in 'throughput_per_hour >= 220'"):
         parse_target(text)
@@ -121,9 +119,7 @@ def test_congestion_is_noticed_and_a_scan_finds_what_halving_missed():
 
 def test_a_fall_within_the_noise_is_no_fall():
     # ten replications are the digits 0..9, in another order for each design; the means fall by 0.01 each
-    result = smallest_meeting(
-        lambda v, r: (7 * v + 3 * r) % 10 - 0.01 * v, range(1, 9), "throughput_per_hour >= 19"
-    )
+    result = smallest_meeting(lambda v, r: (7 * v + 3 * r) % 10 - 0.01 * v, range(1, 9), "throughput_per_hour >= 19")
     assert len(result.decisions) == 4
     assert result.falls == ()
 
@@ -172,9 +168,7 @@ def test_a_run_without_a_value_is_named():
         smallest_meeting(lambda v, r: math.nan, [1, 2, 3], "T >= 1")
 
 
-@given(
-    st.lists(st.integers(0, 9), min_size=1, max_size=40), st.integers(0, 200), st.sampled_from([">=", ">"])
-)
+@given(st.lists(st.integers(0, 9), min_size=1, max_size=40), st.integers(0, 200), st.sampled_from([">=", ">"]))
 def test_halving_finds_what_trying_all_finds(steps, bound, sense):
     response = np.cumsum(steps).astype(float).tolist()
     values = range(len(response))

@@ -22,9 +22,7 @@ def test_eight_batches_worked_by_hand():
     # d=3: (5 - 1/5) / 25 = 0.192             d=4: 4/16 = 0.25                   d=5: (3 - 1/3) / 9 = 0.296296
     # d=6: 2/4 = 0.5                          d=7: 0, an artefact of a single batch and never chosen
     result = mser(batches_of_five(10, 5, 1, -1, 1, -1, 1, -1))
-    assert result.statistic == pytest.approx(
-        [1.607422, 0.559767, 1 / 6, 0.192, 0.25, 0.296296, 0.5, 0], abs=1e-6
-    )
+    assert result.statistic == pytest.approx([1.607422, 0.559767, 1 / 6, 0.192, 0.25, 0.296296, 0.5, 0], abs=1e-6)
     assert (result.truncate, result.valid) == (10, True)
     assert result.means == pytest.approx([10, 5, 1, -1, 1, -1, 1, -1])
     assert result.positions.tolist() == [0, 5, 10, 15, 20, 25, 30, 35]
@@ -108,6 +106,4 @@ def test_the_unit_of_the_indicator_does_not_move_the_cut(values, shift, scale):
     after = mser([scale * (v + shift) for v in values])
     # the cuts may differ only where two are equally good
     assert after.statistic / scale**2 == pytest.approx(before.statistic, abs=1e-9)
-    assert before.statistic[after.truncate // 5] == pytest.approx(
-        before.statistic[before.truncate // 5], abs=1e-9
-    )
+    assert before.statistic[after.truncate // 5] == pytest.approx(before.statistic[before.truncate // 5], abs=1e-9)

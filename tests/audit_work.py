@@ -1,0 +1,150 @@
+"""The part of the auditor that looks at work: tasks, places in bays and stations, batteries, tallies."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import groupby
+
+TOL = 1e-6
+WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
+STATES = WORKING | {"idle", "charging"}
+NO_ENERGY = {"drive", "collision", "rotation", "enter", "released"}
+
+
+class Work:
+    """Checks of what robots did, for `Audit`, which knows where they were."""
+
+    def check_work(self):
+        self.rows = self.run.record.rows
+        self.check_tasks()
+        self.check_loading()
+        self.check_places()
+        self.check_energy()
+        self.check_shares()
+        self.check_tallies()
+
+    def check_tasks(self):
+        """Each task is released, given out, perhaps given back, and delivered once, by the robot that has it."""
+        state, hands = {}, {}
+        follows = {
+            "released": {None},
+            "assigned": {"released", "returned"},
+            "returned": {"assigned"},
+            "delivered": {"assigned"},
+        }
+        for time, kind, robot, task, *_ in self.rows:
+            if kind not in follows:
+                continue
+            if state.get(task) not in follows[kind]:
+                self.fault(time, f"task {task} was {kind} after being {state.get(task)}")
+            state[task] = kind
+            if kind == "assigned":
+                if robot in hands:
+                    self.fault(time, f"robot {robot} was given task {task} while it had task {hands[robot]}")
+                hands[robot] = task
+            elif kind != "released" and hands.pop(robot, None) != task:
+                self.fault(time, f"task {task} was {kind} by robot {robot}, which did not have it")
+        self.delivered = sum(1 for kind in state.values() if kind == "delivered")
+        if len(state) - self.delivered != self.run.kpis["backlog"]:
+            self.fault(self.run.record.end, "tasks were lost or made up")
+
+    def check_loading(self):
+        """A robot loads where its good is, D clear of the nodes, and unloads only what it has loaded."""
+        good, loaded = {}, set()
+        for time, kind, robot, task, _, _, value, *_ in self.rows:
+            if kind == "released":
+                good[task] = int(value)
+            elif kind == "loading":
+                loaded.add(task)
+                self.check_place_of_good(time, robot, self.run.layout.storage[good[task]])
+            elif kind == "returned" and task in loaded:
+                self.fault(time, f"task {task} was returned after it was loaded")
+            elif kind == "delivered" and task not in loaded:
+                self.fault(time, f"task {task} was delivered and never loaded")
+
+    def check_place_of_good(self, time, robot, place):
+        visit = next((v for v in reversed(self.visits[robot]) if v.enter <= time + TOL), None)
+        if visit is None or visit.edge != place.edge:
+            self.fault(time, f"robot {robot} loads good {place.number}, which is not where it is")
+            return
+        length, at = self.graph.edges[place.edge]["length"], visit.at(time)
+        clear = self.contact <= place.offset <= length - self.contact
+        short = place.offset - at
+        if abs(short) <= (TOL if clear else self.contact):
+            return
+        ahead = [v.at(time) - at for v in self.all_visits() if v.edge == visit.edge and v.enter <= time <= v.leave]
+        if 0 < short < self.contact and any(TOL < gap <= self.contact + TOL for gap in ahead):
+            return  # in a full ring it handles its good from where it stands, close behind the next robot
+        self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {place.offset:g}")
+
+    def all_visits(self):
+        return (visit for visits in self.visits.values() for visit in visits)
+
+    def check_places(self):
+        """Robots leave a bay by its node, and no bay or station ever holds more robots than it has places."""
+        fleet, layout = self.run.model.fleet, self.run.layout
+        start = fleet.start or tuple(layout.bays)
+        homes = Counter(start[number % len(start)] for number in range(fleet.size))
+        room = {
+            ("parked", node): homes[node] if bay.places is None else bay.places for node, bay in layout.bays.items()
+        }
+        room |= {("docked", node): station.places for node, station in layout.stations.items()}
+        inside = {number: ("parked", start[number % len(start)]) for number in range(fleet.size)}
+        for time, rows in groupby(self.rows, key=lambda row: row[0]):
+            for _, kind, robot, _, node, edge, *_ in rows:
+                if kind in {"parked", "docked"}:
+                    inside[robot] = kind, node
+                elif kind == "enter" and robot in inside:
+                    _, left = inside.pop(robot)
+                    if edge[0] != left:
+                        self.fault(time, f"robot {robot} was in a bay at {left} and came out onto {edge}")
+            for place, robots in Counter(inside.values()).items():
+                if robots > room.get(place, 0):
+                    self.fault(time, f"{robots} robots are {place[0]} at {place[1]}, which has {room.get(place, 0)}")
+
+    def check_energy(self):
+        """Never flat, never more than full, drawn and charged at no more than the model's rates."""
+        battery = self.run.model.battery
+        if battery is None:
+            return
+        spent = battery.consumption
+        steady = isinstance(spent, (int, float))
+        most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
+        swapped = self.run.model.policies.charging.name == "swap"
+        tol = TOL * battery.capacity
+        before, state = {}, {}
+        for time, kind, robot, _, _, _, energy, *_ in self.rows:
+            if robot < 0 or kind in NO_ENERGY or energy is None:
+                continue
+            if energy < -battery.reserve - tol or energy > battery.capacity + tol:
+                self.fault(time, f"robot {robot} has {energy} energy")
+            since, had = before.get(robot, (0.0, battery.capacity))
+            passed = time - since
+            gained = energy - had
+            charged = 0 if state.get(robot) in WORKING else battery.charge_rate * passed
+            if gained < -most * passed - tol or (gained > charged + tol and not swapped):
+                self.fault(time, f"robot {robot} had {had:g} energy and {passed:g} later {energy:g}")
+            elif steady and state.get(robot) in WORKING and abs(gained + spent * passed) > tol:
+                self.fault(time, f"robot {robot} drew {-gained:g} energy in {passed:g}")
+            before[robot] = time, energy
+            if kind in STATES:
+                state[robot] = kind
+
+    def check_shares(self):
+        total = sum(value for key, value in self.run.kpis.items() if key.startswith("share_"))
+        if self.run.record.end > 0 and abs(total - 1) > TOL:
+            self.fault(self.run.record.end, f"state shares add up to {total}")
+
+    def check_tallies(self):
+        """What is counted is what is logged."""
+        if self.run.record.begin:
+            return
+        count = Counter()
+        for _, kind, robot, _, node, *_ in self.rows:
+            count[robot, ("rear_ends" if node is None else "crossings") if kind == "collision" else kind] += 1
+        names = {"moves": "enter", "delivered": "delivered", "recharged": "recharged"}
+        for number, robot in enumerate(self.run.record.robots):
+            for key in ("moves", "delivered", "recharged", "rear_ends", "crossings"):
+                logged = count[number, names.get(key, key)]
+                if abs(robot[key] - logged) > 0 and not (key == "moves" and self.run.model.run.length):
+                    self.fault(self.run.record.end, f"robot {number} counts {robot[key]} {key}, {logged} are logged")
