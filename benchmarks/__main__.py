@@ -8,6 +8,6 @@ from benchmarks import allocation_call, replay, studies, traffic
 
 if __name__ == "__main__":
     traffic.report(long="--long" in sys.argv)
-    allocation_call.report()
+    allocation_call.main()
     studies.report()
-    replay.report()
+    print(replay.report())

@@ -56,7 +56,8 @@ class Work:
                 good[task] = int(value)
             elif kind == "loading":
                 loaded.add(task)
-                self.check_place_of_good(time, robot, self.run.layout.storage[good[task]])
+                if task in good:
+                    self.check_place_of_good(time, robot, self.run.layout.storage[good[task]])
             elif kind == "returned" and task in loaded:
                 self.fault(time, f"task {task} was returned after it was loaded")
             elif kind == "delivered" and task not in loaded:

@@ -16,7 +16,9 @@ with_overrides = click.option(
     metavar="KEY=VALUE",
     help="Change a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
 )
-with_seed = click.option("--seed", default=0, show_default=True, help="Seed of all random streams.")
+with_seed = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
+)
 
 
 def load_model(path: str, assignments: tuple[str, ...]) -> Model:
