@@ -1,0 +1,289 @@
+"""The auditor finds what we plant: each violation is made in the rows of a clean run and must be named."""
+
+import copy
+import dataclasses
+import re
+
+import pytest
+
+import desim_warehouse as dw
+from tests.auditor import audit
+
+RING = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["A", "B"], "offset": 10}, {"edge": ["B", "C"], "offset": 10}],
+        "bays": {"home": {"at": ["A"], "places": 2}, "spare": {"at": ["D"], "places": 1}},
+        "stations": {"pack": {"at": ["C"], "places": 2}, "tiny": {"at": ["D"], "places": 1}},
+    },
+    "fleet": {"size": 2, "start": ["A"], "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0, 0, 1, 0], "unload_at": ["C"], "load_time": 5, "unload_time": 3},
+    "battery": {"capacity": 1000, "threshold": 100, "consumption": 1, "charge_rate": 10},
+    "traffic": {"collision_angle": 90},
+}
+CROSSING = {
+    # two roads that cross at X, at right angles, and ring roads home
+    "layout": {
+        "nodes": {"W": [0, 20], "X": [20, 20], "E": [40, 20], "N": [20, 0], "S": [20, 40]}
+        | {"SW": [0, 40], "NE": [40, 0], "NW": [0, 0]},
+        "edges": [
+            list(edge.split()) for edge in ["W X", "X E", "N X", "X S", "E NE", "NE N", "S SW", "SW W", "N NW", "NW W"]
+        ],
+        "storage": [{"edge": ["X", "E"], "offset": 10}, {"edge": ["X", "S"], "offset": 10}],
+        "bays": {"home": {"at": ["W", "N"]}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0, 1], "unload_at": ["E", "S"], "load_time": 5, "unload_time": 3},
+    "traffic": {"collision_angle": 30},
+}
+
+
+@pytest.fixture(scope="module")
+def ring():
+    return dw.simulate(dw.load(RING))
+
+
+@pytest.fixture(scope="module")
+def crossing():
+    return dw.simulate(dw.load(CROSSING))
+
+
+def altered(run, rows=None, **kpis):
+    """The same run with other rows or indicators."""
+    other = copy.copy(run)
+    record = run.record if rows is None else dataclasses.replace(run.record, rows=sorted(rows, key=lambda row: row[0]))
+    other.record = record
+    other.kpis = run.kpis | kpis
+    return other
+
+
+def change(row, **columns):
+    names = ("time", "kind", "robot", "task", "node", "edge", "value", "until", "other")
+    return tuple(columns.get(name, value) for name, value in zip(names, row, strict=True))
+
+
+def first(rows, kind, robot=None, edge=None, node=None):
+    return next(
+        i
+        for i, row in enumerate(rows)
+        if row[1] == kind and robot in {None, row[2]} and edge in {None, row[5]} and node in {None, row[4]}
+    )
+
+
+def finds(run, text):
+    found = audit(run)
+    assert any(re.search(text, line) for line in found), found
+
+
+def test_the_clean_runs_are_clean(ring, crossing):
+    assert audit(ring) == []
+    assert audit(crossing) == []
+    # there is something to find: queues and a wait before a crossing
+    assert {row[1] for row in ring.record.rows} >= {"collision", "drive", "docked", "parked"}
+    assert crossing.kpis["crossings"] >= 1
+
+
+def test_too_close(ring):
+    rows = list(ring.record.rows)
+    # robot 1 stops 2 behind robot 0, which loads at 10: let it drive on to 9
+    at = first(rows, "drive", robot=1, edge=("A", "B"))
+    assert rows[at][6] == 8
+    rows[at] = change(rows[at], value=9.0, until=rows[at][7] + 1)
+    finds(altered(ring, rows), r"robots 0 and 1 are 1 apart on \('A', 'B'\)")
+
+
+def test_overtaking(ring):
+    rows = list(ring.record.rows)
+    # robot 1, behind robot 0 on A>B, is on B>C before it
+    ahead, behind = first(rows, "enter", 0, ("B", "C")), first(rows, "enter", 1, ("B", "C"))
+    rows[behind] = change(rows[behind], time=rows[ahead][0] - 1)
+    finds(altered(ring, rows), r"robot 1 overtook robot 0 on \('A', 'B'\)")
+
+
+@pytest.mark.parametrize("plant", ["edge left out", "edge from elsewhere", "set off early"])
+def test_jumps(ring, plant):
+    rows = list(ring.record.rows)
+    at = first(rows, "enter", 0, ("B", "C"))
+    if plant == "edge left out":
+        rows = [row for row in rows if not (row[5] == ("B", "C") and row[2] == 0)]
+    elif plant == "edge from elsewhere":
+        rows[at] = change(rows[at], edge=("D", "A"))
+    else:
+        rows[at] = change(rows[at], time=rows[at][0] - 3)
+    finds(altered(ring, rows), r"robot 0 jumped from|robot 0 entered a bay at C from \('A', 'B'\)")
+
+
+def test_driving_where_it_is_not(ring):
+    rows = list(ring.record.rows)
+    at = first(rows, "drive", 0, ("B", "C"))
+    rows[at] = change(rows[at], edge=("D", "A"))
+    finds(altered(ring, rows), r"robot 0 drives on \('D', 'A'\), where it is not")
+
+
+def test_setting_off_before_it_has_arrived(ring):
+    rows = list(ring.record.rows)
+    at = first(rows, "drive", 0, ("A", "B"))
+    rows[at] = change(rows[at], until=rows[at][7] + 30)
+    finds(altered(ring, rows), r"robot 0 sets off on \('A', 'B'\) before it had arrived")
+
+
+@pytest.mark.parametrize("plant", ["too fast", "beyond the end"])
+def test_driving_too_fast_or_too_far(ring, plant):
+    rows = list(ring.record.rows)
+    at = first(rows, "drive", 0, ("B", "C"))
+    until, value = rows[at][7], rows[at][6]
+    rows[at] = change(rows[at], until=until - 1) if plant == "too fast" else change(rows[at], value=value + 10)
+    finds(altered(ring, rows), r"robot 0 drives from 0.0 to [\d.]+ on \('B', 'C'\)")
+
+
+def from_then_on(rows, robot, time, earlier):
+    """All that a robot does after a time happens earlier."""
+    return [
+        change(row, time=row[0] - earlier, until=None if row[7] is None else row[7] - earlier)
+        if row[2] == robot and row[0] >= time
+        else row
+        for row in rows
+    ]
+
+
+@pytest.mark.parametrize(
+    ("earlier", "text"),
+    [
+        # robot 1 waited at its stop line 18 from 18 until robot 0 was c = D (cos 30 + sin 30 - 1) = 0.73 beyond X
+        (0.2, r"robot 1 on \('N', 'X'\) drives at robot 0 on \('X', 'E'\)"),
+        (0.7, r"robot 1 on \('N', 'X'\) drives at robot 0 on \('X', 'E'\)"),
+        (2, r"robot 1 drove onto X while robot 0 was there"),
+    ],
+)
+def test_two_robots_in_an_intersection(crossing, earlier, text):
+    rows = list(crossing.record.rows)
+    wait = rows[first(rows, "collision", 1, node="X")]
+    assert wait[6] == pytest.approx(2 + 2 * (3**0.5 / 2 + 0.5 - 1))
+    finds(altered(crossing, from_then_on(rows, 1, wait[0], earlier)), text)
+
+
+def test_waiting_a_little_longer_is_no_fault(crossing):
+    """The other way round: what is allowed is not reported."""
+    rows = list(crossing.record.rows)
+    wait = rows[first(rows, "collision", 1, node="X")]
+    assert audit(altered(crossing, from_then_on(rows, 1, wait[0], -0.5))) == []
+
+
+def test_out_of_a_bay_into_another_robot(ring):
+    rows = list(ring.record.rows)
+    # robot 1 leaves A when robot 0 is 2 beyond it, at 2: let it leave at 1
+    at = first(rows, "enter", 1, ("A", "B"))
+    assert rows[at][0] == 2
+    rows[at] = change(rows[at], time=1.0)
+    finds(altered(ring, rows), "robot 1 came out of a bay at A, 1 from robot 0")
+
+
+def test_out_of_another_bay_than_it_went_into(ring):
+    rows = list(ring.record.rows)
+    at = first(rows, "parked", 0)
+    before = max(i for i in range(at) if rows[i][1] == "enter" and rows[i][2] == 0)
+    rows = [row for i, row in enumerate(rows) if not (before < i < at and row[1] == "enter" and row[2] == 0)]
+    here = first(rows, "enter", 1)
+    rows[here] = change(rows[here], edge=("C", "D"))
+    finds(altered(ring, rows), r"robot 1 was in a bay at A and came out onto \('C', 'D'\)")
+
+
+def test_into_a_bay_from_another_place(ring):
+    rows = list(ring.record.rows)
+    at = first(rows, "parked", 0)
+    rows[at] = change(rows[at], node="B")
+    finds(altered(ring, rows), "robot 0 entered a bay at B from")
+
+
+@pytest.mark.parametrize(("kind", "node", "text"), [("parked", "D", "parked at D"), ("docked", "D", "docked at D")])
+def test_more_robots_than_places(ring, kind, node, text):
+    rows = list(ring.record.rows)
+    end = rows[-1][0]
+    rows += [(end, kind, robot, -1, node, None, None, None, -1) for robot in (0, 1)]
+    finds(altered(ring, rows), rf"2 robots are {text}, which has 1")
+
+
+@pytest.mark.parametrize(
+    ("plant", "text"),
+    [
+        ("delivered twice", "task 0 was delivered after being delivered"),
+        ("never delivered", "tasks were lost or made up"),
+        ("never released", "task 0 was assigned after being None"),
+        ("given out twice", "task 0 was assigned after being assigned"),
+        ("two at once", "robot 0 was given task 1 while it had task 0"),
+        ("by another robot", "task 0 was delivered by robot 1, which did not have it"),
+        ("given back and delivered", "task 0 was delivered after being returned"),
+        ("never loaded", "task 0 was delivered and never loaded"),
+    ],
+)
+def test_tasks_lost_or_made_up(ring, plant, text):
+    rows = list(ring.record.rows)
+
+    def of(kind, task=0):
+        return next(i for i, row in enumerate(rows) if row[1] == kind and row[3] == task)
+
+    if plant == "delivered twice":
+        rows.append(rows[of("delivered")])
+    elif plant == "never delivered":
+        del rows[of("delivered", 3)]
+    elif plant == "never released":
+        del rows[of("released")]
+    elif plant == "given out twice":
+        rows.insert(of("assigned"), rows[of("assigned")])
+    elif plant == "two at once":
+        rows[of("assigned", 1)] = change(rows[of("assigned", 1)], robot=0)
+    elif plant == "by another robot":
+        rows[of("delivered")] = change(rows[of("delivered")], robot=1)
+    elif plant == "given back and delivered":
+        rows.insert(of("loading"), change(rows[of("loading")], kind="returned"))
+    else:
+        del rows[of("loading")]
+    finds(altered(ring, rows), text)
+
+
+@pytest.mark.parametrize("plant", ["another edge", "another place"])
+def test_loading_where_the_good_is_not(ring, plant):
+    rows = list(ring.record.rows)
+    at = first(rows, "released")
+    load = first(rows, "loading", 0)
+    if plant == "another edge":
+        rows[at] = change(rows[at], value=1.0)
+        finds(altered(ring, rows), "robot 0 loads good 1, which is not where it is")
+    else:
+        rows[load] = change(rows[load], time=rows[load][0] - 4)
+        finds(altered(ring, rows), "robot 0 loads good 0 at 6, not at 10")
+
+
+@pytest.mark.parametrize(
+    ("energy", "text"),
+    [
+        (-1.0, "robot 0 has -1.0 energy"),
+        (1001.0, "robot 0 has 1001.0 energy"),
+        (900.0, "robot 0 drew|robot 0 had 1000 energy"),
+        (999.0, "robot 0 drew"),
+    ],
+)
+def test_energy_out_of_nothing_or_below_nothing(ring, energy, text):
+    rows = list(ring.record.rows)
+    at = first(rows, "loading", 0)
+    assert rows[at][6] == 990
+    rows[at] = change(rows[at], value=energy)
+    finds(altered(ring, rows), text)
+
+
+def test_shares_that_do_not_add_up(ring):
+    finds(altered(ring, share_idle=ring.kpis["share_idle"] + 0.01), "state shares add up to 1.01")
+
+
+@pytest.mark.parametrize(
+    ("kind", "key"),
+    [("enter", "moves"), ("collision", "rear_ends|crossings"), ("delivered", "delivered"), ("recharged", "recharged")],
+)
+def test_rows_that_are_missing(ring, kind, key):
+    rows = list(ring.record.rows)
+    if kind == "recharged":
+        rows.append(change(rows[-1], kind=kind))
+    else:
+        del rows[first(rows, kind)]
+    finds(altered(ring, rows), rf"robot \d counts \d+ ({key}), \d+ are logged")
