@@ -31,7 +31,17 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def save_run(run: Run, folder: Path) -> Path:
-    """Write a run to a folder; run.json comes last, so a folder that has it is complete."""
+    """Write a run to a folder; run.json comes last, so a folder that has it is complete.
+
+    Raises ReportError where nothing can be written.
+    """
+    try:
+        return _write(run, folder)
+    except OSError as error:
+        raise ReportError(f"{folder}: the run cannot be written there ({error.strerror or error})") from error
+
+
+def _write(run: Run, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     log = run.record
     table = log.frame()

@@ -1,0 +1,118 @@
+"""The commands that run, check and describe models, called as the click runner calls them."""
+
+import json
+import math
+
+import jsonschema
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import COMMANDS, desim
+
+MODEL = "models/multibots.yaml"
+
+
+def call(*arguments):
+    return CliRunner().invoke(desim, arguments, catch_exceptions=False)
+
+
+def test_run_prints_one_json_object():
+    said = call("run", MODEL, "--json", "--set", "fleet.size=3", "--set", "tasks.goods=[11, 8]", "--seed", "5")
+    assert said.exit_code == 0
+    [line] = said.stdout.splitlines()
+    answer = json.loads(line)
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 3, "tasks.goods": [11, 8]}), seed=5)
+    assert answer == {**run.kpis, "seed": 5, "version": dw.__version__}
+    assert {"T", "S", "C", "moves", "distance", "energy", "waiting", "cost"} <= set(answer)
+
+
+def test_what_is_no_number_is_null_in_json():
+    said = call("run", "models/tutorial.yaml", "--json", "--set", "run.length=1")
+    answer = json.loads(said.stdout)
+    # nothing is delivered in 1 s, so there is no cycle time
+    assert (answer["tasks"], answer["cycle_time_mean"]) == (0, None)
+
+
+def test_run_prints_a_table_for_people():
+    said = call("run", MODEL, "--set", "fleet.size=1")
+    assert said.exit_code == 0
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 1}))
+    lines = {line.split()[0]: line.split()[1:] for line in said.stdout.splitlines() if line.strip()}
+    assert said.stdout.startswith("MultiBots, seed 0")
+    # the paper's step is 0.05 s
+    assert lines["T"] == [f"{run.T:,.1f}", "step", f"({run.T * 0.05:,.1f}", "s)"]
+    assert lines["C"] == ["3"]
+    assert lines["distance"] == [f"{run.kpis['distance']:,.1f}", "px"]
+    assert set(run.kpis) <= set(lines)
+
+
+def test_run_writes_a_folder_that_can_be_read_back(tmp_path):
+    said = call("run", MODEL, "--out", str(tmp_path / "deep" / "run"), "--set", "fleet.size=2")
+    assert said.exit_code == 0
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2}))
+    assert dw.load_run(tmp_path / "deep" / "run").record == run.record
+
+
+def test_check_says_what_a_planner_should_know():
+    said = call("check", MODEL)
+    assert said.exit_code == 0
+    lines = said.stdout.splitlines()
+    assert lines[:3] == [
+        "MultiBots: 18 nodes, 27 edges, 80 storage places",
+        "robots keep D = 33 px and drive up to 4 px/step",
+        # rows: 15 of 150, with floor(150 / 33) - 1 = 3 places; columns: 12 of 250 with floor(250 / 33) - 1 = 6
+        "the lanes hold 117 robots at once, the fleet has 6",
+    ]
+    assert any(line.startswith("ring of ") for line in lines)
+    assert lines[-1] == "no errors"
+
+
+def test_check_finds_errors_and_says_that_the_model_would_be_refused():
+    said = call("check", MODEL, "--set", "fleet.start=[A, G, M]")
+    assert said.exit_code == 2
+    assert said.stdout.splitlines()[-3:] == [
+        "error: fleet.start: G: there is no bay at this node; name nodes with bays",
+        "error: fleet.start: M: there is no bay at this node; name nodes with bays",
+        "2 errors: this model would be refused",
+    ]
+    assert call("check", MODEL, "--set", "fleet.start=[G]").stdout.endswith("1 error: this model would be refused\n")
+
+
+def test_schema_is_a_json_schema_that_our_models_fit():
+    said = call("schema")
+    schema = json.loads(said.stdout)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    content = dw.load(MODEL).content()
+    validator.validate(content)
+    assert not validator.is_valid(content | {"fleets": {}})
+    assert not validator.is_valid(content | {"fleet": {"size": 0}})
+
+
+def test_version():
+    assert call("--version").stdout == f"desim, version {dw.__version__}\n"
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_lists_all_commands(option):
+    said = call(option)
+    assert said.exit_code == 0
+    listed = [line.split()[0] for line in said.stdout.split("Commands:")[1].splitlines() if line.strip()]
+    assert [name for name in listed if name in COMMANDS] == list(COMMANDS)
+    for _, summary in COMMANDS.values():
+        assert summary.split()[0] in said.stdout
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_that_begins_as_the_overview_says(name):
+    said = call(name, "--help")
+    assert said.exit_code == 0
+    assert said.stdout.startswith(f"Usage: desim {name} ")
+
+
+def test_numbers_in_json_are_plain():
+    answer = json.loads(call("run", "models/tutorial.yaml", "--json").stdout)
+    for key in ("S", "C", "tasks", "moves", "rear_ends", "crossings", "rotations", "backlog"):
+        assert isinstance(answer[key], int), key
+    assert all(math.isfinite(value) for value in answer.values() if isinstance(value, float))

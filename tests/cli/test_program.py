@@ -1,0 +1,116 @@
+"""The installed program: exit status, messages without a traceback, and what it imports."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+DESIM = [sys.executable, "-c", "from desim_warehouse.cli import main; main()"]
+MODEL = "models/multibots.yaml"
+HEAVY = {
+    "numpy",
+    "pandas",
+    "scipy",
+    "matplotlib",
+    "pyarrow",
+    "simpy",
+    "pydantic",
+    "networkx",
+    "distributed",
+    "nbclient",
+}
+
+
+def desim(*arguments, program=None):
+    return subprocess.run([*(program or DESIM), *arguments], capture_output=True, text=True, check=False)
+
+
+def test_the_installed_script_runs():
+    script = Path(sys.executable).with_name("desim")
+    done = desim("run", MODEL, "--json", "--set", "fleet.size=2", program=[script])
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["C"] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "no_such_file.yaml"], "no_such_file.yaml: no such file, expected a model file"),
+        (["check", "no_such_file.yaml"], "no_such_file.yaml: no such file, expected a model file"),
+        (["run", "models"], "models: cannot be read"),
+        (["run", "tests/bad/threshold.yaml"], "tests/bad/threshold.yaml:"),
+        (["check", "tests/bad/threshold.yaml"], "tests/bad/threshold.yaml:"),
+        (["run", MODEL, "--set", "fleet.size=0"], "--set fleet.size: too small (got 0)"),
+        (["run", MODEL, "--set", "fleet.size"], "--set fleet.size: no assignment, expected KEY=VALUE"),
+        (["run", MODEL, "--set", "fleet.sise=3"], "did you mean 'size'"),
+        (["run", MODEL, "--set", "policies.allocation=neerest"], "did you mean 'nearest'?"),
+        (["run", MODEL, "--set", "policies.routing=nowhere.py:Mine"], "nowhere.py"),
+        (["run", MODEL, "--set", "fleet.start=[G]"], "fleet.start: G: there is no bay at this node"),
+        (["run", MODEL, "--set", "battery.capacity=4"], "ran flat at time"),
+        (["run", MODEL, "--set", "tasks.goods=[80]"], "80"),
+        (["run"], "Missing argument 'MODEL'"),
+        (["run", MODEL, "--seed", "x"], "--seed"),
+        (["frobnicate"], "No such command 'frobnicate'"),
+        (["run", MODEL, "--out", "README.md/run"], "README.md/run: the run cannot be written there"),
+    ],
+)
+def test_what_is_refused_is_one_clear_message_and_exit_status_2(arguments, said):
+    done = desim(*arguments)
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+def imported(*arguments):
+    """The top-level modules that a command has imported when it ends."""
+    program = (
+        "import sys, atexit\n"
+        "atexit.register(lambda: print(*sorted({m.split('.')[0] for m in sys.modules}), file=sys.stderr))\n"
+        "from desim_warehouse.cli import main\nmain()"
+    )
+    done = desim(*arguments, program=[sys.executable, "-c", program])
+    assert done.returncode == 0
+    return set(done.stderr.split())
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["run", "--help"]])
+def test_help_imports_nothing_heavy(arguments):
+    assert imported(*arguments) & HEAVY == set()
+
+
+def test_a_run_imports_only_what_it_needs():
+    """The paper's model draws nothing at random and makes no table, so numpy and pandas are not needed either."""
+    modules = imported("run", MODEL, "--json")
+    assert {"simpy", "networkx", "pydantic"} <= modules
+    assert modules & {"matplotlib", "scipy", "pandas", "pyarrow", "numpy"} == set()
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    program = "import sys, desim_warehouse; print(*{m.split('.')[0] for m in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) & HEAVY == set()
+
+
+def test_a_model_from_another_folder_finds_its_own_files(tmp_path):
+    (tmp_path / "storage.csv").write_text("from,to,offset\nA,B,10\nB,C,5\n")
+    (tmp_path / "model.yaml").write_text(
+        "layout:\n"
+        "  nodes: {A: [0, 0], B: [20, 0], C: [20, 20]}\n"
+        "  edges: [[A, B], [B, C], [C, A]]\n"
+        "  storage: {file: storage.csv}\n"
+        "  bays: {home: {at: [A]}}\n"
+        "fleet: {size: 1, robot: {radius: 0.5, speed: 1}}\n"
+        "tasks: {goods: [0, 1], unload_at: [C], load_time: 1, unload_time: 1}\n"
+    )
+    done = subprocess.run(
+        [*DESIM, "run", str(tmp_path / "model.yaml"), "--json"],
+        cwd="/",
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout)["tasks"] == 2
