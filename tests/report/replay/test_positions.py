@@ -51,14 +51,16 @@ def test_a_robot_is_at_its_target_when_the_log_says_it_gets_there(name: str) -> 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_robots_load_where_their_good_lies(name: str) -> None:
+    """In a full ring that cannot turn otherwise, less than D before it (docs/why.md)."""
     run, where = RUNS[name](), positions(name)
-    places = {(place.edge, round(place.offset, 6)) for place in run.layout.storage}
+    short = run.model.fleet.contact if run.record.rings else 1e-6
     edges = list(run.layout.graph.edges)
     loads = [row for row in run.record.rows if row[1] == "loading"]
     assert loads
     for time, _, robot, *_ in loads[:60]:
         on, at = where.at(time)
-        assert (edges[on[robot]], round(float(at[robot]), 6)) in places
+        here = [place.offset for place in run.layout.storage if place.edge == edges[on[robot]]]
+        assert any(-1e-6 <= offset - at[robot] < short for offset in here)
 
 
 @pytest.mark.parametrize("name", RUNS)
