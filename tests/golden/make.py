@@ -19,8 +19,8 @@ MODELS = HERE.parent.parent / "models"
 CASES = {
     # the paper's cell with 4 robots and goods group 2, with collisions
     "multibots": ("multibots.yaml", {"fleet.size": 4, "tasks.goods": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]}, 0),
-    # random goods, a station, node times: 8 robots on the floor of 3
-    "tutorial": ("tutorial.yaml", {"fleet.size": 8, "tasks.goods": {"random": 12}, "traffic.node_time": 0.5}, 1),
+    # a station and node times: 8 robots on a floor for 3
+    "tutorial": ("tutorial.yaml", {"fleet.size": 8, "tasks.goods": [*range(12)], "traffic.node_time": 0.5}, 0),
 }
 RECIPE = "# golden: made by `python -m tests.golden.make`, which says when to make it anew\n"
 
