@@ -171,22 +171,22 @@ def test_a_changed_policy_file_is_another_model(tmp_path):
 def test_the_command_lists_all_policies_and_shows_one():
     from click.testing import CliRunner
 
-    from desim_warehouse.cli.policies import command
+    from desim_warehouse.cli import desim
 
-    listed = CliRunner().invoke(command).output
+    listed = CliRunner().invoke(desim, ["policies"]).output
     for policies in OURS.values():
         for name in policies:
             assert f"  {name} " in listed
     assert "parameters: minimum=0.2, margin=0.1, charger=nearest" in listed
-    shown = CliRunner().invoke(command, ["--doc", "hungarian"]).output
+    shown = CliRunner().invoke(desim, ["policies", "--doc", "hungarian"]).output
     assert "Kuhn" in shown
     assert "class Hungarian" in shown
-    both = CliRunner().invoke(command, ["--doc", "nearest"]).output
+    both = CliRunner().invoke(desim, ["policies", "--doc", "nearest"]).output
     assert "policies.allocation: nearest" in both
     assert "policies.parking: nearest" in both
-    own = CliRunner().invoke(command, ["--doc", "studies/my_policies.py:Patient"]).output
+    own = CliRunner().invoke(desim, ["policies", "--doc", "studies/my_policies.py:Patient"]).output
     assert "class Patient" in own
-    assert "no policy 'hungarien'" in CliRunner().invoke(command, ["--doc", "hungarien"]).output
+    assert "no policy 'hungarien'" in CliRunner().invoke(desim, ["policies", "--doc", "hungarien"]).output
 
 
 def test_a_study_finds_a_policy_file_beside_itself(tmp_path, monkeypatch):
