@@ -64,8 +64,9 @@ class Work:
                 self.fault(time, f"task {task} was delivered and never loaded")
 
     def check_place_of_good(self, time, robot, place):
-        visit = next((v for v in reversed(self.visits[robot]) if v.enter <= time + TOL), None)
-        if visit is None or visit.edge != place.edge:
+        here = (visit for visit in self.visits[robot] if visit.enter <= time + TOL and visit.leave >= time - TOL)
+        visit = next((visit for visit in here if visit.edge == place.edge), None)
+        if visit is None:
             self.fault(time, f"robot {robot} loads good {place.number}, which is not where it is")
             return
         length, at = self.graph.edges[place.edge]["length"], visit.at(time)

@@ -194,3 +194,48 @@ def test_a_ring_that_is_not_full_does_not_turn():
     deliveries = [row[0] for row in run.record.rows if row[1] == "delivered"]
     assert deliveries == [near(14)] * 3
     assert not math.isnan(run.T)
+
+
+CORNERS_OF_SIX = [(1.5, 0), (0.75, 1.299), (-0.75, 1.299), (-1.5, 0), (-0.75, -1.299), (0.75, -1.299)]
+HEXAGON = {
+    # six nodes round a ring and a chord; where the corners are rounded the edges are 1.49997 long, else 1.5
+    "layout": {
+        "nodes": {str(i): [x, y] for i, (x, y) in enumerate(CORNERS_OF_SIX)},
+        "edges": [list(edge) for edge in ("01", "12", "23", "20", "34", "45", "50")],
+        "storage": [{"edge": ["2", "3"], "offset": 0.75}, {"edge": ["0", "1"], "offset": 0.75}],
+        "bays": {"home": {"at": ["0"]}},
+    },
+    "fleet": {"size": 7, "robot": {"radius": 0.5, "speed": 1}, "kinds": {"slow": {"count": 1, "speed": 0.5}}},
+    "tasks": {"goods": [1, *[0] * 6], "unload_at": list("0120120"), "load_time": 0, "unload_time": 0},
+    "traffic": {"collision_angle": 0},
+}
+SMALL = {
+    # a single block: rows of 1.5, columns of 2.5
+    "layout": {
+        "blocks": {
+            "columns": 1,
+            "rows": 1,
+            "block_width": 1,
+            "block_depth": 2,
+            "goods_size": 1.0,
+            "aisle_width": 0.5,
+        },
+        "bays": {"home": {"at": ["A"]}},
+        "stations": {"s0": {"at": ["C"], "places": 2}},
+    },
+    "fleet": {
+        "size": 5,
+        "robot": {"radius": 0.5, "speed": 1},
+        "kinds": {"slow": {"count": 1, "speed": 0.4}, "fast": {"count": 2, "speed": 2.5}},
+    },
+    "tasks": {"goods": [0] * 6, "unload_at": list("CABCA"), "load_time": 0, "unload_time": 0},
+    "traffic": {"collision_angle": 0},
+}
+
+
+@pytest.mark.parametrize("mapping", [HEXAGON, SMALL], ids=["hexagon", "small"])
+def test_members_of_a_ring_set_off_together_although_a_slow_robot_was_there_before(mapping):
+    """All of a ring sets off at one instant: one that set off later would be run into by the one behind it."""
+    run = dw.simulate(dw.load(mapping))
+    assert run.kpis["rotations"] >= 1
+    assert audit(run) == []
