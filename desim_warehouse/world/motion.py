@@ -172,7 +172,8 @@ class Motion(Reservations):
         if that is after `since`, when it could set off itself.
         """
         if ahead is None:
-            return lane.out_at - (lane.length - self.contact - target) / lane.out_pace
+            beyond = target - (lane.length - self.contact)
+            return lane.out_at + beyond / (pace if beyond > 0 else lane.out_pace)
         free = ahead.passes(target + self.contact)
         if ahead.since > since:
             free = max(free, ahead.since + max(target - (ahead.pos - self.contact), 0.0) / pace)
