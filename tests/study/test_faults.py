@@ -119,7 +119,7 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "finished runs are kept in" in said
     assert "Traceback" not in said
