@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from simpy.events import Event
-
     from desim_warehouse.world.lanes import Claim, Intersection, Lane
+    from desim_warehouse.world.trip import Trip
 
 
 class Body:
@@ -67,7 +66,7 @@ class Body:
         self.pos = self.target = self.goal = 0.0
         self.since = self.until = -math.inf
         self.claim: Claim | None = None
-        self.waiting_behind: Event | None = None
+        self.waiting_behind: Trip | None = None
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
         self.recall_at = self.train_pace = math.inf

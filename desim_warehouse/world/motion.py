@@ -16,12 +16,11 @@ from desim_warehouse.world.reservations import Reservations
 
 if TYPE_CHECKING:
     from simpy import Environment
-    from simpy.events import Event
-
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.lanes import Intersection, Lane
+    from desim_warehouse.world.trip import Trip
 
 
 class Motion(Reservations):
@@ -51,7 +50,7 @@ class Motion(Reservations):
         front, behind = robot.ahead, robot.behind
         ahead = onward.last
         pace = self.pace_on(robot, onward) if self.mixed else robot.speed
-        target = onward.stop_line if stop is None else stop
+        target = robot.goal = onward.stop_line if stop is None else stop
         until = clear + target / pace
         if lane is not None:
             robot.driven += lane.length
@@ -120,35 +119,32 @@ class Motion(Reservations):
 
         Each is woken when it is at its new target: a queue moves up by one event a robot.
         """
-        env = self.env
         while robot is not None and robot.waiting_behind is not None:
             ahead = robot.ahead
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.contact)
             if limit <= robot.pos + EPS:
                 return
-            event = self._stop_waiting(robot)
+            trip = self._stop_waiting(robot)
             self._set_off(robot, limit)
-            event._ok = True
-            event._value = None
-            env.schedule(event, delay=robot.until - env._now)
+            trip.due(robot.until)
             lane = robot.lane
             robot = robot.behind
             if robot is None and lane.start.claims:
                 self.serve(lane.start)
 
-    def _stop_waiting(self, robot: Body) -> Event:
-        """A robot that waited behind another waits no longer; its event is for the caller to trigger."""
-        event, robot.waiting_behind = robot.waiting_behind, None
-        assert event is not None
+    def _stop_waiting(self, robot: Body) -> Trip:
+        """A robot that waited behind another waits no longer; the caller says when its trip goes on."""
+        trip, robot.waiting_behind = robot.waiting_behind, None
+        assert trip is not None
         robot.stands(waiting=False)
         if self.env._now > robot.waiting_since + EPS:
             self.count_wait(robot, robot.waits_for, robot.lane, self.env._now - robot.waiting_since)
-        return event
+        return trip
 
     def halt_here(self, robot: Body) -> None:
         """A robot that waits less than a place before its own stop takes where it stands for the stop."""
         robot.goal = robot.pos
-        self._stop_waiting(robot).succeed()
+        self._stop_waiting(robot).due(self.env._now)
 
     def _set_off(self, robot: Body, target: float) -> None:
         """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from simpy.events import Event, Timeout
+from simpy.events import Timeout
 
 from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
 
@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterable
 
     from simpy import Environment
+    from simpy.events import Event
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.gridlock import Gridlock
     from desim_warehouse.world.lanes import Intersection
+    from desim_warehouse.world.trip import Trip
 
     Steps = Generator[Event, object, None]
 
@@ -153,14 +155,13 @@ class Reservations:
             for claim in list(node.claims):
                 self.gridlock.check(claim.robot)
 
-    def wait_behind(self, robot: Body) -> Event:
-        """Wait until the robot ahead makes way: the event is due when the robot has then moved up."""
-        event = robot.waiting_behind = Event(self.env)
+    def wait_behind(self, robot: Body, trip: Trip) -> None:
+        """Wait until the robot ahead makes way: the trip is due when the robot has then moved up."""
+        robot.waiting_behind = trip
         robot.waiting_since = self.env._now
         robot.waits_for = robot.ahead
         robot.stands(waiting=True)
         self.gridlock.check(robot)
-        return event
 
     def count_wait(
         self, robot: Body, other: Body | None, place: Lane | Intersection, duration: float, *, ahead: float = 0.0

@@ -3,21 +3,24 @@
 A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in
 one timeout and looks again. At the stop line, D before an intersection, it claims in one step the intersection
 and room to stand beyond it; as both are then its own until it is through, the same timeout takes it over the
-intersection and on to its next target: one event an edge where nobody is in the way. Nothing polls: a waiting
-robot is woken by whoever made way.
+intersection and on to its next target: one event an edge where nobody is in the way, and the robot's process
+sleeps meanwhile. Nothing polls: a waiting robot is set going by whoever made way.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import itertools
+from heapq import heappush
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import NORMAL, Event
 
 from desim_warehouse.world.lanes import EPS, Arrival
 from desim_warehouse.world.motion import Motion
+from desim_warehouse.world.trip import Trip
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
-    from simpy.events import Event
+    from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.lanes import Intersection, Lane
@@ -27,65 +30,99 @@ if TYPE_CHECKING:
 
 
 class Traffic(Motion):
-    """The Highways in use."""
+    """The Highways in use; the options are those of Motion."""
 
-    def drive(  # noqa: C901, PLR0912 - one piece, for speed
-        self, robot: Body, route: Sequence[Lane], stop: float | None = None
-    ) -> Drive:
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.rolls: list[Callable[[Any], None]] = [self.roll]
+
+    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
         A stop is at least D from the nodes (see `Lane.clear_stop`). Returns True there, False if the robot was
-        recalled: it then stands on the node it came to next. This is the hot path of every run, in one piece.
+        recalled: it then stands on the node it came to next.
         """
-        env = self.env
-        index, count = 0, len(route)
         if stop is not None:
             stop = route[-1].clear_stop(stop, self.contact)
+        trip = Trip(self.env, robot, route, stop, self.rolls)
+        if robot.lane is not None:
+            robot.goal = robot.lane.stop_line
         while True:
             if robot.lane is None or robot.held is not None:
-                arrived, index = yield from self._from_node(robot, route, index, stop)
+                arrived = yield from self._from_node(trip)
                 if arrived is not None:
                     return arrived
-            # Along the lane: as far as the robot ahead allows, to the own stop or to the stop line.
-            lane = robot.lane
-            goal, final = lane.stop_line, False
-            if index == count and stop is not None:
-                goal, final = stop, True
-            while True:
-                if robot.until > env._now:
-                    yield Arrival(env, robot.until)
-                robot.pos = robot.target
-                if robot.pos >= goal - EPS:
-                    break
-                ahead = robot.ahead
-                limit = goal if ahead is None else min(goal, ahead.target - self.contact)
-                if limit > robot.pos + EPS:
-                    self.commit(robot, limit)
-                else:
-                    robot.goal = goal
-                    yield self.wait_behind(robot)
-                    robot.until = env._now
-                    goal = robot.goal  # nearer, if it may halt where it is
-            # At the stop line: the intersection and room beyond it, or neither.
-            if final:
+            yield self._under_way(trip)
+            onward = trip.onward
+            if onward is None and stop is not None:
                 return True
-            if index < count:
-                onward = route[index]
-                if not onward.short:
-                    clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
-                    passes = robot.recall_at > clear
-                    if passes and not self.is_free(robot, lane, onward):
-                        if robot.detours and (other := robot.detour(route, index, stop)) is not None:
-                            route, index, count = other, 0, len(other)
-                            continue
-                        yield from self.claim(robot, lane.end, onward, lane)
-                        clear = env._now + (lane.length - robot.pos) / robot.pace + self.node_time
-                        passes = robot.recall_at > clear and robot.granted is onward
-                    if passes:
-                        index += 1
-                        self.cross(robot, onward, clear, stop if index == count else None)
-                        continue
-            yield from self._to_node(robot, route, index)
+            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(robot):
+                yield from self._to_node(trip)
+            elif not robot.detours or not self._takes_detour(trip):
+                yield from self._pass_when_free(trip, onward)
+
+    def _under_way(self, trip: Trip) -> Event:
+        """Due when the robot is there, or at an intersection where it cannot just go on."""
+        trip.held_up = event = Event(self.env)
+        event._ok, event._value = True, None
+        if trip.robot.until > self.env._now:
+            trip.due(trip.robot.until)
+        else:
+            self.roll(trip)
+        return event
+
+    def roll(self, trip: Trip) -> None:
+        """The robot is where it was sure to get to, and drives on if it can: the hot path of every run.
+
+        Along its lane as far as the robot ahead allows, up to its own stop or the stop line; from there over the
+        intersection, if nobody is in the way.
+        """
+        env, robot = self.env, trip.robot
+        pos = robot.pos = robot.target
+        if pos < robot.goal - EPS:
+            ahead = robot.ahead
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.contact)
+            if limit > pos + EPS:
+                self.commit(robot, limit)
+                trip.due(robot.until)
+            else:
+                self.wait_behind(robot, trip)
+            return
+        index, count = trip.index, len(trip.route)
+        if index < count:
+            lane, onward = robot.lane, trip.route[index]
+            clear = env._now + (lane.length - pos) / robot.pace + self.node_time
+            if not onward.short and robot.recall_at > clear and self.is_free(robot, lane, onward):
+                trip.index = index = index + 1
+                self.cross(robot, onward, clear, trip.stop if index == count else None)
+                trip.callbacks = self.rolls  # as `due` does
+                heappush(env._queue, (robot.until, NORMAL, next(env._eid), trip))
+                return
+        trip.wake()
+
+    def _clear_of_node(self, robot: Body) -> float:
+        """When a robot that sets out from the stop line now leaves the node."""
+        lane: Lane = robot.lane
+        return self.env._now + (lane.length - robot.pos) / robot.pace + self.node_time
+
+    def _takes_detour(self, trip: Trip) -> bool:
+        """Whether a robot held up at an intersection goes another way from there."""
+        other = trip.robot.detour(trip.route, trip.index, trip.stop)
+        if other is None:
+            return False
+        trip.route, trip.index = other, 0
+        return True
+
+    def _pass_when_free(self, trip: Trip, onward: Lane) -> Steps:
+        """Wait at the stop line for the intersection and room beyond it, and set out; or not, if it is recalled."""
+        robot = trip.robot
+        yield from self.claim(robot, robot.lane.end, onward, robot.lane)
+        clear = self._clear_of_node(robot)
+        if robot.recall_at > clear and robot.granted is onward:
+            trip.index += 1
+            self.cross(robot, onward, clear, None if trip.onward else trip.stop)
+        else:
+            yield from self._to_node(trip)
 
     def is_free(self, robot: Body, lane: Lane, onward: Lane) -> bool:
         """Whether nobody is in the way from the end of a lane onto the next: neither at the node nor beyond it."""
@@ -100,17 +137,18 @@ class Traffic(Motion):
     # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
 
     @staticmethod
-    def rests_beyond(route: Sequence[Lane], index: int) -> Lane | None:
-        """The lane on which a robot can next stand clear of the intersection before `route[index]`, if any."""
-        for lane in route[index:]:
+    def rests_beyond(trip: Trip) -> Lane | None:
+        """The lane on which a robot can next stand clear of the intersection before it, if any."""
+        for lane in itertools.islice(trip.route, trip.index, None):
             if not lane.inside:
                 return None if lane.short else lane
         return None
 
-    def _to_node(self, robot: Body, route: Sequence[Lane], index: int) -> Steps:
+    def _to_node(self, trip: Trip) -> Steps:
         """From the stop line to stand on the intersection."""
+        robot = trip.robot
         if robot.held is None:
-            wanted = self.rests_beyond(route, index) if robot.recall_at > self.env._now else None
+            wanted = self.rests_beyond(trip) if robot.recall_at > self.env._now else None
             yield from self.claim(robot, robot.lane.end, wanted, robot.lane)
         yield from self._advance(robot, robot.lane.length)
 
@@ -123,41 +161,41 @@ class Traffic(Motion):
         yield Arrival(self.env, robot.until + pause)
         robot.pos = target
 
-    def _from_node(
-        self, robot: Body, route: Sequence[Lane], index: int, stop: float | None
-    ) -> Generator[Event, object, tuple[bool | None, int]]:
+    def _from_node(self, trip: Trip) -> Generator[Event, object, bool | None]:
         """From a bay or an intersection onto the next lane where it can stand.
 
-        Returns whether the drive is over (True: there, False: recalled, None: no) and how far on the route it is.
+        Returns whether the drive is over: True: there, False: recalled, None: no.
         """
+        robot = trip.robot
         if robot.held is None:
-            yield from self.claim(robot, robot.at, self.rests_beyond(route, index), None)
+            yield from self.claim(robot, robot.at, self.rests_beyond(trip), None)
             robot.left_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._advance(robot, robot.lane.length)
         while True:
             if robot.recall_at <= self.env._now:
                 self._give_back(robot)
-                return False, index
-            if index == len(route):
-                return True, index
-            onward = route[index]
-            index += 1
-            halt = stop if index == len(route) else None
+                return False
+            onward = trip.onward
+            if onward is None:
+                return True
+            trip.index += 1
+            halt = None if trip.onward else trip.stop
             if not onward.short:
                 if robot.granted is not onward:
                     yield from self.claim(robot, robot.held, onward, robot.lane)
                 self.cross(robot, onward, self.env._now, halt)
-                return None, index
-            yield from self._over_short(robot, onward, route, index, halt)
+                return None
+            yield from self._over_short(trip, onward, halt)
             if halt is not None:
-                return True, index
+                return True
 
-    def _over_short(self, robot: Body, onward: Lane, route: Sequence[Lane], index: int, halt: float | None) -> Steps:
+    def _over_short(self, trip: Trip, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts."""
+        robot = trip.robot
         node = robot.held
         if not onward.inside:
-            yield from self.claim(robot, onward.end, self.rests_beyond(route, index), onward)
+            yield from self.claim(robot, onward.end, self.rests_beyond(trip), onward)
         self.enter(robot, onward)
         robot.held = onward.end
         yield from self._advance(robot, onward.length if halt is None else halt, None if onward.inside else node)
