@@ -22,7 +22,7 @@ class Lane:
     """A one-way edge of the Highways: robots queue on it in order, none overtakes.
 
     `last` is the robot that entered last and is still on it. `entering` is set while a robot that was granted
-    room has not yet set out for it. A *short* lane has no place to stand clear of both its ends (length < 2 D):
+    room has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no place to stand clear of both its ends (length < 2 D):
     a robot on it holds its end. An *inside* lane joins two nodes of one intersection.
     """
 
@@ -45,6 +45,7 @@ class Lane:
         "start",
         "stop_line",
         "waits",
+        "wanted",
     )
 
     def __init__(self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
@@ -59,6 +60,7 @@ class Lane:
         self.short = self.inside = False
         self.last: Body | None = None
         self.entering = False
+        self.wanted = 0
         self.out_at = -math.inf
         self.out_pace = 1.0
         self.passages = self.waits = 0
@@ -185,12 +187,15 @@ def network(layout: Layout, contact: float) -> tuple[dict[tuple[str, str], Lane]
             for name in other.nodes:
                 nodes[name] = one
     lanes = {}
+    same: dict[float, float] = {}  # equal lengths as one object, so that thousands of lanes use less of the cache
     for number, (source, target, data) in enumerate(edges):
-        lane = Lane(number, (source, target), data["length"], data["speed"], layout.heading((source, target)))
+        length = same.setdefault(data["length"], data["length"])
+        lane = Lane(number, (source, target), length, data["speed"], layout.heading((source, target)))
         lane.start, lane.end = nodes[source], nodes[target]
         lane.start.outs.append(lane)
         lane.short = lane.length < 2 * contact - EPS
         lane.inside = lane.short and lane.start is lane.end
-        lane.stop_line = 0.0 if lane.short else lane.length - contact
+        stop_line = 0.0 if lane.short else lane.length - contact
+        lane.stop_line = same.setdefault(stop_line, stop_line)
         lanes[source, target] = lane
     return lanes, nodes

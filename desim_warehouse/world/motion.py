@@ -16,6 +16,7 @@ from desim_warehouse.world.reservations import Reservations
 
 if TYPE_CHECKING:
     from simpy import Environment
+
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
@@ -41,6 +42,7 @@ class Motion(Reservations):
         super().__init__(env, layout, log, contact=contact, theta=theta, mixed=mixed)
         self.gridlock = Gridlock(self, rotate)
         self.node_time = node_time
+        self.exits = mixed or log.everything  # whether anybody asks when a robot leaves a lane
 
     def cross(  # noqa: C901, PLR0912, PLR0915 - one piece, for speed
         self, robot: Body, onward: Lane, clear: float, stop: float | None
@@ -54,7 +56,7 @@ class Motion(Reservations):
         until = clear + target / pace
         if lane is not None:
             robot.driven += lane.length
-            if clear - self.node_time > lane.out_at:
+            if self.exits and clear - self.node_time > lane.out_at:
                 lane.out_at = clear - self.node_time
                 lane.out_pace = robot.pace
         if ahead is not None:
@@ -99,7 +101,7 @@ class Motion(Reservations):
                 self.pull(behind)
         elif lane is not None:
             lane.last = front
-            if lane.start.claims:
+            if lane.wanted:
                 self.serve(lane.start)
         if node.claims:
             self.freed(node)
@@ -111,7 +113,7 @@ class Motion(Reservations):
         if behind is not None:
             if behind.waiting_behind is not None:
                 self.pull(behind)
-        elif robot.lane.start.claims:
+        elif robot.lane.wanted:
             self.serve(robot.lane.start)
 
     def pull(self, robot: Body | None) -> None:
@@ -129,7 +131,7 @@ class Motion(Reservations):
             trip.due(robot.until)
             lane = robot.lane
             robot = robot.behind
-            if robot is None and lane.start.claims:
+            if robot is None and lane.wanted:
                 self.serve(lane.start)
 
     def _stop_waiting(self, robot: Body) -> Trip:

@@ -94,6 +94,8 @@ class Reservations:
             return
         claim = robot.claim = Claim(self.env, robot, node, lane, via)
         node.claims.append(claim)
+        if lane is not None:
+            lane.wanted += 1
         other = node.holder or node.user
         self.serve(node)
         if robot.claim is not None:
@@ -116,6 +118,8 @@ class Reservations:
         """Grant a waiting claim, with room on `lane`, and wake its robot."""
         claim.node.claims.remove(claim)
         claim.robot.claim = None
+        if claim.lane is not None:
+            claim.lane.wanted -= 1
         self._grant(claim.robot, claim.node, lane)
         claim.succeed()
 

@@ -24,7 +24,7 @@ class Trip(Event):
     or has to decide or to wait for something at an intersection.
     """
 
-    __slots__ = ("held_up", "index", "robot", "rolls", "route", "stop")
+    __slots__ = ("_ok", "_value", "callbacks", "env", "held_up", "index", "robot", "rolls", "route", "stop")
 
     def __init__(
         self,
