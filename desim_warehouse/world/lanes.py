@@ -22,13 +22,13 @@ class Lane:
     """A one-way edge of the Highways: robots queue on it in order, none overtakes.
 
     `last` is the robot that entered last and is still on it. `entering` is set while a robot that was granted
-    room has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no place to stand clear of both its ends (length < 2 D):
-    a robot on it holds its end. An *inside* lane joins two nodes of one intersection.
+    room has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
+    place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
+    nodes of one intersection.
     """
 
     __slots__ = (
         "blocked",
-        "closing",
         "edge",
         "end",
         "entering",
@@ -37,7 +37,6 @@ class Lane:
         "last",
         "length",
         "limit",
-        "number",
         "out_at",
         "out_pace",
         "passages",
@@ -48,8 +47,7 @@ class Lane:
         "wanted",
     )
 
-    def __init__(self, number: int, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
-        self.number = number
+    def __init__(self, edge: tuple[str, str], length: float, limit: float, heading: float) -> None:
         self.edge = edge
         self.length = length
         self.limit = limit
@@ -78,13 +76,12 @@ class Intersection:
 
     A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at`
     (known as soon as it sets out, so often in the future) for the lane `left_on` at a pace; until then it is
-    closed to all others, and afterwards to those whose path would come too close; from `clear_at` it is open.
+    closed to all others, and afterwards to those whose path would come too close: at most until that one is D beyond.
     """
 
     __slots__ = (
         "blocked",
         "claims",
-        "clear_at",
         "holder",
         "left_at",
         "left_on",
@@ -103,7 +100,7 @@ class Intersection:
         self.holder: Body | None = None
         self.user: Body | None = None
         self.claims: list[Claim] = []
-        self.left_at = self.clear_at = -math.inf
+        self.left_at = -math.inf
         self.left_pace = 1.0
         self.left_on: Lane | None = None
         self.reopens = math.inf
@@ -116,14 +113,13 @@ class Intersection:
         """Robots that left it along a lane."""
         return sum(lane.passages for lane in self.outs)
 
-    def left_by(self, robot: Body, lane: Lane, time: float, contact: float) -> None:
+    def left_by(self, robot: Body, lane: Lane, time: float) -> None:
         """A robot's centre leaves it for a lane at `time`; the last to do so counts."""
         if time >= self.left_at:
             self.user = robot
             self.left_at = time
             self.left_on = lane
             self.left_pace = robot.pace
-            self.clear_at = time + contact / robot.pace
 
 
 class Arrival(Event):
@@ -188,9 +184,9 @@ def network(layout: Layout, contact: float) -> tuple[dict[tuple[str, str], Lane]
                 nodes[name] = one
     lanes = {}
     same: dict[float, float] = {}  # equal lengths as one object, so that thousands of lanes use less of the cache
-    for number, (source, target, data) in enumerate(edges):
+    for source, target, data in edges:
         length = same.setdefault(data["length"], data["length"])
-        lane = Lane(number, (source, target), length, data["speed"], layout.heading((source, target)))
+        lane = Lane((source, target), length, data["speed"], layout.heading((source, target)))
         lane.start, lane.end = nodes[source], nodes[target]
         lane.start.outs.append(lane)
         lane.short = lane.length < 2 * contact - EPS

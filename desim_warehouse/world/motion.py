@@ -89,7 +89,6 @@ class Motion(Reservations):
             node.left_at = clear
             node.left_on = onward
             node.left_pace = pace
-            node.clear_at = clear + self.contact / pace
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
         # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
@@ -232,6 +231,6 @@ class Motion(Reservations):
         """A robot that stood on an intersection sets off along its lane."""
         if node.holder is robot:
             node.holder = None
-        node.left_by(robot, robot.lane, robot.since, self.contact)
+        node.left_by(robot, robot.lane, robot.since)
         if node.claims:
             self.freed(node)

@@ -129,7 +129,8 @@ class Traffic(Motion):
         node = lane.end
         if node.claims or node.holder is not None or onward.entering:
             return False
-        if node.clear_at > self.env._now + EPS and not self.is_open(robot, node, lane):
+        beyond = self.env._now - node.left_at
+        if beyond * node.left_pace < self.contact and not self.is_open(robot, node, lane):
             return False
         last = onward.last
         return last is None or last.target >= 2 * self.contact - EPS

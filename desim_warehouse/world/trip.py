@@ -61,4 +61,3 @@ class Trip(Event):
         callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # as SimPy does
         for callback in callbacks:
             callback(event)
-
