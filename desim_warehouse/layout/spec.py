@@ -30,7 +30,7 @@ Side = Literal["north", "south", "east", "west"]
 class Part(BaseModel):
     """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class FrozenMap(dict[Key, Value]):
@@ -137,7 +137,7 @@ def _short_edge(value: Any) -> Any:
 class Edge(Part):
     """A one-way edge of the Highways; `[A, B]` for short."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
     source: Name = Field(alias="from", description="the node it leaves")
     target: Name = Field(alias="to", description="the node it leads to")

@@ -23,7 +23,7 @@ def _frozen(value: Any) -> Any:
 class PolicySpec(Part):
     """A policy by name (ours), `module:Class` or `file.py:Class` (yours), with its parameters beside it."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     name: Name = Field(description="a policy of ours, module:Class or file.py:Class")
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.execution.work import Outcome, Wanted
 
 BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
+LEAST_TIME = 0.005  # seconds of work that are not worth dividing
 _MOST = 200
 _TRIES = 3
 
@@ -35,9 +36,13 @@ class Batches:
             return [self.alone.popleft()]
         if not self.waiting:
             return []
-        size = 1 if self.run_time is None else int(seconds / max(self.run_time, 1e-6))
+        size = least = 1
+        if self.run_time is not None:
+            size = min(int(seconds / max(self.run_time, 1e-6)), _MOST)
+            least = min(int(LEAST_TIME / max(self.run_time, 1e-6)), _MOST)
         fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
-        return [self.waiting.popleft() for _ in range(max(1, min(size, fair, _MOST)))]
+        number = max(1, least, min(size, fair))
+        return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
 
     def finish(self, positions: Iterable[int], outcomes: Iterable[Outcome]) -> None:
         """These runs are finished."""

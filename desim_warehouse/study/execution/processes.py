@@ -11,7 +11,6 @@ import multiprocessing
 import os
 import signal
 import sys
-import threading
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +21,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution import child
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.work import TIME_OUT, Bench, Outcome, Wanted
 from desim_warehouse.study.plan import own_policies
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 _AHEAD = 2  # batches that a worker has: one to work on, one to go on with
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _POLL = 0.2  # seconds
-_HELP = 0.025  # seconds of work that this process does between looking after the workers
+_HELP = 0.02  # seconds of work that this process does between looking after the workers
+_BREATH = 0.0003  # seconds between such pieces of work in which the threads that talk to the workers get their turn
 _SHORT = 0.05  # seconds: runs of this length at most are done here ...
 _LONG = 3  # ... until so many in a row were longer
 _STUCK = 0.5  # seconds after which a run begun here is left to a worker
@@ -47,35 +48,6 @@ class Batch(NamedTuple):
 
     positions: list[int]
     result: Future[list[Outcome]]
-
-
-_bench: Bench | None = None  # in a worker
-
-
-def _prepare() -> None:
-    """In a new worker, before anything else: leave Ctrl-C to the parent, and end when the parent does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _begin(base: Model) -> int:
-    """In a new worker: take the base model, and say who it is."""
-    global _bench  # noqa: PLW0603 - what a worker process is set up with
-    _bench = Bench(base)
-    return os.getpid()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
-
-
-def _work(batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
-    """In a worker: simulate a batch."""
-    assert _bench is not None
-    return _bench.batch(batch, timeout)
 
 
 class Worker:
@@ -91,9 +63,10 @@ class Worker:
     def start(self) -> None:
         """Begin a new process."""
         self.starts += 1
-        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _prepare)
+        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), child.prepare)
         with _bare_main(), _without_ctrl_c():
-            self.hello: Future[int] = self.executor.submit(_begin, self.base)
+            self.hello: Future[int] = self.executor.submit(child.begin, self.base)
+        self.ready = False
         self.begun: float | None = None
 
     def give(self, positions: list[int], runs: list[Wanted]) -> None:
@@ -101,20 +74,22 @@ class Worker:
         if not self.batches:
             self.begun = None
         try:
-            result = self.executor.submit(_work, runs, self.timeout)
+            result = self.executor.submit(child.work, runs, self.timeout)
         except BrokenProcessPool as error:  # it died since we last looked
             result = Future()
             result.set_exception(error)
         self.batches.append(Batch(positions, result))
 
     @property
-    def awaited(self) -> Future[Any]:
-        """What comes next from it."""
-        return self.batches[0].result if self.hello.done() and self.batches else self.hello
+    def awaited(self) -> Future[Any] | None:
+        """What comes next from it, if anything does."""
+        if not self.ready:
+            return self.hello
+        return self.batches[0].result if self.batches else None
 
     def late(self) -> bool:
         """Whether the run it is at can neither end nor be interrupted."""
-        if self.timeout is None or not self.batches or not self.hello.done():
+        if self.timeout is None or not self.batches:
             return False
         if self.begun is None:
             self.begun = monotonic()
@@ -160,26 +135,29 @@ class Processes:
         batches = Batches(wanted, done, self.run_time)
         while batches.open:
             for worker in self.workers:
-                while len(worker.batches) < _AHEAD and (positions := batches.take(self.count)):
+                while worker.ready and len(worker.batches) < _AHEAD and (positions := batches.take(self.count)):
                     worker.give(positions, [wanted[position] for position in positions])
             self.run_time = batches.run_time
-            if self.bench is not None and (positions := batches.take(self.count, _HELP)):
+            positions = [] if self.bench is None else batches.take(self.count, _HELP)
+            if self.bench is not None and positions:
                 self.help(self.bench, positions, batches)
-                self.collect(batches)
-            elif any(worker.batches for worker in self.workers):
-                wait([w.awaited for w in self.workers if w.batches], _POLL, FIRST_COMPLETED)
-                self.collect(batches)
+            if awaited := [future for worker in self.workers if (future := worker.awaited) is not None]:
+                wait(awaited, _BREATH if positions else _POLL, FIRST_COMPLETED)
+            self.collect(batches)
 
     def collect(self, batches: Batches) -> None:
         """Take what the workers have finished, and replace those that died."""
         for worker in self.workers:
-            while worker.batches and worker.awaited.done():
-                error = worker.hello.exception() or worker.awaited.exception()
-                if error is not None and not isinstance(error, BrokenProcessPool):
-                    raise StudyError(f"worker processes cannot begin ({type(error).__name__}: {error})") from error
+            while (awaited := worker.awaited) is not None and awaited.done():
+                error = awaited.exception()
                 if isinstance(error, BrokenProcessPool):
                     self.died(worker, batches)
                     break
+                if error is not None:
+                    raise StudyError(f"worker processes cannot begin ({type(error).__name__}: {error})") from error
+                if not worker.ready:
+                    worker.ready = True
+                    continue
                 positions, result = worker.batches.popleft()
                 worker.begun = None
                 worker.starts = 0
@@ -189,13 +167,13 @@ class Processes:
 
     def died(self, worker: Worker, batches: Batches) -> None:
         """A process is gone: what it was at is dealt out again, run by run, to find one that kills workers."""
-        error = worker.hello.exception()
-        if error is None:
+        if worker.ready:
             at = worker.batches.popleft().positions
             said = "the worker process died each time it was at this run (killed, or out of memory)"
             for position in batches.lost(at):
                 batches.finish([position], [Outcome({}, 0.0, said, final=False)])
         elif worker.starts >= _STARTS:
+            error = worker.hello.exception()
             raise StudyError(f"worker processes end before they can begin ({error}); try --workers 1")
         self.replace(worker, batches, "a worker process died; its runs are done again")
 
