@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import GridlockError
 from desim_warehouse.world.lanes import EPS
 
+_NAMED = 6  # robots of a ring that an error names
+
 if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.motion import Motion
@@ -123,7 +125,9 @@ class Gridlock:
 
 
 def _describe(ring: list[Body], now: float) -> str:
-    members = "; ".join(f"robot {robot.number} {robot.place(now)}" for robot in ring)
+    members = "; ".join(f"robot {robot.number} {robot.place(now)}" for robot in ring[:_NAMED])
+    if len(ring) > _NAMED:
+        members += f"; and {len(ring) - _NAMED} more"
     return (
         f"gridlock at time {now:g}: {len(ring)} robots wait for each other in a ring ({members}); "
         "traffic.gridlock: rotate lets such rings turn"

@@ -185,6 +185,25 @@ def test_the_error_of_a_run_names_robots_edges_and_time():
         assert f"robot {robot} on edge {a}>{b} at 3" in said
 
 
+def test_the_error_of_a_large_ring_names_some_of_its_robots():
+    corners = "ABCDEFGH"
+    layout = {
+        "nodes": {name: [10 * place, 10 * place**2] for place, name in enumerate(corners)},
+        "edges": [{"from": a, "to": b, "length": 5} for a, b in pairwise(corners + "A")],
+        "storage": [{"edge": [a, b], "offset": 3} for a, b in pairwise(corners + "A")],
+        "bays": {"home": {"at": list(corners)}},
+    }
+    fleet = {"size": 8, "robot": {"radius": 1, "speed": 1}}
+    tasks = {"goods": list(range(8)), "unload_at": [*corners[2:], "A", "B"], "load_time": 4, "unload_time": 0}
+    model = {"layout": layout, "fleet": fleet, "tasks": tasks, "traffic": {"gridlock": "stop"}}
+    with pytest.raises(GridlockError) as gridlock:
+        dw.simulate(dw.load(model))
+    said = str(gridlock.value)
+    assert "8 robots wait for each other in a ring (robot " in said
+    assert said.count(" on edge ") == 6
+    assert said.endswith("; and 2 more); traffic.gridlock: rotate lets such rings turn")
+
+
 def test_a_ring_that_is_not_full_does_not_turn():
     """Three of the four: the free edge lets them on one by one."""
     run = dw.simulate(dw.load(SQUARE, {"fleet.size": 3, "tasks.goods": [0, 1, 2], "tasks.unload_at": ["C", "D", "A"]}))
