@@ -32,6 +32,26 @@ class Part(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
+    def content(self) -> Any:
+        """What it holds, defaults too, as plain JSON values."""
+        return {field.alias or name: as_json(getattr(self, name)) for name, field in type(self).model_fields.items()}
+
+
+_EXACT = 2.0**53  # up to here every whole number is a float
+
+
+def as_json(value: Any) -> Any:
+    """A value of a model as JSON knows it; 4.0 as 4, so that both are one."""
+    if isinstance(value, Part):
+        return value.content()
+    if isinstance(value, Mapping):
+        return {key: as_json(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [as_json(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
+        return int(value)
+    return value
+
 
 class FrozenMap(dict[Key, Value]):
     """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""

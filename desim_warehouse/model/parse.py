@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.layout.spec import Part
 from desim_warehouse.model.places import Keys, Place, Places
 from desim_warehouse.model.problems import Problem, got
 
@@ -188,7 +189,7 @@ def _fraction(text: str) -> float:
 
 
 def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0911 - one for each kind
-    """A value given from Python as a file could have it: tuples become lists, NumPy's numbers plain ones."""
+    """A value given from Python as a file could have it: parts of a model, tuples and NumPy's numbers are plain."""
     if value is None or type(value) in (str, int, float, bool):
         return value
     if len(keys) > _DEEPEST:
@@ -196,6 +197,8 @@ def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0
         return None
     if hasattr(value, "tolist"):
         return plain(value.tolist(), keys, problems)
+    if isinstance(value, Part):
+        return plain(value.content(), keys, problems)
     if isinstance(value, Mapping):
         made = {}
         for key, item in value.items():

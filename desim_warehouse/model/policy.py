@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
-from desim_warehouse.layout.spec import FrozenMap, Name, NotNegative, Part, Says
+from desim_warehouse.layout.spec import FrozenMap, Name, NotNegative, Part, Says, as_json
 from desim_warehouse.policies.catalogue import user_source
 
 
@@ -31,6 +31,10 @@ class PolicySpec(Part):
     def params(self) -> Mapping[str, Any]:
         """The parameters: every key but the name."""
         return self.__pydantic_extra__ or FrozenMap()
+
+    def content(self) -> Any:
+        """As a model file has it: the name alone where no parameter is given."""
+        return {"name": self.name, **as_json(self.params)} if self.params else self.name
 
     def model_post_init(self, _context: Any, /) -> None:
         """Freeze the parameters."""

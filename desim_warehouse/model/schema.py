@@ -24,7 +24,7 @@ from desim_warehouse.layout.spec import (
     Whole,
     tagged,
 )
-from desim_warehouse.model.policy import Policies, PolicySpec
+from desim_warehouse.model.policy import Policies
 
 
 class Units(Part):
@@ -247,24 +247,6 @@ class Cost(Part):
     collisions: NotNegative = Field(1.0, description="w_c, for each collision")
 
 
-_EXACT = 2.0**53  # up to here every whole number is a float
-
-
-def _plain(value: Any) -> Any:
-    """A value of the model as JSON knows it; 4.0 as 4, so that both are one."""
-    if isinstance(value, PolicySpec):
-        return {"name": value.name, **_plain(value.params)} if value.params else value.name
-    if isinstance(value, Part):
-        return {field.alias or name: _plain(getattr(value, name)) for name, field in type(value).model_fields.items()}
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
-        return int(value)
-    return value
-
-
 class Model(Part):
     """A complete model: everything a run depends on but the seed."""
 
@@ -287,7 +269,8 @@ class Model(Part):
         Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
         the order of the file, which numbers them. `load` reads it back.
         """
-        return {key: _plain(getattr(self, key)) for key in type(self).model_fields}
+        found: dict[str, Any] = super().content()
+        return found
 
     def digest(self) -> str:
         """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""

@@ -128,6 +128,15 @@ def test_replacing_gives_a_new_model_and_keeps_the_old():
     assert model == load(MULTIBOTS)
 
 
+def test_parts_of_a_model_can_be_put_into_another():
+    model = load(MULTIBOTS, {"policies.charging": {"name": "reach-aware", "margin": 2}, "fleet.robot.speed": 3})
+    other = load(MULTIBOTS)
+    parts = {"policies.charging": model.policies.charging, "policies.routing": model.policies.routing}
+    assert other.replace(parts).policies == model.policies
+    assert other.replace({"fleet.robot": model.fleet.robot}).fleet.robot.speed == 3
+    assert model.replace({"tasks": model.tasks, "battery": model.battery, "layout": model.layout}) == model
+
+
 def test_replacing_checks_like_reading():
     with pytest.raises(ModelError) as refused:
         load(MULTIBOTS).replace({"run.length": 9, "run.warm_up": 9.5, "fleet.size": 0})
