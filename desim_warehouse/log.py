@@ -4,8 +4,7 @@ Rows are plain tuples while the simulation runs and become a DataFrame when some
 
     released                                a task is known; `value` is the number of its good
     assigned returned delivered             its life (`returned`: given back by a robot that was called home)
-    idle empty loading loaded unloading returning charging
-                                            a robot begins to do this; `value` is its energy
+    the STATES                              a robot begins to do this; `value` is its energy
     recharged                               a robot that was charged goes out again: counts in C
     parked docked                           a robot is back in a bay, or in a station beside a node
     rotation                                a full ring of `value` robots turned; `ring` tells which, where
@@ -23,6 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = ("time", "kind", "robot", "task", "node", "edge", "value", "until", "other")
+STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging")
+"""What a robot is doing; the time it waits in traffic meanwhile is kept apart. It queues for a server or a charger."""
 NONE = -1
 """Stands for no robot or no task."""
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.log import STATES as DOING
+
 if TYPE_CHECKING:
     from desim_warehouse.log import Log
     from desim_warehouse.model import Model
 
-STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charging", "waiting")
+STATES = (*DOING, "waiting")
 SECONDS_PER_HOUR = 3600
 
 

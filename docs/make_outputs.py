@@ -55,7 +55,8 @@ def main(arguments: list[str]) -> None:
     """Bring the pages up to date."""
     os.environ["COLUMNS"] = "120"
     home = Path.cwd()
-    for page in [Path(name).resolve() for name in arguments] or pages.PAGES:
+    every = [page for page in pages.PAGES if page not in pages.ELSEWHERE]
+    for page in [Path(name).resolve() for name in arguments] or every:
         with tempfile.TemporaryDirectory() as folder:
             for name in ("models", "studies"):
                 shutil.copytree(pages.ROOT / name, Path(folder) / name)

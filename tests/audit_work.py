@@ -7,7 +7,7 @@ from itertools import groupby
 
 TOL = 1e-6
 WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
-STATES = WORKING | {"idle", "charging"}
+STATES = WORKING | {"idle", "queueing", "charging"}
 NO_ENERGY = {"drive", "collision", "rotation", "enter", "released"}
 
 

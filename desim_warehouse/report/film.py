@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import PALETTES, window
-from desim_warehouse.report.replay.timeline import STATES, Timeline, timeline
+from desim_warehouse.report.replay.timeline import Timeline, timeline
 from desim_warehouse.report.zones import robot_radii
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ COLOURS = {
     "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
     "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
 }
-MOOD = dict(zip(STATES, ("idle", "empty", "empty", "loaded", "loaded", "idle", "idle"), strict=True))
+MOOD = dict(zip(STATES, ("idle", "empty", "empty", "loaded", "loaded", "loaded", "idle", "idle"), strict=True))
 
 
 def film(
@@ -125,7 +126,7 @@ class Picture:
         points = self.positions.points(time)
         headings = self.positions.headings(time)
         self.robots.set_offsets(points)
-        self.robots.set_facecolor([self.colours[MOOD[state]] for state in self.states(time)])
+        self.robots.set_facecolor([self.colours[mood] for mood in self.moods(time)])
         waiting = self.waiting(time)
         self.robots.set_edgecolor([self.colours["wait"] if wait else "#16202a" for wait in waiting])
         self.robots.set_linewidth([2.5 if wait else 0.8 for wait in waiting])
@@ -139,13 +140,14 @@ class Picture:
         unit = self.run.model.units
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
 
-    def states(self, time: float) -> list[str]:
-        """What every robot does at a time."""
-        rows = self.events.states
-        return [
-            STATES[rows[robot][max(int(np.searchsorted(times, time, side="right")) - 1, 0)][1]]
-            for robot, times in enumerate(self.state_times)
-        ]
+    def moods(self, time: float) -> list[str]:
+        """The colour of every robot at a time; one that queues without a task does so for a charger."""
+        moods = []
+        for rows, times in zip(self.events.states, self.state_times, strict=True):
+            _, state, task, _ = rows[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
+            name = STATES[state]
+            moods.append("idle" if name == "queueing" and task < 0 else MOOD[name])
+        return moods
 
     def waiting(self, time: float) -> list[bool]:
         """Whether each robot waits at a time."""

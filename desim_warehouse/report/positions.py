@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-IN_PLACE = ("idle", "charging", "empty", "returning", "unloading")
+IN_PLACE = ("idle", "charging", "empty", "returning", "queueing", "unloading")
 """What a robot may begin to do while it is in a bay or station."""
 
 

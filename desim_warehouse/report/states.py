@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim_warehouse.log import NONE
-from desim_warehouse.metrics import STATES
+from desim_warehouse.log import NONE, STATES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
     from desim_warehouse.world.battery import Battery
 
-DOING = frozenset(STATES) - {"waiting"}
 _TAPER_POINTS = 16
 """Points on a charge curve that is not straight."""
 
@@ -51,7 +49,7 @@ def stays(run: Run) -> list[list[Stay]]:
     found: list[list[Stay]] = [[] for _ in now]
     for row in run.record.rows:
         time, kind, robot, task, energy = row[0], row[1], row[2], row[3], row[6]
-        if kind in DOING:
+        if kind in STATES:
             if time > now[robot].start:
                 found[robot].append(now[robot]._replace(end=time))
             now[robot] = Stay(robot, kind, time, time, task, energy)

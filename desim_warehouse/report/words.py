@@ -44,6 +44,7 @@ STATE_WORDS = {
     "empty": "driving empty",
     "loading": "loading",
     "loaded": "driving loaded",
+    "queueing": "queueing for a server or charger",
     "unloading": "unloading",
     "returning": "going to a bay",
     "charging": "charging",

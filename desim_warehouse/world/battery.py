@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 RATE_OF = {
     "idle": "standing",
+    "queueing": "standing",
     "waiting": "standing",
     "empty": "empty",
     "returning": "empty",

@@ -169,7 +169,7 @@ class Energy:
             return bay, time + ways.time(robot.node, bay)
         station = world.dispatcher.unload_at[job.number]
         since = now - robot.since_state
-        if robot.state == "unloading" or (robot.state == "idle" and robot.parked_at == station):
+        if robot.state in ("queueing", "unloading"):
             return station, max(tasks.unload_time - (since if robot.state == "unloading" else 0.0), 0.0)
         if robot.state == "loaded":
             return station, time + ways.time(robot.node, station) + tasks.unload_time

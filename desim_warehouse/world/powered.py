@@ -88,8 +88,8 @@ class Powered(Body):
     # What the battery draws
 
     def draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs; beside a charger an idle robot draws nothing."""
-        resting = state in ("idle", "charging") and self.at_charger
+        """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
+        resting = state in ("idle", "queueing", "charging") and self.at_charger
         self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
         self.watch()
 
@@ -217,6 +217,8 @@ class Powered(Body):
         levels = self.world.decisions.levels(self.view())
         self.plugged, self.short = True, False
         with bay.chargers.request() as turn:
+            if not turn.triggered and offer is None:
+                self.enter("queueing")
             yield turn if offer is None else turn | offer
             self.plugged = self.job is None
             if self.job is not None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.log import STATES
 from desim_warehouse.world.powered import Powered
 
 if TYPE_CHECKING:
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
     from desim_warehouse.world.world import World
 
     Steps = Generator[Event, object, None]
-
-STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charging")
-"""What a robot is doing; the time it waits in traffic meanwhile is kept apart."""
 
 
 class Robot(Powered):
@@ -113,8 +111,9 @@ class Robot(Powered):
             self.enter_bay(node)
             self.docked, self.station = self.station, None
             world.record("docked", self)
-            self.enter("idle")
             with self.docked.servers.request() as turn:
+                if not turn.triggered:
+                    self.enter("queueing")
                 yield turn
                 self.enter("unloading")
                 yield Timeout(self.env, world.model.tasks.unload_time)
@@ -138,7 +137,8 @@ class Robot(Powered):
         """Home, or wherever the policies say."""
         world = self.world
         assert self.bay is not None
-        if self.lane is not None or self.docked is not None or self.bay.node != self.parked_at:  # it was called out
+        on_node = self.held is not None  # recalled as it had just come out
+        if on_node or self.lane is not None or self.docked is not None or self.bay.node != self.parked_at:
             self.detours = world.decisions.detours
             yield from world.traffic.drive(self, world.decisions.way(self.node, self.bay.node))
             self.enter_bay(self.bay.node)

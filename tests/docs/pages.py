@@ -19,6 +19,8 @@ from desim_warehouse.errors import WarehouseError
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+ELSEWHERE = {ROOT / "docs/how-to/own-policy.md": ROOT / "tests/policies/test_own_policy_page.py"}
+"""Pages that have a test of their own."""
 _FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*)( [a-z]+=.*)? *$")
 _NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails)(: (?P<rest>.*?))? -->$")
 _CHECKER = doctest.OutputChecker()

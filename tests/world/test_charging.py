@@ -201,3 +201,15 @@ def test_a_robot_resting_without_a_charger_leaves_for_one_in_time():
     home = times(world, "parked")
     # out of D at 1, A at 21, B at 41, good at 51, loaded 56, C at 66, free 76, D at 96 with 304: 243 later it leaves.
     assert home[:2] == [pytest.approx(96), pytest.approx(96 + 243 + 21)]
+
+
+def test_a_robot_that_must_charge_queues_for_the_one_charger():
+    goods = [0, {"good": 0, "release": 30}, {"good": 0, "release": 300}]
+    one_charger = {"layout.bays": {"home": {"at": ["A"], "places": 2, "chargers": 1}}, "fleet.size": 2}
+    world = play({**one_charger, "tasks.goods": goods, "battery.threshold": 150, "battery.charge_rate": 2})
+    # Robot 0 is home at 96 with 96 drawn and charges for 48, up to 144; robot 1, 30 later on its way, is home at 126.
+    assert times(world, "parked")[:2] == [pytest.approx(96), pytest.approx(126)]
+    assert times(world, "queueing") == [pytest.approx(126)]
+    assert times(world, "charging")[:2] == [pytest.approx(96), pytest.approx(144)]
+    assert world.robots[1].time_in["queueing"] == pytest.approx(18)
+    assert world.robots[1].battery.drawn(126) == world.robots[1].battery.drawn(144)

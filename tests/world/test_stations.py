@@ -51,8 +51,9 @@ def test_the_queue_is_in_the_station_and_not_in_the_lane():
     # nobody waits in traffic but robots 1 and 2 in the bay, 1 and 2 time units, for the one before to leave
     assert [(row[4], row[6]) for row in run.record.rows if row[1] == "collision"] == [("A", near(1)), ("A", near(2))]
     assert run.nodes.loc["C", "waits"] == 0
-    # idle: 0, 99 and 198 in the station; and at home, from 180, 280 and 380 on, until the last one is there
-    assert run.robots["idle"].tolist() == [near(200), near(99 + 100), near(198)]
+    assert run.robots["queueing"].tolist() == [0, near(99), near(198)]
+    # at home from 180, 280 and 380 on, until the last one is there
+    assert run.robots["idle"].tolist() == [near(200), near(100), near(0)]
 
 
 def test_no_task_is_given_out_for_a_station_without_a_free_place():

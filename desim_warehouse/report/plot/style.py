@@ -25,6 +25,7 @@ STATE_COLOURS = {
     "unloading": "#F0E442",
     "returning": "#56B4E9",
     "charging": "#009E73",
+    "queueing": "#CC79A7",
     "idle": "#D9D9D9",
     "waiting": "#000000",
 }

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
-from desim_warehouse.report.replay.timeline import STATES, Timeline, timeline
+from desim_warehouse.report.replay.timeline import Timeline, timeline
 from desim_warehouse.report.zones import robot_radii
 
 if TYPE_CHECKING:

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.log import STATES
 from desim_warehouse.model.schema import Consumption, Good, Tasks
+from desim_warehouse.world.battery import RATE_OF
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
-STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charging")
-RATE_OF = {"empty": "empty", "returning": "empty", "loaded": "loaded", "idle": "standing"}
 EPS = 1e-6
 
 
@@ -154,9 +154,9 @@ class _Reader:
             name = STATES[state]
             if name == "charging":
                 energy = min(energy + spec.charge_rate * (end - time), spec.capacity)
-            elif name != "idle":
+            elif name != "idle" and not (name == "queueing" and task < 0):  # beside a charger it draws nothing
                 draw = spec.consumption
-                rate = getattr(draw, RATE_OF.get(name, "handling")) if isinstance(draw, Consumption) else draw
+                rate = getattr(draw, RATE_OF[name]) if isinstance(draw, Consumption) else draw
                 energy -= rate * (end - time)
         self.result.states[robot].append((end, state, task, energy))
 

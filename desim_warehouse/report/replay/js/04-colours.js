@@ -34,9 +34,14 @@ const HEAT = {
   dark: ["#3b2a4f", "#65316b", "#973a70", "#c84b63", "#ec7150", "#fba749", "#fde58a"],
 };
 
-// idle, empty, loading, loaded, unloading, returning, charging
-const COLOUR_OF = ["idle", "empty", "empty", "loaded", "loaded", "idle", "idle"];
-const WORDS = ["idle", "empty, on its way to a good", "loading", "carrying", "unloading", "returning", "charging"];
+// idle, empty, loading, loaded, queueing, unloading, returning, charging
+const COLOUR_OF = ["idle", "empty", "empty", "loaded", "loaded", "loaded", "idle", "idle"];
+const WORDS = ["idle", "empty, on its way to a good", "loading", "carrying", "queueing for a server", "unloading", "returning", "charging"];
+const QUEUEING = 4;
+
+// A robot that queues without a task does so for a charger.
+const moodOf = (state, task) => (state === QUEUEING && task < 0 ? "idle" : COLOUR_OF[state]);
+const wordOf = (state, task) => (state === QUEUEING && task < 0 ? "queueing for a charger" : WORDS[state]);
 
 class Colours {
   constructor(palette) {

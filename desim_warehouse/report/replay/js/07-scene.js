@@ -97,10 +97,10 @@ class Scene {
     const { tracks, story } = this;
     for (const mood in this.groups) this.groups[mood].length = 0;
     for (let robot = 0; robot < tracks.count; robot++) {
-      const state = story.state[story.row(robot, time)];
+      const row = story.row(robot, time), state = story.state[row];
       this.mood[robot] = state;
       this.wait[robot] = story.waiting(robot, time);
-      this.groups[COLOUR_OF[state]].push(robot);
+      this.groups[moodOf(state, story.task[row])].push(robot);
     }
   }
 
