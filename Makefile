@@ -29,7 +29,7 @@ bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks
 
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
-	$(BIN)/python benchmarks/allocation.py
+	$(BIN)/python -m benchmarks.allocation
 
 pictures: $(READY)  ## the pictures in docs/pictures
 	$(BIN)/python docs/make_pictures.py

@@ -1,4 +1,4 @@
-"""Compare the allocation strategies on MultiBots and write docs/allocation.md: `python benchmarks/allocation.py`.
+"""Compare the allocation strategies on MultiBots and write docs/allocation.md: `python -m benchmarks.allocation`.
 
 The paper's five goods groups, 100 random lists of 10 goods and 100 of 40, with 6 and with 3 robots; every strategy
 gets the same lists. Differences are paired with in-order, list by list, with 95 % intervals (t).
@@ -13,14 +13,9 @@ import statistics
 from pathlib import Path
 from typing import Any
 
+from benchmarks import GROUPS
+
 ROOT = Path(__file__).parents[1]
-GROUPS = (
-    (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
-    (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
-    (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
-    (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
-    (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
-)
 FIRST_SEED = 1000
 SHOWN = ("T", "S", "C", "distance", "cost")
 FLEETS = (6, 3)

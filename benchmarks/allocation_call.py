@@ -1,4 +1,4 @@
-"""What one allocation call costs with 1,000 free robots and 10,000 open tasks: `python benchmarks/allocation_call.py`.
+"""What one allocation call costs with 1,000 free robots and 10,000 open tasks: `python -m benchmarks.allocation_call`.
 
 Medians, as multiples of one scipy linear_sum_assignment of 200 x 1,000 in the same process.
 """

@@ -18,6 +18,7 @@ import simpy
 from simpy.events import Timeout
 
 import desim_warehouse as dw
+from benchmarks import GROUPS
 from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.spec import LayoutSpec
@@ -31,13 +32,6 @@ if TYPE_CHECKING:
     from desim_warehouse.world.lanes import Lane
 
 ROOT = Path(__file__).parents[1]
-GROUPS = (
-    (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
-    (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
-    (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
-    (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
-    (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
-)
 
 
 def bare_timeouts(processes: int = 100, each: int = 1000) -> float:

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 STATES = (*DOING, "waiting")
-SECONDS_PER_HOUR = 3600
 
 
 def kpis(log: Log, model: Model) -> dict[str, float]:
@@ -42,7 +41,7 @@ def kpis(log: Log, model: Model) -> dict[str, float]:
         "crossings": int(total["crossings"]),
         "rotations": sum(1 for time, _, _ in log.rings if time >= log.begin),
     }
-    hours = counted * model.units.seconds / SECONDS_PER_HOUR
+    hours = counted / model.units.hour
     result["throughput_per_hour"] = total["delivered"] / hours if hours else math.nan
     result |= _tasks(log)
     time = counted * len(log.robots)

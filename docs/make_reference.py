@@ -17,6 +17,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from docs.what_is_logged import COLUMNS, INDICATORS, KINDS
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
@@ -223,70 +225,6 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
 
 
 # The log and the indicators
-
-COLUMNS = {
-    "time": "when, in the model's time unit",
-    "kind": "what happened: see below",
-    "robot": "number of the robot, from 0; -1: none",
-    "task": "number of the task, in order of release; -1: none",
-    "node": "the node it happened at, or that the robot comes to next",
-    "edge": "the edge as `A>B`",
-    "value": "a number that depends on the kind",
-    "until": "`drive`: when the robot will be there",
-    "other": "`collision`: the robot that was waited for; -1: none",
-}
-KINDS = {
-    "released": ("tasks", "a task becomes known", "number of the good"),
-    "assigned": ("tasks", "a robot gets a task, now or into its queue", "energy"),
-    "returned": ("tasks", "a robot called to charge gives its task back, to the front of the list", "energy"),
-    "delivered": ("tasks", "a task is unloaded", "energy"),
-    "idle": ("tasks", "a robot stands in a bay, with nothing to do", "energy"),
-    "queueing": ("tasks", "a robot in a station waits for a server, or in a bay for a charger", "energy"),
-    "empty": ("tasks", "it sets out for a good", "energy"),
-    "loading": ("tasks", "it begins to take the good", "energy"),
-    "loaded": ("tasks", "it sets out for a station", "energy"),
-    "unloading": ("tasks", "it begins to put the good down", "energy"),
-    "returning": ("tasks", "it sets out for a bay", "energy"),
-    "charging": ("tasks", "it begins to be charged", "energy"),
-    "recharged": ("tasks", "a robot that was charged goes out again: counts in C", "energy"),
-    "parked": ("tasks", "a robot has entered a bay", "energy"),
-    "docked": ("tasks", "a robot has entered a station beside a node", "energy"),
-    "rotation": ("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
-    "enter": ("moves", "a robot's centre leaves a node for this edge", "none"),
-    "drive": ("all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"),
-    "collision": ("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
-}
-"""Kind: the least detailed `log` that has it, what it means, and what `value` is (energy: the robot's)."""
-INDICATORS = {
-    "T": ("time", "task time: when the last robot is back with all goods delivered; lifelong demand: the run's length"),
-    "S": ("count", "collisions: waiting episodes of all robots, `rear_ends + crossings`"),
-    "C": ("count", "chargings after which a robot went out again"),
-    "tasks": ("count", "tasks delivered"),
-    "moves": ("count", "edges driven"),
-    "distance": ("length", "driven by all robots"),
-    "energy": ("energy", "used by all robots"),
-    "waiting": ("time", "waited in traffic, all robots together"),
-    "cost": ("-", "`w_d distance + w_t T + w_c S`, with the weights of the section `cost`"),
-    "rear_ends": ("count", "collisions behind a robot on the same edge"),
-    "crossings": ("count", "collisions before an intersection"),
-    "rotations": ("count", "full rings that turned"),
-    "throughput_per_hour": ("1/h", "`tasks / (counted time × units.seconds / 3600)`"),
-    "cycle_time_mean": ("time", "from a task's release to its delivery, mean"),
-    "cycle_time_median": ("time", "the same, median"),
-    "cycle_time_p95": ("time", "the same, 95 % quantile (linear between order statistics)"),
-    "backlog": ("count", "tasks released and not delivered, at the end"),
-    "tardiness_mean": ("time", "mean of `max(delivery − due, 0)`; only where tasks have due times"),
-    "on_time": ("share", "part of the tasks delivered by their due time; only where tasks have due times"),
-    "share_idle": ("share", "in a bay, with nothing to do"),
-    "share_empty": ("share", "driving to a good"),
-    "share_loading": ("share", "taking a good"),
-    "share_loaded": ("share", "driving to a station"),
-    "share_queueing": ("share", "in a station, waiting for a server, or in a bay, waiting for a charger"),
-    "share_unloading": ("share", "putting a good down"),
-    "share_returning": ("share", "driving to a bay"),
-    "share_charging": ("share", "being charged"),
-    "share_waiting": ("share", "waiting in traffic, whatever for"),
-}
 
 
 def log_columns() -> str:

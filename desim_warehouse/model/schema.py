@@ -34,6 +34,11 @@ class Units(Part):
     time: Name = Field("s", description="name of the time unit")
     seconds: Positive = Field(1.0, description="seconds in one time unit, for reports and hourly rates")
 
+    @property
+    def hour(self) -> float:
+        """Time units in an hour."""
+        return 3600 / self.seconds
+
 
 class Robot(Part):
     """A robot's size and speed."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,7 +22,7 @@ OBJECTIVES = ("makespan", "total")
 
 
 @dataclass(frozen=True)
-class _Queues:
+class _Queues(ABC):
     """Parameters and procedure that the policies of this module share."""
 
     depth: int = 5
@@ -65,9 +66,9 @@ class _Queues:
             plan.insert(*choice)
         return ((robot, plan.queue(rank)) for rank, robot in enumerate(free))
 
+    @abstractmethod
     def choose(self, bids: Any) -> tuple[int, int] | None:
         """The robot (row) and the task (column) to be planned next; None when no bid is left."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ def settle(
         )
     width = length / observations
     whole = model.replace({"log": "tasks", "run.warm_up": 0})
-    hours = width * model.units.seconds / 3600
+    hours = width / model.units.hour
     series = []
     for replication in range(replications):
         log = simulate(whole, run_seed(seed, replication)).record

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.world.world import World
 
-SECONDS_PER_HOUR = 3600
 BATCH = 1024
 """Goods drawn at a time."""
 
@@ -69,7 +68,7 @@ class Demand:
         self.world.dispatcher.release(task)
 
     def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
-        mean = SECONDS_PER_HOUR / self.world.model.units.seconds / goods.poisson
+        mean = self.world.model.units.hour / goods.poisson
         gaps = stream(self.world.seed, "arrivals")
         while True:
             yield Timeout(self.world.env, float(gaps.exponential(mean)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, EventPriority, Timeout
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     Steps = Generator[Event, object, None]
 
 
-class Powered(Body):
+class Powered(Body, ABC):
     """A body with a battery, a home and perhaps a task; its levels are the charging policy's."""
 
     state: str
@@ -258,9 +259,9 @@ class Powered(Body):
         battery.unplug(env.now, level)
         return offer
 
+    @abstractmethod
     def enter(self, state: str) -> None:
         """Begin something else."""
-        raise NotImplementedError
 
 
 LAST = EventPriority(3)
