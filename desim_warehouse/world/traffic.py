@@ -10,10 +10,9 @@ sleeps meanwhile. Nothing polls: a waiting robot is set going by whoever made wa
 from __future__ import annotations
 
 import itertools
-from heapq import heappush
 from typing import TYPE_CHECKING, Any
 
-from simpy.events import NORMAL, Event
+from simpy.events import Event
 
 from desim_warehouse.world.lanes import EPS, Arrival
 from desim_warehouse.world.motion import Motion
@@ -77,7 +76,7 @@ class Traffic(Motion):
         Along its lane as far as the robot ahead allows, up to its own stop or the stop line; from there over the
         intersection, if nobody is in the way.
         """
-        env, robot = self.env, trip.robot
+        robot = trip.robot
         pos = robot.pos = robot.target
         if pos < robot.goal - EPS:
             ahead = robot.ahead
@@ -91,12 +90,11 @@ class Traffic(Motion):
         index, count = trip.index, len(trip.route)
         if index < count:
             lane, onward = robot.lane, trip.route[index]
-            clear = env._now + (lane.length - pos) / robot.pace + self.node_time
+            clear = self.env._now + (lane.length - pos) / robot.pace + self.node_time
             if not onward.short and robot.recall_at > clear and self.is_free(robot, lane, onward):
                 trip.index = index = index + 1
                 self.cross(robot, onward, clear, trip.stop if index == count else None)
-                trip.callbacks = self.rolls  # as `due` does
-                heappush(env._queue, (robot.until, NORMAL, next(env._eid), trip))
+                trip.due(robot.until)
                 return
         trip.wake()
 
@@ -127,13 +125,10 @@ class Traffic(Motion):
     def is_free(self, robot: Body, lane: Lane, onward: Lane) -> bool:
         """Whether nobody is in the way from the end of a lane onto the next: neither at the node nor beyond it."""
         node = lane.end
-        if node.claims or node.holder is not None or onward.entering:
+        if node.claims or node.holder is not None:
             return False
-        beyond = self.env._now - node.left_at
-        if beyond * node.left_pace < self.contact and not self.is_open(robot, node, lane):
-            return False
-        last = onward.last
-        return last is None or last.target >= 2 * self.contact - EPS
+        beyond = (self.env._now - node.left_at) * node.left_pace
+        return (beyond >= self.contact or self.is_open(robot, node, lane)) and self.has_room(onward)
 
     # Where a robot stands on an intersection: bays, stations in the lane, lanes too short to stand on, recalls.
 
