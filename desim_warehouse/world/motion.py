@@ -62,7 +62,7 @@ class Motion(Reservations):
         if ahead is not None:
             room = ahead.target - self.contact
             if room < target:
-                target = room
+                target = max(room, 0.0)  # in a rotation there may be none yet
                 until = clear + target / pace
             ahead.behind = robot
         if self.mixed and (late := self.free_at(onward, ahead, target, pace, clear) - until) > EPS:

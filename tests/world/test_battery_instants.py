@@ -52,6 +52,32 @@ def test_a_robot_may_give_its_good_back_before_it_is_out_of_the_zone():
     assert (near(33 + 96), 1) == (run.T, run.C)
 
 
+def test_a_robot_called_back_as_it_waits_to_come_out_leaves_the_node_to_others():
+    """Robot 0, out at 1, has loaded at 36 and unloads standing on D from 66 to 186; robot 1 wants to come out there.
+
+    Robot 1 gets its good at 64.5, is at the threshold 90 later, at 154.5, and in again as soon as it could come out:
+    at 187, when robot 0 is D beyond. Robot 2, at C, gets the good at 154.5 and is at its stop line before D at 174.5.
+    From 187 on it drives: D at 188, B at 228, loaded at 243, D at 273, unloaded at 393, and C is 60 farther.
+    """
+    run = play(
+        fleet__size=3,
+        fleet__start=["A", "D", "C"],
+        fleet__first_exit_time=1,
+        battery__capacity=400,
+        battery__threshold=310,
+        tasks__goods=[0, {"good": 0, "release": 64.5}],
+        tasks__unload_at=["D"],
+        tasks__unload_time=120,
+    )
+    assert events(run, "returned", "delivered") == [
+        (near(154.5), "returned", 1, 1),
+        (near(186), "delivered", 0, 0),
+        (near(393), "delivered", 2, 1),
+    ]
+    assert [event[0] for event in events(run, "parked")] == [near(187), near(206), near(453)]
+    assert [(row[2], row[6]) for row in run.record.rows if row[1] == "collision"] == [(1, near(121.5)), (2, near(12.5))]
+
+
 def test_it_goes_on_to_the_next_node_and_home_from_there_and_out_again_when_charged():
     run = play(battery__threshold=175)
     # given back at 25, 15 beyond A; B at 30, home by C and D at 90: 90 used, 9 to charge; out at 99 with the good

@@ -44,6 +44,16 @@ def test_a_full_ring_turns_by_one_place():
     assert [floor.there(robot)[-1] for robot in robots] == [near(14)] * 4
 
 
+def test_on_edges_a_rounding_shorter_than_two_places_nobody_is_sent_back():
+    """Places at 2 - 1e-7 = D - 1e-7: whoever turns before the one ahead has its place on the node, not before it."""
+    floor = ring(4 - 1e-7)
+    robots = [floor.robot(" ".join(AROUND[k : k + 3]), PARK) for k in range(4)]
+    floor.run()
+    assert rotations(floor) == [(near(2), {0, 1, 2, 3})]
+    assert [floor.there(robot)[-1] for robot in robots] == [near(8)] * 4
+    assert min(row[6] for row in floor.log.rows if row[1] == "drive") == 0
+
+
 def test_a_rotation_says_who_turned_where_in_the_order_of_waiting():
     floor = ring(5)
     four_on_the_ring(floor)
