@@ -69,3 +69,12 @@ class StudyError(WarehouseError):
 
 class ReportError(WarehouseError):
     """A report, replay, figure or export that cannot be made."""
+
+
+def reason(error: Exception) -> str:
+    """Why something failed, for a message that names the file itself: without error numbers and paths."""
+    if isinstance(error, KeyError):
+        return f"{error} is missing"
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return "a file is in the place of a folder"
+    return getattr(error, "strerror", None) or str(error)

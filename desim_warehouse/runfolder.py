@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 FORMAT = 1
+RUN, STUDY = "run.json", "study.json"
+"""The files by which the folder of a run and that of a study are known."""
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
 
@@ -30,19 +32,29 @@ def write_whole(path: Path, text: str) -> None:
     partial.replace(path)
 
 
+def prepare(folder: Path) -> None:
+    """Make the folder of a run; raises ReportError where that is not possible, or the folder is a study's."""
+    if (folder / STUDY).exists():
+        raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+
+
 def save_run(run: Run, folder: Path) -> Path:
     """Write a run to a folder; run.json comes last, so a folder that has it is complete.
 
-    Raises ReportError where nothing can be written.
+    Raises ReportError where nothing can be written, or the folder is a study's.
     """
+    prepare(folder)
     try:
         return _write(run, folder)
     except OSError as error:
-        raise ReportError(f"{folder}: the run cannot be written there ({error.strerror or error})") from error
+        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
 def _write(run: Run, folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
     log = run.record
     table = log.frame()
     edges = list(run.layout.graph.edges)
@@ -70,7 +82,7 @@ def _write(run: Run, folder: Path) -> Path:
             "nodes": log.nodes,
         },
     }
-    write_whole(folder / "run.json", json.dumps(content) + "\n")
+    write_whole(folder / RUN, json.dumps(content) + "\n")
     return folder
 
 
@@ -85,7 +97,7 @@ def load_run(folder: str | Path) -> Run:
 
     folder = Path(folder)
     try:
-        content: dict[str, Any] = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        content: dict[str, Any] = json.loads((folder / RUN).read_text(encoding="utf-8"))
         table = pd.read_parquet(folder / "log.parquet")
         kept = content["log"]
         model = load(content["model"])
@@ -111,5 +123,5 @@ def load_run(folder: str | Path) -> Run:
         return Run(model, content["seed"], log, layout)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ReportError(
-            f"{folder}: no run can be read there ({error}); desim run MODEL --out DIR writes one"
+            f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error

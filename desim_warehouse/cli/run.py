@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -24,8 +25,12 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
     """Simulate MODEL once and show its indicators."""
     from desim_warehouse import __version__
     from desim_warehouse.run import simulate
+    from desim_warehouse.runfolder import prepare
 
-    run = simulate(load_model(model, assignments), seed)
+    loaded = load_model(model, assignments)
+    if out is not None:
+        prepare(Path(out))  # a folder that cannot be used is told before a long run, not after it
+    run = simulate(loaded, seed)
     if out is not None:
         run.save(out)
     if as_json:

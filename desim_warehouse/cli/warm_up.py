@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 @click.command("warm-up")
 @click.argument("model")
 @with_overrides
-@click.option("--replications", default=10, show_default=True, help="Runs that are averaged.")
-@click.option("--observations", default=200, show_default=True, help="Spans of time that a run is cut into.")
+@click.option(
+    "--replications", type=click.IntRange(min=1), default=10, show_default=True, help="Runs that are averaged."
+)
+@click.option(
+    "--observations",
+    type=click.IntRange(min=1),
+    default=200,
+    show_default=True,
+    help="Spans of time that a run is cut into.",
+)
 @click.option(
     "--observe",
     type=click.Choice(["throughput", "cycle_time"]),
@@ -48,9 +60,16 @@ def command(
     else:
         click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
     if out is not None:
-        folder = Path(out)
+        _save(found.figure(), Path(out))
+        click.echo(f"written to {out}")
+
+
+def _save(drawn: Figure, folder: Path) -> None:
+    from desim_warehouse.errors import ReportError, reason
+
+    try:
         folder.mkdir(parents=True, exist_ok=True)
-        drawn = found.figure()
         for ending in ("png", "svg"):
             drawn.savefig(folder / f"warm-up.{ending}", dpi=150)
-        click.echo(f"written to {folder}")
+    except OSError as error:
+        raise ReportError(f"{folder}: the plot cannot be written there ({reason(error)})") from error

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 """Commands to look for, in this order."""
@@ -48,7 +48,7 @@ def print_pdf(page: str, path: Path) -> None:
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE, check=False)  # noqa: S603 - a browser of our own choice
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise ReportError(f"{browser}: cannot print the report ({error})") from error
+            raise ReportError(f"{browser}: cannot print the report ({reason(error)})") from error
         if not made.is_file():
             last = (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1]
             raise ReportError(f"{browser}: no PDF came out ({last})")
@@ -56,4 +56,4 @@ def print_pdf(page: str, path: Path) -> None:
             path.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(made, path)
         except OSError as error:
-            raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+            raise ReportError(f"{path}: cannot be written ({reason(error)})") from error

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.log import NONE
 from desim_warehouse.report import words
 from desim_warehouse.report.states import energy_curves, errands, state_table, stays
@@ -55,7 +55,7 @@ def export(run: Run, form: str, path: str | Path) -> Path:
             else:
                 table.to_parquet(path / f"{name}.parquet", index=False)
     except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({error})") from error
+        raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
     return path
 
 

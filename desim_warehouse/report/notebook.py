@@ -11,7 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.runfolder import RUN, STUDY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from nbformat import NotebookNode
 
 _NEEDED = ("nbclient", "nbconvert", "nbformat", "ipykernel")
-_KINDS = {"study": "study.json", "run": "run.json"}
+_KINDS = {"study": STUDY, "run": RUN}
 """Notebook: the file by which its kind of folder is known."""
 
 
@@ -190,7 +191,7 @@ def _write(path: Path, text: str) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
     except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+        raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
@@ -50,6 +50,13 @@ class Reproduction:
     def save(self, folder: str | Path) -> Path:
         """Write the table (CSV and Parquet) and the figures (PNG and SVG) to a folder."""
         folder = Path(folder)
+        try:
+            self._write(folder)
+        except OSError as error:
+            raise ReportError(f"{folder}: cannot be written ({reason(error)})") from error
+        return folder
+
+    def _write(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.table.to_csv(folder / "paper.csv", index=False, float_format="%.6g")
         self.table.to_parquet(folder / "paper.parquet", index=False)
@@ -57,7 +64,6 @@ class Reproduction:
             drawn = self.figure(indicator)
             for ending in ("png", "svg"):
                 drawn.savefig(folder / f"figure_{number}.{ending}", dpi=150)
-        return folder
 
     def figure(self, indicator: str) -> Figure:
         """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
@@ -108,7 +114,9 @@ def reproduce(study: str | Path = "studies/paper.yaml") -> Reproduction:
     try:
         reference = pd.read_csv(path.with_suffix(".csv"), comment="#")
     except (OSError, ValueError) as error:
-        raise ReportError(f"{path.with_suffix('.csv')}: the paper's figures cannot be read ({error})") from error
+        raise ReportError(
+            f"{path.with_suffix('.csv')}: the paper's figures cannot be read ({reason(error)})"
+        ) from error
     whole = Study.read(path).run()
     runs = whole.table.rename(columns={"fleet.size": "robots"})
     failed = runs["error"].dropna()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, StudyError, WarehouseError
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
 from desim_warehouse.report import words
 from desim_warehouse.report.tables import is_numeric
 
@@ -186,7 +186,8 @@ def _table(folder: Path) -> pd.DataFrame:
     try:
         table = pd.read_parquet(path)
     except (OSError, ValueError) as error:
-        raise ReportError(f"{path}: cannot be read ({error}); start the study again with this folder") from error
+        said = f"cannot be read ({reason(error)}); start the study again with this folder"
+        raise ReportError(f"{path}: {said}") from error
     if table.empty:
         raise ReportError(f"{path}: no run has finished, so there is nothing to report")
     if table["error"].notna().all():

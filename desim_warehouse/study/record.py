@@ -8,13 +8,12 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import ModelError, StudyError
+from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
-from desim_warehouse.runfolder import write_whole
+from desim_warehouse.runfolder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.factors import Between, Factor, Level
 from desim_warehouse.study.plan import Plan, Until, run_seed
-from desim_warehouse.study.store import STUDY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -60,7 +59,7 @@ def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], f
     try:
         write_whole(path, json.dumps(content, indent=1) + "\n")
     except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({error.strerror}); make room and start again") from error
+        raise StudyError(f"{path}: cannot be written ({reason(error)}); make room and start again") from error
 
 
 def _factor(factor: Factor) -> dict[str, Any]:
@@ -81,10 +80,16 @@ def read_record(folder: Path) -> Plan:
         content = json.loads(path.read_text(encoding="utf-8"))
         return _plan(content)
     except FileNotFoundError:
-        raise StudyError(f"{folder}: no study there; desim study STUDY --out DIR makes one") from None
+        found = "a run, and no study" if (folder / RUN).exists() else "no study"
+        raise StudyError(f"{folder}: {found} there; desim study STUDY --out DIR makes one") from None
+    except NotADirectoryError:
+        raise StudyError(
+            f"{folder}: a file, expected a study folder such as desim study STUDY --out DIR "
+            "or desim what-if MODEL --out DIR makes"
+        ) from None
     except (OSError, ValueError, KeyError, TypeError, ModelError) as error:
         raise StudyError(
-            f"{path}: cannot be read ({error}); the runs are safe: start the study again with this folder"
+            f"{path}: cannot be read ({reason(error)}); the runs are safe: start the study again with this folder"
         ) from error
 
 

@@ -6,7 +6,7 @@ import math
 import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.indicators import INDICATORS
 
 if TYPE_CHECKING:
@@ -90,9 +90,8 @@ def write_results(table: pa.Table, path: Path) -> None:
         partial.replace(path)
     except OSError as error:
         partial.unlink(missing_ok=True)
-        said = error.strerror or error
         raise StudyError(
-            f"{path}: cannot be written ({said}); the runs are kept: make room and start the study again"
+            f"{path}: cannot be written ({reason(error)}); the runs are kept: make room and start the study again"
         ) from error
 
 

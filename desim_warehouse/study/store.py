@@ -24,7 +24,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, NoReturn, Self
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.runfolder import RUN
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.lock import FolderLock
 
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 JOURNAL = "runs.jsonl"
 RESULTS = "results.parquet"
-STUDY = "study.json"
 _SYNC = 0.5  # seconds: a power cut may lose so much, a kill nothing
 
 
@@ -108,6 +108,8 @@ class Store:
     # The journal
 
     def _open(self, folder: Path, *, read_only: bool) -> None:
+        if not read_only and (folder / RUN).exists():
+            raise StudyError(f"{folder}: holds a run; a study needs a folder of its own")
         try:
             if not read_only:
                 folder.mkdir(parents=True, exist_ok=True)
@@ -118,7 +120,7 @@ class Store:
                 self.file = os.open(folder / JOURNAL, flags, 0o644)
         except OSError as error:
             self.close()
-            raise StudyError(f"{folder}: cannot be used as a study folder ({error.strerror})") from error
+            raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def _read(self, path: Path, *, mend: bool) -> None:
         """Take over the journal; `mend` cuts a last line that was never finished off."""
@@ -176,7 +178,7 @@ class Store:
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)
         raise StudyError(
-            f"{self.folder / JOURNAL}: cannot be written ({error.strerror}); the runs finished so far are kept: "
+            f"{self.folder / JOURNAL}: cannot be written ({reason(error)}); the runs finished so far are kept: "
             "make room and start the study again"
         ) from error
 

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, reason
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -28,7 +28,7 @@ class Replay:
         try:
             path.write_text(self.html, encoding="utf-8")
         except OSError as error:
-            raise ReportError(f"{path}: the replay cannot be written ({error.strerror or error})") from error
+            raise ReportError(f"{path}: the replay cannot be written ({reason(error)})") from error
         return path
 
     def _repr_html_(self) -> str:
