@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.study_options import number, read_assignments, show, show_summary, with_indicator
+from desim_warehouse.cli.study_options import read_assignments, with_indicator
+from desim_warehouse.cli.tables import number, show, show_summary
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.statistics import Comparison
 
 
 @click.command("compare")
@@ -30,16 +31,17 @@ def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...],
     study = Study.open(folder)
     for note in study.notes:
         click.echo(note, err=True)
-    show_summary(study, indicators)
     few = [name for name in ("T", "S", "C") if name in shown_indicators(study)]
-    for indicator in indicators or study.plan.indicators or few:
-        _show_comparison(study, indicator, read_assignments(baseline), method)
+    base = read_assignments(baseline, "--baseline") or None
+    found = {name: study.compare(name, base, method) for name in indicators or study.plan.indicators or few}
+    show_summary(study, indicators)
+    for indicator, comparison in found.items():
+        _show_comparison(indicator, comparison)
 
 
-def _show_comparison(study: Study, indicator: str, baseline: dict[str, object], method: str) -> None:
+def _show_comparison(indicator: str, found: Comparison) -> None:
     from rich.table import Table
 
-    found = study.compare(indicator, baseline or None, method)
     table = Table(title=f"\n{indicator}: difference to {found.baseline}", title_justify="left", box=None)
     for name in ("design", "difference", "from", "to", "p", "verdict"):
         table.add_column(name, justify="left" if name in {"design", "verdict"} else "right")

@@ -30,7 +30,7 @@ def command(study: str, out: str) -> None:
 def _show(table: pd.DataFrame) -> None:
     from rich.table import Table
 
-    from desim_warehouse.cli.study_options import show
+    from desim_warehouse.cli.tables import show
 
     shown = Table(title="The paper's experiment, here | program | paper's figure", title_justify="left", box=None)
     heads = ("robots", "group", "T steps", "program", "diff", "T s", "paper s")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+from difflib import get_close_matches
 from typing import Any
 
 import click
@@ -26,8 +27,10 @@ def command(name: str | None) -> None:
     if not found and ":" in name:
         found = [(kind, name) for kind in OURS if _is_one(kind, name)]
     if not found:
-        every = ", ".join(dict.fromkeys(policy for policies in OURS.values() for policy in policies))
-        raise click.UsageError(f"no policy {name!r}, expected one of {every}, or your own as file.py:Class")
+        every = dict.fromkeys(policy for policies in OURS.values() for policy in policies)
+        near = get_close_matches(name, every, n=1)
+        hint = f"did you mean {near[0]!r}? Expected" if near else "expected"
+        raise click.UsageError(f"no policy {name!r}, {hint} one of {', '.join(every)}, or your own as file.py:Class")
     for kind, policy in found:
         click.echo(f"policies.{kind}: {policy}\n")
         click.echo(inspect.cleandoc(find(kind, policy).__doc__ or "(no description)") + "\n")

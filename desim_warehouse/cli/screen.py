@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.study_options import number, show, with_indicator
+from desim_warehouse.cli.study_options import with_indicator
+from desim_warehouse.cli.tables import number, show
 
 if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
@@ -36,6 +38,9 @@ def _show(study: Study, indicator: str) -> None:
     effects = study.main_effects(indicator)
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
     shares = total.first if total else study.first_order(indicator).shares
+    if all(math.isnan(share) for share in shares.values()):
+        click.echo(f"{indicator}: {number(effects.grand_mean)} on average in every design, so no factor matters")
+        return
     table = Table(title=f"{indicator}: mean {number(effects.grand_mean)}", title_justify="left", box=None)
     heads = ["factor", "largest - smallest mean", "share alone", *(["with interactions"] if total else [])]
     for name in (*heads, "mean at each value, less the mean of all"):

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import sys
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import with_overrides, with_seed
 from desim_warehouse.cli.study_options import (
+    Execution,
+    Question,
     interruptible,
-    number,
-    read_assignments,
-    read_vary,
-    show,
-    with_confidence,
+    read_values,
     with_execution,
+    with_first_and_cap,
+    with_question,
 )
+from desim_warehouse.cli.tables import number, runs, show
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Sizing
+
+NONE_MEETS = 3
+"""Exit status where no value was shown to meet the target."""
 
 
 @click.command("size")
@@ -33,11 +38,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="scan: every value from the first on, where more need not be better.",
 )
-@click.option("--first", default=10, show_default=True, help="Replications at the first look at a value.")
-@click.option("--cap", default=320, show_default=True, help="Most replications of a value.")
-@with_overrides
-@with_confidence
-@with_seed
+@with_first_and_cap(320)
+@with_question
 @with_execution
 def command(
     model: str,
@@ -47,45 +49,42 @@ def command(
     search: str,
     first: int,
     cap: int,
-    assignments: tuple[str, ...],
-    confidence: float,
-    seed: int,
-    workers: str,
-    cluster: str | None,
-    timeout: float | None,
-    out: str | None,
-    quiet: bool,
+    question: Question,
+    execution: Execution,
 ) -> None:
-    """Find the smallest value of a key with which MODEL meets a target.
+    """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to.
 
     Example: desim size MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"
     """
     from desim_warehouse.study.procedures import size
-    from desim_warehouse.study.study import Study
 
-    study = Study(
-        model,
-        read_vary((f"{key}={values}",)),
-        seed=seed,
-        changes=read_assignments(assignments),
-        confidence=confidence,
-        timeout=timeout,
-        name="size",
-    )
+    study = question.study(model, {key: _read_range(values)}, "size", execution, f"--range {values} --key")
     study.plan = study.plan.unreplicated()
-    with interruptible(study, out):
-        found = size(
-            study,
-            target,
-            first=first,
-            cap=cap,
-            search=search,
-            workers=workers,
-            cluster=cluster,
-            out=out,
-            progress=not quiet,
-        )
+    searched = [point.labels[key] for point in study.points]
+    _see_upwards(values, searched)
+    with interruptible(study, execution.out):
+        found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     _show(key, found)
+    if found.smallest is None:
+        click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
+        sys.exit(NONE_MEETS)
+
+
+def _read_range(values: str) -> Any:
+    from desim_warehouse.errors import ModelError
+
+    problems: list[str] = []
+    found = read_values(values, f"--range {values}", problems)
+    if problems:
+        raise ModelError(problems)
+    return found
+
+
+def _see_upwards(values: str, searched: list[Any]) -> None:
+    """Refuse numbers that go down: what is found would not be the smallest."""
+    numbers = [value for value in searched if isinstance(value, int | float)]
+    if any(after <= before for before, after in pairwise(numbers)):
+        raise click.UsageError(f"--range {values}: not upwards, expected the smallest value first")
 
 
 def _show(key: str, found: Sizing[Any]) -> None:
@@ -98,4 +97,4 @@ def _show(key: str, found: Sizing[Any]) -> None:
         ends = ("exact", "") if one.low is None or one.high is None else (number(one.low), number(one.high))
         table.add_row(str(one.value), number(one.mean), *ends, str(one.n), one.verdict)
     show(table)
-    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {found.runs} runs)")
+    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")

@@ -1,22 +1,26 @@
-"""What the subcommands about studies share: options, reading what is varied, showing tables."""
+"""What the subcommands about studies are told: their options, and the study that these describe."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import dataclass, fields, replace
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from desim_warehouse.cli.options import with_overrides
+
 if TYPE_CHECKING:
+    from desim_warehouse.model.places import Keys
+    from desim_warehouse.study.plan import Plan
     from desim_warehouse.study.study import Study
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-with_confidence = click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence of intervals and verdicts."
-)
 with_vary = click.option(
     "--vary",
     multiple=True,
@@ -29,9 +33,115 @@ with_indicator = click.option(
 )
 
 
-def with_execution(function: F) -> F:
-    """Add `--workers`, `--cluster`, `--timeout`, `--out` and `--quiet`."""
-    options = [
+@dataclass(frozen=True)
+class Execution:
+    """How runs are done, and where they are kept."""
+
+    workers: str
+    cluster: str | None
+    timeout: float | None
+    out: str | None
+    quiet: bool
+
+    def where(self) -> dict[str, Any]:
+        """The arguments of `Study.run` and of the procedures."""
+        return {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
+
+    def at_home(self, study: str) -> Execution:
+        """The same; a study that is a folder is gone on with there."""
+        return replace(self, out=self.out or study) if Path(study).is_dir() else self
+
+
+@dataclass(frozen=True)
+class Question:
+    """What every question about a model can be asked with."""
+
+    assignments: tuple[str, ...]
+    confidence: float | None
+    seed: int | None
+
+    def study(
+        self,
+        model: str,
+        factors: Mapping[str, Any],
+        name: str,
+        execution: Execution,
+        varied: str = "--vary",
+        **content: Any,
+    ) -> Study:
+        """The study of MODEL that the options describe.
+
+        Args:
+            model: the file.
+            factors: what is varied.
+            name: for tables and messages.
+            execution: for the time that a run may take.
+            varied: the option that gives the factors, for messages.
+            content: further keys of a study file.
+
+        Raises:
+            ModelError: with every problem, each at its option.
+        """
+        from desim_warehouse.study.reading import plan_of
+        from desim_warehouse.study.study import Study
+
+        changes = read_assignments(self.assignments)
+        options: dict[Keys, str] = {
+            **_OPTIONS,
+            **{("set", key): f"--set {key}" for key in changes},
+            **{("factors", key): f"{varied} {key}" for key in factors},
+        }
+        content |= {"set": changes, "factors": factors, "name": name}
+        content |= {"confidence": self.confidence, "seed": self.seed, "timeout": execution.timeout}
+        return Study.of(plan_of(model, content, options))
+
+
+_OPTIONS: dict[Keys, str] = {
+    ("replications",): "--replications",
+    ("replications", "indicator"): "--until",
+    ("replications", "half_width"): "--half-width",
+    ("replications", "confidence"): "--confidence",
+    ("replications", "cap"): "--cap",
+    ("design",): "--design",
+    ("indicators",): "--indicator",
+}
+"""Key of a study: the option that gives it."""
+
+
+def _gathered(kind: type, name: str, options: list[Callable[[F], F]]) -> Callable[[F], F]:
+    """A decorator that adds options, and hands their values over as one argument."""
+
+    def add(function: F) -> F:
+        @wraps(function)
+        def call(**given: Any) -> Any:
+            made = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
+            return function(**given, **{name: made})
+
+        decorated = cast("F", call)
+        for option in reversed(options):
+            decorated = option(decorated)
+        return decorated
+
+    return add
+
+
+with_question = _gathered(
+    Question,
+    "question",
+    [
+        with_overrides,
+        click.option(
+            "--confidence",
+            type=click.FloatRange(0, 1, min_open=True, max_open=True),
+            help="Confidence of intervals and verdicts.  [default: 0.95]",
+        ),
+        click.option("--seed", type=click.IntRange(min=0), help="Seed of all random streams.  [default: 0]"),
+    ],
+)
+with_execution = _gathered(
+    Execution,
+    "execution",
+    [
         click.option(
             "--workers",
             default="1",
@@ -40,45 +150,97 @@ def with_execution(function: F) -> F:
             help="Processes on this machine; auto: one for each processor.",
         ),
         click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
-        click.option("--timeout", type=float, metavar="SECONDS", help="Time that a run may take."),
+        click.option(
+            "--timeout",
+            type=click.FloatRange(0, min_open=True),
+            metavar="SECONDS",
+            help="Time that a run may take.",
+        ),
         click.option("--out", metavar="DIR", help="Study folder; runs that are there are used again."),
         click.option("--quiet", is_flag=True, help="Do not show how far it is."),
-    ]
-    for option in reversed(options):
-        function = option(function)
-    return function
+    ],
+)
 
 
-def read_assignments(assignments: tuple[str, ...]) -> dict[str, Any]:
-    """The changes of `--set`."""
+def with_first_and_cap(cap: int) -> Callable[[F], F]:
+    """Add `--first` and `--cap`: how many replications a search begins with, and how many it may do."""
+
+    def add(function: F) -> F:
+        few = click.option(
+            "--first",
+            type=click.IntRange(min=2),
+            default=10,
+            show_default=True,
+            is_eager=True,  # --cap looks at it
+            help="Replications of a design before anything is decided about it.",
+        )
+        many = click.option(
+            "--cap",
+            type=click.IntRange(min=2),
+            default=cap,
+            show_default=True,
+            callback=_not_below_first,
+            help="Most replications of a design.",
+        )
+        return few(many(function))
+
+    return add
+
+
+def _not_below_first(context: click.Context, option: click.Parameter, cap: int) -> int:
+    if cap < context.params.get("first", cap):
+        raise click.BadParameter(f"{cap} is less than --first {context.params['first']}.", context, option)
+    return cap
+
+
+def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dict[str, Any]:
+    """The keys and values that an option such as `--set` gives."""
     from desim_warehouse.model import parse_assignment
 
-    return dict(parse_assignment(text) for text in assignments)
+    return dict(parse_assignment(text, option) for text in assignments)
+
+
+def read_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
+    """The plan of a study file or folder; changes to the plan that are None are none."""
+    from desim_warehouse.errors import StudyError
+    from desim_warehouse.study.reading import read_study
+    from desim_warehouse.study.record import read_record
+
+    folder = Path(path).is_dir()
+    if folder and assignments:
+        raise StudyError(f"{path}: a study folder, whose model is settled; --set is for study files")
+    plan = read_record(Path(path)) if folder else read_study(path, read_assignments(assignments))
+    return replace(plan, **{key: value for key, value in changes.items() if value is not None})
 
 
 def read_vary(vary: tuple[str, ...]) -> dict[str, Any]:
-    """The factors of `--vary`; values are YAML with commas between them, or one range or section."""
+    """The factors of `--vary`."""
     from desim_warehouse.errors import ModelError
-    from desim_warehouse.model.parse import read_yaml
 
     factors: dict[str, Any] = {}
     problems = []
     for text in vary:
-        key, equals, values = text.partition("=")
-        if not equals or not values.strip() or not key.strip():
+        key, equals, values = (part.strip() for part in text.partition("="))
+        if not equals or not values or not key:
             problems.append(f"--vary {text}: nothing to vary, expected KEY=VALUES such as fleet.size=1..12")
-            continue
-        if key.strip() in factors:
-            problems.append(f"--vary {text}: {key.strip()} given twice, expected all its values once")
-            continue
-        listed = read_yaml(f"[{values}]", f"--vary {key}")
-        problems += [f"--vary {key}: {problem.text}" for problem in listed.problems]
-        data = listed.data
-        section = len(data) == 1 and isinstance(data[0], Mapping) and "name" not in data[0]
-        factors[key.strip()] = data[0] if section else data
+        elif key in factors:
+            problems.append(f"--vary {text}: {key} given twice, expected all its values once")
+        else:
+            factors[key] = read_values(values, f"--vary {key}", problems)
     if problems:
         raise ModelError(problems)
     return factors
+
+
+def read_values(text: str, option: str, problems: list[str]) -> Any:
+    """The values of a factor: YAML with commas between them, or one range or section."""
+    from desim_warehouse.model.parse import read_yaml
+
+    listed = read_yaml(f"[{text}]", option)
+    problems += [f"{option}: {problem.text}" for problem in listed.problems]
+    data = listed.data
+    section = len(data) == 1 and isinstance(data[0], Mapping) and "name" not in data[0]
+    return data[0] if section else data
 
 
 @contextmanager
@@ -94,75 +256,3 @@ def interruptible(study: Study, out: str | None) -> Iterator[None]:
         )
         click.echo(f"stopped: {kept}", err=True)
         sys.exit(130)
-
-
-def show_summary(study: Study, indicators: tuple[str, ...] = ()) -> None:
-    """A line for each design: its factors, and mean ± half-width of the indicators."""
-    from rich.table import Table
-
-    from desim_warehouse.study.summary import by_point, estimates, shown_indicators
-
-    chosen = shown_indicators(study, indicators or study.plan.indicators or _FEW)
-    found = {name: estimates(study, name) for name in chosen}
-    runs = by_point(study)
-    table = Table(title=_title(study), title_justify="left", box=None)
-    for factor in study.plan.factors:
-        table.add_column(factor.key)
-    for name in chosen:
-        table.add_column(name, justify="right")
-    table.add_column("runs", justify="right")
-    for point in study.points:
-        rows = runs[point.number]
-        failed = sum(row.outcome.error is not None for row in rows)
-        table.add_row(
-            *(str(value) for value in point.labels.values()),
-            *(said(found[name][point.number]) for name in chosen),
-            f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
-        )
-    show(table)
-    if study.deterministic:
-        click.echo("Chance plays no part in these models: every replication is the same, and the means are exact.")
-    _show_failures(study)
-
-
-_FEW = ("T", "S", "C", "throughput_per_hour")
-
-
-def _title(study: Study) -> str:
-    percent = f"{100 * study.plan.confidence:g} %"
-    return f"{study.plan.name}: means" + ("" if study.deterministic else f" ± half-width ({percent})")
-
-
-def said(found: Any) -> str:
-    """An estimate in a table."""
-    if found is None:
-        return "-"
-    if found.half_width is None:
-        return number(found.mean)
-    return f"{number(found.mean)} ± {number(found.half_width)}"
-
-
-def number(value: float) -> str:
-    """Four digits that mean something."""
-    if value == int(value) and abs(value) < 1e6:  # noqa: PLR2004 - counts are shown whole
-        return f"{value:,.0f}"
-    return f"{value:,.1f}" if abs(value) >= 1000 else f"{value:.4g}"  # noqa: PLR2004
-
-
-def _show_failures(study: Study) -> None:
-    failures: dict[str, int] = {}
-    for row in study.rows:
-        if row.outcome.error is not None:
-            failures[row.outcome.error] = failures.get(row.outcome.error, 0) + 1
-    for error, count in list(failures.items())[:5]:
-        click.echo(f"{count} runs failed: {error}", err=True)
-
-
-def show(table: Any) -> None:
-    """Print a table, as wide as it is where nobody reads along."""
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=200)
-    console.print(table)

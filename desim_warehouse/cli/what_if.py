@@ -6,49 +6,41 @@ from typing import Any
 
 import click
 
-from desim_warehouse.cli.options import with_overrides, with_seed
 from desim_warehouse.cli.study_options import (
+    Execution,
+    Question,
     interruptible,
-    read_assignments,
     read_vary,
-    show_summary,
-    with_confidence,
     with_execution,
     with_indicator,
+    with_question,
     with_vary,
 )
+from desim_warehouse.cli.tables import show_summary
 
 
 @click.command("what-if")
 @click.argument("model")
 @with_vary
-@with_overrides
 @click.option("--replications", default="1", show_default=True, help="Of each design, or with --until the first.")
 @click.option("--until", metavar="NAME", help="Replicate until the mean of this indicator is known well enough:")
-@click.option("--half-width", default="5 %", show_default=True, help="... up to this share of the mean ...")
-@click.option("--cap", default=200, show_default=True, help="... but not more often than this.")
+@click.option("--half-width", help="... up to this share of the mean ...  [default: 5 %]")
+@click.option("--cap", type=click.IntRange(min=2), help="... but not more often than this.  [default: 200]")
 @click.option("--design", default="grid", show_default=True, help="grid, paired, or such as '{sobol: 64}'.")
 @with_indicator
-@with_confidence
-@with_seed
+@with_question
 @with_execution
 def command(
     model: str,
     vary: tuple[str, ...],
-    assignments: tuple[str, ...],
     replications: str,
     until: str | None,
-    half_width: str,
-    cap: int,
+    half_width: str | None,
+    cap: int | None,
     design: str,
     indicators: tuple[str, ...],
-    confidence: float,
-    seed: int,
-    workers: str,
-    cluster: str | None,
-    timeout: float | None,
-    out: str | None,
-    quiet: bool,
+    question: Question,
+    execution: Execution,
 ) -> None:
     """What if MODEL were different? Run it with the values to vary, and show the indicators.
 
@@ -56,30 +48,33 @@ def command(
     --replications 20 --workers 2
     """
     from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.study.study import Study
 
     often: Any = read_yaml(replications, "--replications").data
     if until is not None:
-        first = max(2, often) if isinstance(often, int) and often > 1 else 10
-        often = {
-            "indicator": until,
-            "half_width": half_width,
-            "confidence": confidence,
-            "minimum": first,
-            "cap": cap,
-        }
-    study = Study(
+        often = _until(until, often, half_width or "5 %", cap or 200, question.confidence)
+    elif half_width is not None or cap is not None:
+        raise click.UsageError("--half-width and --cap say when --until NAME ends: name an indicator with --until")
+    study = question.study(
         model,
         read_vary(vary),
+        "what-if",
+        execution,
         replications=often,
-        seed=seed,
-        indicators=indicators or None,
+        indicators=list(indicators) or None,
         design=read_yaml(design, "--design").data,
-        changes=read_assignments(assignments),
-        confidence=confidence,
-        timeout=timeout,
-        name="what-if",
     )
-    with interruptible(study, out):
-        study.run(workers=workers, cluster=cluster, out=out, progress=not quiet)
+    with interruptible(study, execution.out):
+        study.run(**execution.where())
     show_summary(study)
+
+
+def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:
+    """The rule of `--until`; it begins with so many replications as are asked for, or a few."""
+    first = often if isinstance(often, int) and often > 1 else min(10, cap)
+    return {
+        "indicator": indicator,
+        "half_width": half_width,
+        "confidence": confidence or 0.95,
+        "minimum": first,
+        "cap": cap,
+    }

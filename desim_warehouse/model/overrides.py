@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """Split `KEY=VALUE` of the command line; the value is YAML, such as `3`, `[11, 8]` or `{random: 20}`.
+def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
+    """Split `KEY=VALUE` of an option of the command line; the value is YAML, such as `3`, `[11, 8]` or `{random: 20}`.
 
     Raises:
         ModelError: where there is no key or no value, or the value is not YAML.
@@ -24,12 +24,12 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     key, equals, written = text.partition("=")
     key = key.strip()
     if not equals or not key:
-        raise ModelError([f"--set {text}: no assignment, expected KEY=VALUE such as fleet.size=3"])
-    document = read_yaml(written, f"--set {key}")
+        raise ModelError([f"{option} {text}: no assignment, expected KEY=VALUE such as fleet.size=3"])
+    document = read_yaml(written, f"{option} {key}")
     if document.data is None and not written.strip():
-        raise ModelError([f"--set {key}: no value after '=', expected one (null leaves the key out)"])
+        raise ModelError([f"{option} {key}: no value after '=', expected one (null leaves the key out)"])
     if document.problems:
-        raise ModelError([f"--set {key}: {problem.text}" for problem in document.problems])
+        raise ModelError([f"{option} {key}: {problem.text}" for problem in document.problems])
     return key, document.data
 
 

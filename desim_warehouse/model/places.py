@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 Keys = tuple[str | int, ...]
@@ -23,6 +23,7 @@ class Place:
     line: int
     column: int
     said: str  # how the message names it
+    names: int = field(default=0, compare=False)  # how many keys `said` stands for; 0: the message has them, too
 
     @classmethod
     def in_file(cls, rank: int, file: str, line: int, column: int) -> Place:
@@ -60,6 +61,9 @@ class Places:
     def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
         """The place, and how a message begins: the place and the key, the key once only."""
         place, key = self.of(keys, at_key=at_key), dotted(keys)
+        if place.names:  # ranks of values say nothing to whoever wrote 1..6
+            below = dotted(tuple(key for key in keys[place.names :] if isinstance(key, str)))
+            return place, f"{place.said}: {below}" if below else place.said
         said = place.said if not key or place.said.endswith(f" {key}") else f"{place.said}: {key}"
         return place, said
 
@@ -69,6 +73,11 @@ class Places:
             for stale in [other for other in known if other[: len(keys)] == keys]:
                 del known[stale]
         self._overrides[keys] = Place(_OVERRIDES + len(self._overrides), 0, 0, said)
+
+    def given(self, keys: Keys, option: str) -> None:
+        """The value at `keys` was given by an option of the command line: messages name it, and not the keys."""
+        self.overridden(keys, option)
+        self._overrides[keys] = replace(self._overrides[keys], names=len(keys))
 
     def table(self) -> int:
         """Rank of a table that is read next."""
@@ -80,6 +89,8 @@ class Places:
         self._number((), data)
 
     def _number(self, keys: Keys, value: Any) -> None:
+        if keys in self._overrides:
+            return
         place = Place(0, len(self.values), 0, self.source)
         self.keys[keys] = self.values[keys] = place
         if isinstance(value, Mapping):

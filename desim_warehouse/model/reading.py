@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.model import outline
 from desim_warehouse.model.checks import check, check_policies
 from desim_warehouse.model.overrides import override
@@ -47,6 +47,8 @@ def load(
         document, folder = _from_mapping(source, "<mapping>"), Path()
     else:
         document = read_document(Path(source), str(source), "a model with layout, fleet and tasks")
+        if {"model", "factors"} & document.data.keys() and not is_model(document.data):
+            raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
         folder = Path(source).parent
     return _made(document, overrides or {}, folder, named)
 
@@ -54,6 +56,11 @@ def load(
 def changed(model: Model, overrides: Mapping[str, Any]) -> Model:
     """A copy of the model with overrides; see `Model.replace`."""
     return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override")
+
+
+def is_model(data: Mapping[str, Any]) -> bool:
+    """Whether it is a model, whole or not, rather than a study."""
+    return bool({"layout", "fleet", "tasks"} & data.keys())
 
 
 def json_schema() -> dict[str, Any]:
@@ -85,8 +92,7 @@ def read_document(path: Path, name: str, whole: str) -> Document:
         hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
         raise ModelError([f"{name}: no such file, expected {kind} file{hint}"]) from None
     except (OSError, ValueError) as error:
-        said = getattr(error, "strerror", None) or str(error)
-        raise ModelError([f"{name}: cannot be read ({said}), expected {kind} file"]) from None
+        raise ModelError([f"{name}: cannot be read ({reason(error)}), expected {kind} file"]) from None
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -12,7 +12,7 @@ from desim_warehouse.model import Model, load, outline
 from desim_warehouse.model.parse import Document, plain
 from desim_warehouse.model.places import Places
 from desim_warehouse.model.problems import Problem, got, report
-from desim_warehouse.model.reading import read_document
+from desim_warehouse.model.reading import is_model, read_document
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
@@ -50,14 +50,33 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
         ModelError: with every problem of the study, and of its model.
     """
     document = read_document(Path(path), str(path), "a study with model and factors")
+    if is_model(document.data) and not {"model", "factors"} & document.data.keys():
+        takers = f"desim run {path} simulates it, desim what-if and desim best vary it with --vary"
+        raise ModelError([f"{path}: a model file, expected a study file; {takers}"])
     return read_plan(document, Path(path).parent, overrides)
 
 
-def plan_of(base: str | Path | Mapping[str, Any] | Model, content: Mapping[str, Any]) -> Plan:
-    """The plan of a study given by arguments: `content` has the keys of a study file but `model`."""
+def plan_of(
+    base: str | Path | Mapping[str, Any] | Model,
+    content: Mapping[str, Any],
+    options: Mapping[Keys, str] | None = None,
+) -> Plan:
+    """The plan of a study given by arguments.
+
+    Args:
+        base: a model, its file, or its content.
+        content: the keys of a study file but `model`.
+        options: where keys were given on the command line, and how messages name them.
+
+    Raises:
+        ModelError: with every problem of the study, its model and its designs.
+    """
     problems: list[Problem] = []
     made = plain({key: value for key, value in content.items() if value is not None}, (), problems)
-    return _Reader(Document(made, Places("study"), problems)).plan(lambda changes: _base(base, changes), "study")
+    places = Places("study")
+    for keys, option in (options or {}).items():
+        places.given(keys, option)
+    return _Reader(Document(made, places, problems)).plan(lambda changes: _base(base, changes), "study")
 
 
 def read_plan(document: Document, folder: Path, overrides: Mapping[str, Any] | None = None) -> Plan:

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import outline
-from desim_warehouse.model.problems import Problem
+from desim_warehouse.model.problems import Problem, got
 from desim_warehouse.study.indicators import INDICATORS
 from desim_warehouse.study.plan import Until
 
@@ -60,7 +60,7 @@ def is_indicator(keys: Keys, name: Any, problems: list[Problem]) -> bool:
         return True
     near = outline.nearest(str(name), INDICATORS)
     hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
-    problems.append(Problem(keys, f"unknown indicator, {hint}"))
+    problems.append(Problem(keys, f"unknown indicator (got {got(name)}), {hint}"))
     return False
 
 

@@ -54,6 +54,13 @@ def test_the_installed_script_runs():
         (["run"], "Missing argument 'MODEL'"),
         (["run", MODEL, "--seed", "x"], "--seed"),
         (["frobnicate"], "No such command 'frobnicate'"),
+        (["rnu", MODEL], "No such command 'rnu'. Did you mean 'run'?"),
+        (["whatif", MODEL], "No such command 'whatif'. Did you mean 'what-if'?"),
+        (["policies", "--doc", "neerest"], "no policy 'neerest', did you mean 'nearest'? Expected one of in-order,"),
+        (["policies", "--doc", "zzz"], "no policy 'zzz', expected one of in-order,"),
+        (["export", "nowhere", "--format", "csv"], "nowhere: no run can be read there (No such file or directory)"),
+        (["export", MODEL, "--format", "csv"], "no run can be read there (a file is in the place of a folder)"),
+        (["paper", "--study", MODEL], "multibots.csv: the paper's figures cannot be read (No such file or directory)"),
         (["run", MODEL, "--out", "README.md/run"], "README.md/run: the run cannot be written there"),
     ],
 )
@@ -61,6 +68,7 @@ def test_what_is_refused_is_one_clear_message_and_exit_status_2(arguments, said)
     done = desim(*arguments)
     assert said in done.stderr
     assert "Traceback" not in done.stderr
+    assert "Errno" not in done.stderr
     assert (done.returncode, done.stdout) == (2, "")
 
 

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.study.plan import run_seed
 
 from .conftest import MULTIBOTS, ROOT
 
@@ -83,6 +84,33 @@ def test_screen_ranks_factors(tmp_path):
     assert result.stdout.index("fleet.size") < result.stdout.index("tasks.load_time")
 
 
+def test_screen_says_in_words_that_an_indicator_does_not_vary(tmp_path):
+    call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
+    result = call("screen", tmp_path, "--indicator", "rotations", "--indicator", "T")
+    assert result.stdout.startswith("rotations: 0 on average in every design, so no factor matters\nT: ")
+    assert "nan" not in result.stdout
+
+
+def test_compare_shows_nothing_where_the_baseline_is_wrong(tmp_path):
+    call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
+    with pytest.raises(WarehouseError, match="--baseline fleet: no assignment, expected KEY=VALUE"):
+        call("compare", tmp_path, "--baseline", "fleet")
+    result = CliRunner().invoke(desim, ["compare", str(tmp_path), "--baseline", "fleet.size=9"])
+    assert str(result.exception).startswith("baseline: no design with fleet.size=9")
+    assert result.stdout == ""
+
+
+def test_a_place_that_cannot_be_written_is_told_in_words(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=500", "--replications", "1"]
+    for command in (["warm-up", *lifelong], ["run"], ["what-if"]):
+        with pytest.raises(WarehouseError) as refused:
+            call(*command, MULTIBOTS, "--out", blocked / "out")
+        assert str(refused.value).startswith(f"{blocked / 'out'}: ")
+        assert str(refused.value).endswith("(a file is in the place of a folder)")
+
+
 def test_warm_up_writes_a_plot(tmp_path):
     lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=5000"]
     result = call("warm-up", MULTIBOTS, *lifelong, "--replications", "2", "--out", tmp_path)
@@ -95,15 +123,106 @@ def test_warm_up_writes_a_plot(tmp_path):
     [
         (["--vary", "fleet.size"], "--vary fleet.size: nothing to vary, expected KEY=VALUES"),
         (["--vary", "fleet.size=1", "--vary", "fleet.size=2"], "fleet.size given twice"),
-        (["--vary", "fleet.size=0"], "factors.fleet.size.0: too small"),
+        (["--vary", "fleet.size=0"], "--vary fleet.size: too small (got 0), expected a whole number of at least 1"),
+        (["--vary", "fleet.sise=1,2"], "--vary fleet.sise: no key of a model, did you mean 'fleet.size'?"),
+        (["--vary", "fleet.size={rang: [1, 2]}"], "--vary fleet.size: rang: unknown key, did you mean 'range'?"),
+        (["--vary", "policies.charging={name: threshold, lvl: 1}"], "--vary policies.charging: policies.charging.lvl:"),
+        (["--set", "fleet.sise=3"], "--set fleet.sise: unknown key, did you mean 'fleet.size'?"),
+        (["--indicator", "throughput"], "--indicator: unknown indicator (got 'throughput'), did you mean"),
+        (["--until", "throughput"], "--until: unknown indicator (got 'throughput'), did you mean"),
+        (["--until", "T", "--half-width", "far"], "--half-width: not understood (got 'far')"),
         (["--workers", "some"], "workers 'some': expected a number"),
-        (["--replications", "none"], "replications: not understood"),
-        (["--design", "spiral"], "design: not understood"),
+        (["--replications", "none"], "--replications: not understood"),
+        (["--design", "spiral"], "--design: not understood"),
+        (["--design", "{sobol: 3}", "--vary", "fleet.size=1,2"], "--design: sobol: not a power of 2 (got 3)"),
     ],
 )
-def test_mistakes_of_the_command_line_are_told(arguments, message):
-    with pytest.raises(WarehouseError, match=re.escape(message)):
+def test_mistakes_of_the_command_line_are_told_at_their_option(arguments, message):
+    with pytest.raises(WarehouseError, match=re.escape(message)) as refused:
         call("what-if", MULTIBOTS, *arguments)
+    assert str(refused.value).startswith(("--", "workers"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["what-if", MULTIBOTS, "--cap", "20"], "name an indicator with --until"),
+        (["what-if", MULTIBOTS, "--confidence", "95"], "95.0 is not in the range 0<x<1"),
+        (["best", MULTIBOTS, "--indicator", "T", "--delta", "5", "--cap", "4"], "4 is less than --first 10"),
+        (["size", MULTIBOTS, "--target", "T <= 9", "--range", "2,1"], "--range 2,1: not upwards"),
+        (["warm-up", MULTIBOTS, "--observations", "0"], "0 is not in the range x>=1"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(arguments, message):
+    result = call(*arguments)
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_size_names_its_range_and_its_key():
+    with pytest.raises(WarehouseError, match=re.escape("--range 0..2 --key fleet.size: too small (got 0)")):
+        call("size", MULTIBOTS, "--range", "0..2", "--target", "T <= 9")
+    with pytest.raises(WarehouseError, match=re.escape("--range {named: 3} --key fleet.size: ")):
+        call("size", MULTIBOTS, "--range", "{named: 3}", "--target", "T <= 9")
+    with pytest.raises(WarehouseError, match=re.escape("--range 1,{:")):
+        call("size", MULTIBOTS, "--range", "1,{", "--target", "T <= 9")
+
+
+def test_size_without_an_answer_says_so_by_its_exit_status():
+    result = call("size", MULTIBOTS, "--range", "1..2", "--target", "T <= 10", "--quiet")
+    assert result.exit_code == 3
+    assert result.stdout.splitlines()[-2:] == [
+        "fleet.size: no design was shown to meet T <= 10 (confidence 95 %, 2 runs)",
+        "no answer within --range 1..2: widen it, or ask for less with --target",
+    ]
+
+
+def test_a_model_file_is_no_study_and_a_study_file_no_model():
+    study = ROOT / "studies" / "charging.yaml"
+    for command in ("run", "check", "what-if", "warm-up"):
+        with pytest.raises(WarehouseError) as refused:
+            call(command, study)
+        assert str(refused.value) == f"{study}: a study file, expected a model file; desim study {study} runs it"
+    for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
+        with pytest.raises(WarehouseError) as refused:
+            call(*command, MULTIBOTS)
+        assert str(refused.value) == (
+            f"{MULTIBOTS}: a model file, expected a study file; desim run {MULTIBOTS} simulates it, "
+            "desim what-if and desim best vary it with --vary"
+        )
+    for command in ("compare", "screen"):
+        with pytest.raises(WarehouseError) as refused:
+            call(command, MULTIBOTS)
+        assert str(refused.value) == (
+            f"{MULTIBOTS}: a file, expected a study folder such as desim study STUDY --out DIR "
+            "or desim what-if MODEL --out DIR makes"
+        )
+
+
+def test_a_folder_is_that_of_a_run_or_that_of_a_study(tmp_path):
+    run, study = tmp_path / "run", tmp_path / "study"
+    call("run", MULTIBOTS, "--out", run)
+    call("what-if", MULTIBOTS, "--out", study)
+    for command in (["what-if", MULTIBOTS], ["study", ROOT / "studies" / "charging.yaml"]):
+        with pytest.raises(WarehouseError, match="holds a run; a study needs a folder of its own"):
+            call(*command, "--out", run)
+    with pytest.raises(WarehouseError, match="holds a study; a run needs a folder of its own"):
+        call("run", MULTIBOTS, "--out", study)
+    with pytest.raises(WarehouseError, match="a run, and no study there"):
+        call("compare", run)
+    assert not (run / "study.json").exists()
+    assert not (study / "run.json").exists()
+
+
+def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
+    plan = ["--vary", "fleet.size=1,4", "--confidence", "0.8", "--seed", "7", *GOODS]
+    call("what-if", MULTIBOTS, *plan, "--out", tmp_path, "--quiet")
+    result = call("best", tmp_path, "--indicator", "T", "--delta", "100", "--quiet")
+    assert "fleet.size=4: smallest T; best with 80 %" in result.stdout
+    assert set(pd.read_parquet(tmp_path / "results.parquet")["seed"]) >= {run_seed(7, 0)}
+    for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
+        with pytest.raises(WarehouseError, match="whose model is settled; --set is for study files"):
+            call(*command, tmp_path, *GOODS)
 
 
 def test_the_paper_again(tmp_path):

@@ -81,7 +81,7 @@ BAD = {
     ),
     "unknown indicator": (
         "model: MODEL\nindicators: [T, throughput]\n",
-        "2:17: indicators.1: unknown indicator, did you mean 'throughput_per_hour'?",
+        "2:17: indicators.1: unknown indicator (got 'throughput'), did you mean 'throughput_per_hour'?",
     ),
     "baseline of no factor": (
         "model: MODEL\nfactors: {fleet.size: [1, 2]}\nbaseline: {fleet.sise: 1}\n",
