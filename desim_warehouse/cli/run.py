@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.cli.tables import number, show
 
 if TYPE_CHECKING:
+    from desim_warehouse.model.schema import Units
     from desim_warehouse.run import Run
 
 
@@ -41,25 +43,32 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
 
 
 def _show(run: Run) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    units = run.model.units
-    unit_of = {
-        "T": f"{units.time} ({run.T * units.seconds:,.1f} s)",
-        "distance": units.length,
-        "waiting": units.time,
-        "cycle_time_mean": units.time,
-        "cycle_time_median": units.time,
-        "cycle_time_p95": units.time,
-    }
-    table = Table(title=f"{run.model.name}, seed {run.seed}", title_justify="left", box=None)
+    from desim_warehouse.report import words
+
+    robots = f"{run.model.fleet.size} robot{'s' * (run.model.fleet.size != 1)}"
+    table = Table(title=f"{run.model.name}: {robots}, seed {run.seed}", title_justify="left", box=None, pad_edge=False)
     table.add_column("indicator")
     table.add_column("value", justify="right")
     table.add_column("unit")
+    table.add_column("meaning")
     for key, value in run.kpis.items():
-        shown = "-" if math.isnan(value) else f"{value:,d}" if isinstance(value, int) else f"{value:,.4g}"
-        if key in ("T", "distance", "waiting", "cost", "energy") and not isinstance(value, int):
-            shown = f"{value:,.1f}"
-        table.add_row(key, shown, unit_of.get(key, ""))
-    Console(highlight=False).print(table)
+        shown, unit = _with_unit(words.indicator_kind(key), value, run.model.units)
+        meaning = words.indicator_name(key).removeprefix("Fleet ")
+        table.add_row(key, shown, unit, f"{meaning[:1].upper()}{meaning[1:]}")
+    show(table)
+
+
+def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
+    """A value and its unit as planners read them: shares in percent, other time units than seconds in seconds, too."""
+    from desim_warehouse.report import words
+
+    if math.isnan(value):
+        return "-", ""
+    if kind.startswith("share"):
+        return f"{100 * value:.1f}", "% of tasks" if kind.endswith("tasks") else "% of time"
+    if kind == "time" and units.time != "s":
+        return number(value), f"{units.time} ({number(value * units.seconds)} s)"
+    named = {"energy": "energy units", "weighted": "weighted", "tasks per hour": "tasks/h", "tasks": ""}
+    return number(value), named.get(kind, words.unit(kind, units))

@@ -47,7 +47,7 @@ def load(
         document, folder = _from_mapping(source, "<mapping>"), Path()
     else:
         document = read_document(Path(source), str(source), "a model with layout, fleet and tasks")
-        if {"model", "factors"} & document.data.keys() and not is_model(document.data):
+        if kind_of(document.data) == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
         folder = Path(source).parent
     return _made(document, overrides or {}, folder, named)
@@ -58,9 +58,10 @@ def changed(model: Model, overrides: Mapping[str, Any]) -> Model:
     return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override")
 
 
-def is_model(data: Mapping[str, Any]) -> bool:
-    """Whether it is a model, whole or not, rather than a study."""
-    return bool({"layout", "fleet", "tasks"} & data.keys())
+def kind_of(data: Mapping[str, Any]) -> str | None:
+    """What a file holds by its keys: a model, a study, or what cannot be told."""
+    model, study = {"layout", "fleet", "tasks"} & data.keys(), {"model", "factors"} & data.keys()
+    return None if bool(model) == bool(study) else "model" if model else "study"
 
 
 def json_schema() -> dict[str, Any]:

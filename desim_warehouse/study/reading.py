@@ -12,7 +12,7 @@ from desim_warehouse.model import Model, load, outline
 from desim_warehouse.model.parse import Document, plain
 from desim_warehouse.model.places import Places
 from desim_warehouse.model.problems import Problem, got, report
-from desim_warehouse.model.reading import is_model, read_document
+from desim_warehouse.model.reading import kind_of, read_document
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
@@ -50,7 +50,7 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
         ModelError: with every problem of the study, and of its model.
     """
     document = read_document(Path(path), str(path), "a study with model and factors")
-    if is_model(document.data) and not {"model", "factors"} & document.data.keys():
+    if kind_of(document.data) == "model":
         takers = f"desim run {path} simulates it, desim what-if and desim best vary it with --vary"
         raise ModelError([f"{path}: a model file, expected a study file; {takers}"])
     return read_plan(document, Path(path).parent, overrides)

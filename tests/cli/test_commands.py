@@ -38,13 +38,24 @@ def test_run_prints_a_table_for_people():
     said = call("run", MODEL, "--set", "fleet.size=1")
     assert said.exit_code == 0
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 1}))
-    lines = {line.split()[0]: line.split()[1:] for line in said.stdout.splitlines() if line.strip()}
-    assert said.stdout.startswith("MultiBots, seed 0")
-    # the paper's step is 0.05 s
-    assert lines["T"] == [f"{run.T:,.1f}", "step", f"({run.T * 0.05:,.1f}", "s)"]
-    assert lines["C"] == ["3"]
-    assert lines["distance"] == [f"{run.kpis['distance']:,.1f}", "px"]
+    lines = {line.split()[0]: " ".join(line.split()[1:]) for line in said.stdout.splitlines()}
+    assert said.stdout.startswith("MultiBots: 1 robot, seed 0")
+    # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
+    assert lines["T"] == f"{run.T:,.1f} step ({run.T * 0.05:,.1f} s) Task time T"
+    assert lines["C"] == "3 Chargings C"
+    assert lines["distance"] == f"{run.kpis['distance']:,.0f} px Distance driven"
+    assert lines["energy"] == f"{run.kpis['energy']:.2f} energy units Energy drawn"
+    assert lines["throughput_per_hour"] == "112.9 tasks/h Throughput"
+    assert lines["share_empty"] == f"{100 * run.kpis['share_empty']:.1f} % of time Driving empty"
+    assert lines["cost"].split()[1:] == ["weighted", "Cost"]
     assert set(run.kpis) <= set(lines)
+
+
+def test_run_prints_seconds_once_and_says_where_there_is_no_value():
+    said = call("run", "models/tutorial.yaml", "--set", "run.length=1", "--set", "tasks.goods={saturated: 3}")
+    lines = {line.split()[0]: " ".join(line.split()[1:]) for line in said.stdout.splitlines()}
+    assert lines["T"] == "1 s Task time T"
+    assert lines["cycle_time_mean"] == "- Cycle time, mean"
 
 
 def test_run_writes_a_folder_that_can_be_read_back(tmp_path):
