@@ -13,6 +13,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from tests.audit_nodes import Nodes
 from tests.audit_work import Work
 
 TOL = 1e-6
@@ -39,7 +40,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Work):
+class Audit(Nodes, Work):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -55,6 +56,7 @@ class Audit(Work):
         shapes += [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
         self.speed = [speed for _, speed in shapes]
         self.contact = 2 * max(radius for radius, _ in shapes) + fleet.robot.margin  # the largest pair's, for all
+        self.slack = TOL * (1 + max(self.speed))  # lengths, and times at which robots drive, are the same within TOL
         self.theta = math.radians(model.traffic.collision_angle)
         self.graph = run.layout.graph
         self.visits = defaultdict(list)
@@ -134,71 +136,10 @@ class Audit(Work):
                 continue
             end = min(end, max(first.times[-1], then.times[-1], begin))
             for time in sorted({begin, end, *first.times, *then.times}):
-                if begin <= time <= end and first.at(time) - then.at(time) < self.contact - TOL:
+                if begin <= time <= end and first.at(time) - then.at(time) < self.contact - self.slack:
                     gap = first.at(time) - then.at(time)
                     self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                     break
-
-    # Intersections: one at a time, and the literal rule for the next
-
-    def check_nodes(self):
-        """For every robot that leaves a node: whoever comes through next keeps away from it."""
-        passages = defaultdict(list)
-        for visits in self.visits.values():
-            for before, after in zip([None, *visits], visits, strict=False):
-                follows = before is not None and abs(before.leave - after.enter) <= TOL
-                passages[after.edge[0]].append((after.enter, before if follows else None, after))
-            for visit in visits:
-                if math.isfinite(visit.leave) and not any(v.enter == visit.leave for v in visits):
-                    passages[visit.edge[1]].append((visit.leave, visit, None))
-        for node, items in passages.items():
-            items.sort(key=lambda item: (item[0], item[2] is not None))
-            for (left, _, away), (_, via, onward) in pairwise(items):
-                if away is not None:
-                    self.check_passage(node, left, away, via, onward)
-
-    def check_passage(self, node, left, away, via, onward):
-        robot, other = (via or onward).robot, away.robot
-        need = self.contact
-        if via is None:
-            gap = away.at(onward.enter) if onward.enter < away.leave else math.inf
-            if gap < need - TOL:
-                self.fault(onward.enter, f"robot {robot} came out of a bay at {node}, {gap:g} from robot {other}")
-            return
-        length = self.graph.edges[via.edge]["length"]
-        begin = next((t for t, p in zip(via.times, via.places[1:], strict=False) if p > length - need + TOL), via.leave)
-        if begin < left - TOL:
-            self.fault(begin, f"robot {robot} drove onto {node} while robot {other} was there")
-        train = any(abs(time - begin) <= TOL for time in self.trains[robot])
-        for step in range(41):
-            time = begin + (via.leave - begin) * step / 40
-            if train:
-                gap = length - via.at(time) + away.at(time)
-                if time < away.leave and gap < need - TOL:
-                    self.fault(time, f"robot {robot} on {via.edge} is {gap:g} behind robot {other} on {away.edge}")
-                continue
-            if time < away.leave and away.at(time) < need - TOL:  # D beyond the node it is clear of it
-                self.literal(time, via, away, need)
-
-    def literal(self, time, via, away, need):
-        """The paper's rule for the robot on `via` and the one on `away`, where edges are drawn straight."""
-        (x1, y1), (x2, y2) = self.point(via, time), self.point(away, time)
-        distance = math.dist((x1, y1), (x2, y2))
-        moving = via.at(time + 1e-4) > via.at(time) + 1e-9
-        if not moving or distance >= need - 1e-4 or distance < 1e-9:
-            return
-        heading = self.run.layout.heading(via.edge)
-        bearing = math.atan2(y2 - y1, x2 - x1)
-        angle = abs((bearing - heading + math.pi) % (2 * math.pi) - math.pi)
-        if angle < self.theta - 1e-4 or angle < 1e-6:
-            self.fault(
-                time,
-                f"robot {via.robot} on {via.edge} drives at robot {away.robot} on {away.edge}, "
-                f"{distance:g} away at {math.degrees(angle):g} degrees",
-            )
-
-    def point(self, visit, time):
-        return self.run.layout.position(visit.edge, visit.at(time))
 
 
 def audit(run):

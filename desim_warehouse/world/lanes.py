@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from heapq import heappush
 from typing import TYPE_CHECKING
@@ -162,6 +163,27 @@ def closing_distance(angle: float, theta: float, contact: float, approach: float
         return contact
     gap = contact * math.cos(half - min(theta, half)) / math.cos(half)
     return min(max(gap - approach, 0.0), contact)
+
+
+def closing_apart(
+    shift: complex, comes: float, leaves: float, theta: float, contact: float, approach: float, ratio: float
+) -> float:
+    """The same for two nodes of one intersection: the one that leaves did so `shift` from where the next one comes to.
+
+    Found by trial of x and y, on the safe side by a step or two; `ratio` is how far the one that leaves drives, at
+    least, while the other drives 1.
+    """
+    steps = 40
+    near = (approach + contact) / steps / 2  # how far apart any x, y and those tried are
+    seen, away = shift * cmath.rect(1, -comes), cmath.rect(1, leaves - comes)  # by the one that comes, ahead of it
+    gap = contact
+    for x in (approach * i / steps for i in range(steps + 1)):
+        for y in (contact * i / steps for i in range(steps + 1)):
+            other = seen + x + y * away
+            in_view = other.real > -near and abs(other.imag) * math.cos(theta) - other.real * math.sin(theta) < near
+            if in_view and abs(other) < contact + near:
+                gap = max(gap, y + x * ratio + near)
+    return min(max(gap - approach * ratio, 0.0), contact)
 
 
 def turn(one: float, other: float) -> float:

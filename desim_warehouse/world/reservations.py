@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Timeout
 
-from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_distance, network, turn
+from desim_warehouse.world.lanes import EPS, Claim, Lane, closing_apart, closing_distance, network, turn
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable
@@ -53,6 +53,7 @@ class Reservations:
         self.theta = theta
         self.mixed = mixed
         self.lanes, self.nodes = network(layout, contact)
+        self._places = {name: complex(data["x"], data["y"]) for name, data in layout.graph.nodes(data=True)}
         self.gridlock: Gridlock
         self._closings: dict[tuple[Lane | None, Lane, float], float] = {}
 
@@ -84,6 +85,9 @@ class Reservations:
         if via is None:
             return self.contact
         approach = via.length if via.short else self.contact
+        if via.edge[1] != left_on.edge[0]:
+            shift = self._places[left_on.edge[0]] - self._places[via.edge[1]]
+            return closing_apart(shift, via.heading, left_on.heading, self.theta, self.contact, approach, ratio)
         angle = turn(via.heading, left_on.heading)
         return closing_distance(angle, self.theta, self.contact, approach * ratio)
 

@@ -38,6 +38,22 @@ CROSSING = {
     "traffic": {"collision_angle": 30},
 }
 
+JOINED = {
+    # X and Y are 1 apart, less than D, so one intersection: W > X > F turns off before the road from N comes in at Y
+    "layout": {
+        "nodes": {"W": [0, 20], "X": [20, 20], "Y": [21, 20], "E": [40, 20], "F": [40, 40]}
+        | {"M": [40, 0], "N": [21, 0], "S": [0, 40]},
+        "edges": [
+            list(edge.split()) for edge in ["W X", "X Y", "X F", "N Y", "Y E", "E M", "M N", "E F", "F S", "S W"]
+        ],
+        "storage": [{"edge": ["X", "F"], "offset": 14}, {"edge": ["Y", "E"], "offset": 10}],
+        "bays": {"home": {"at": ["W", "N"]}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0, 1], "unload_at": ["F", "E"], "load_time": 5, "unload_time": 3},
+    "traffic": {"collision_angle": 60},
+}
+
 
 @pytest.fixture(scope="module")
 def ring():
@@ -47,6 +63,11 @@ def ring():
 @pytest.fixture(scope="module")
 def crossing():
     return dw.simulate(dw.load(CROSSING))
+
+
+@pytest.fixture(scope="module")
+def joined():
+    return dw.simulate(dw.load(JOINED))
 
 
 def altered(run, rows=None, **kpis):
@@ -76,9 +97,10 @@ def finds(run, text):
     assert any(re.search(text, line) for line in found), found
 
 
-def test_the_clean_runs_are_clean(ring, crossing):
+def test_the_clean_runs_are_clean(ring, crossing, joined):
     assert audit(ring) == []
     assert audit(crossing) == []
+    assert audit(joined) == []
     # there is something to find: queues and a wait before a crossing
     assert {row[1] for row in ring.record.rows} >= {"collision", "drive", "docked", "parked"}
     assert crossing.kpis["crossings"] >= 1
@@ -161,6 +183,21 @@ def test_two_robots_in_an_intersection(crossing, earlier, text):
     wait = rows[first(rows, "collision", 1, node="X")]
     assert wait[6] == pytest.approx(2 + 2 * (3**0.5 / 2 + 0.5 - 1))
     finds(altered(crossing, from_then_on(rows, 1, wait[0], earlier)), text)
+
+
+@pytest.mark.parametrize(
+    ("earlier", "text"),
+    [
+        # robot 1 waited at its stop line before Y until robot 0 was 0.6 beyond X, on its way past the road from N
+        (0.3, r"robot 1 on \('N', 'Y'\) drives at robot 0 on \('X', 'F'\)"),
+        (0.7, r"robot 1 drove onto X\+Y while robot 0 was there"),
+    ],
+)
+def test_two_robots_in_nodes_that_are_one_intersection(joined, earlier, text):
+    rows = list(joined.record.rows)
+    wait = rows[first(rows, "collision", 1, node="X")]
+    assert wait[6] == pytest.approx(2.6)
+    finds(altered(joined, from_then_on(rows, 1, wait[0], earlier)), text)
 
 
 def test_waiting_a_little_longer_is_no_fault(crossing):

@@ -108,6 +108,32 @@ def test_straight_on_behind_one_that_turned_in(theta, c):
     assert floor.there(straight) == [near(22)]
 
 
+def test_at_another_node_of_the_intersection_what_counts_is_where_the_two_ways_come_close():
+    """X and Y, 1 apart, are one intersection. Headings 45 degrees apart want c = D / cos 22.5 - D = 0.165 at one node.
+
+    From X to the south-east the first comes nearer to the road from N to Y: with x to go before Y and y beyond X they
+    are apart by y / sqrt 2 - 1 across that road and y / sqrt 2 + x along it. When the first is D beyond, y = 2, they
+    are D apart for x = 0.5425: so c = 0.5425 + 2 - D, which steps of D / 40 round to 0.6.
+    """
+    nodes = {"W": (-10, 0), "X": (0, 0), "F": (10, 10), "N": (1, -10), "Y": (1, 0), "E": (11, 0)}
+    floor = Floor(nodes, ["W>X", "X>Y", "X>F", "N>Y", "Y>E"], theta=60)
+    first, second = floor.robot("W X F", PARK), floor.robot("N Y E", PARK)
+    floor.run()
+    assert floor.waits(second) == [("X", near(8), near(10.6), first.number)]
+    assert floor.there(second) == [near(22.6)]
+
+
+def test_side_by_side_over_two_nodes_of_an_intersection_nobody_comes_close():
+    """The first goes on from Y to the east; the road from N crosses at X, 1 before: c is 0, not sqrt 3 - 1."""
+    nodes = {"W": (-10, 0), "X": (0, 0), "Y": (1, 0), "E": (11, 0), "N": (0, -10), "S": (0, 10)}
+    floor = Floor(nodes, ["W>X", "X>Y", "Y>E", "N>X", "X>S"], theta=30)
+    floor.robot("W X Y E", PARK)
+    second = floor.robot("N X S", PARK)
+    floor.run()
+    # the first leaves Y at 11; the second, at its stop line at 8, is 2 before X and farther than D from it
+    assert floor.waits(second) == [("X", near(8), near(11), 0)]
+
+
 def test_who_comes_first_goes_first():
     floor = crossing()
     late, early = floor.robot("W X E", PARK, start=0.5), floor.robot("N X S", PARK)

@@ -1,0 +1,148 @@
+"""The part of the auditor that looks at intersections: one robot at a time, and the paper's rule for the next.
+
+Nodes joined by edges shorter than D are one intersection: a robot is in it from the moment at which it sets out for
+its first node until it leaves its last.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import networkx as nx
+
+TOL = 1e-6
+STEPS = 40
+
+
+@dataclass
+class Stay:
+    """A robot in an intersection: it came by the visit `via` (None: from a bay) and left on `away` (None: to a bay)."""
+
+    via: object = None
+    inside: list = field(default_factory=list)
+    begin: float = -math.inf
+    left: float = math.inf
+    away: object = None
+
+    @property
+    def robot(self):
+        return next(visit.robot for visit in (self.via, *self.inside, self.away) if visit is not None)
+
+    def visit(self, time):
+        """The visit that it is on at a time, of those before it left."""
+        visits = [visit for visit in (self.via, *self.inside) if visit is not None]
+        return next((visit for visit in visits if time < visit.leave), visits[-1])
+
+
+class Nodes:
+    """Checks of intersections, for `Audit`, which knows where robots were."""
+
+    def check_nodes(self):
+        """Whoever comes through an intersection keeps away from all that have left it."""
+        for node, stays in self.stays().items():
+            near = []
+            for stay in sorted(stays, key=lambda stay: (stay.left, stay.begin)):
+                near = [other for other in near if self.clear(other) > stay.begin - TOL]
+                for other in near:
+                    self.check_passage(node, stay, other)
+                near.append(stay)
+
+    def joined(self):
+        """The name of its intersection for every node."""
+        lengths = self.graph.edges(data="length")
+        close = nx.Graph((one, other) for one, other, length in lengths if length < self.contact - TOL)
+        close.add_nodes_from(self.graph)
+        return {node: "+".join(sorted(part)) for part in nx.connected_components(close) for node in part}
+
+    def stays(self):
+        """All stays by intersection."""
+        of = self.joined()
+        found = defaultdict(list)
+        for visits in self.visits.values():
+            stay = None
+            for before, visit in pairwise([None, *visits]):
+                start, end = of[visit.edge[0]], of[visit.edge[1]]
+                follows = before is not None and abs(before.leave - visit.enter) <= TOL
+                if stay is None or not follows:  # out of a bay
+                    stay = Stay(begin=visit.enter)
+                    found[start].append(stay)
+                if start == end and self.length(visit) < 2 * self.contact - TOL:
+                    stay.inside.append(visit)
+                    stay.left = visit.leave
+                    continue
+                stay.left, stay.away = visit.enter, visit
+                stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
+                if math.isfinite(stay.begin):
+                    found[end].append(stay)
+        return found
+
+    def length(self, visit):
+        return self.graph.edges[visit.edge]["length"]
+
+    def sets_out(self, via):
+        """When a robot leaves the stop line, D before the end of its edge; inf: it never does."""
+        line = self.length(via) - self.contact + TOL
+        return next((t for t, p in zip(via.times, via.places[1:], strict=False) if p > line), via.leave)
+
+    def clear(self, stay):
+        """When a robot that has left is D beyond its node; in a bay it is so at once."""
+        away = stay.away
+        if away is None:
+            return stay.left
+        for (t0, p0), (t1, p1) in pairwise(zip(away.times, away.places, strict=True)):
+            if p1 >= self.contact - self.slack:
+                return t1 - (t1 - t0) * max(p1 - self.contact, 0) / (p1 - p0) if p1 > p0 else t1
+        return away.leave
+
+    def check_passage(self, node, stay, other):
+        """The robot of `other` has left before that of `stay` does."""
+        robot, leaver = stay.robot, other.robot
+        away = other.away
+        if stay.via is None:
+            gap = away.at(stay.begin) if away is not None and stay.begin < away.leave else math.inf
+            if stay.begin < other.left - TOL or gap < self.contact - self.slack:
+                self.fault(stay.begin, f"robot {robot} came out of a bay at {node}, {gap:g} from robot {leaver}")
+        elif stay.begin < other.left - TOL:
+            self.fault(stay.begin, f"robot {robot} drove onto {node} while robot {leaver} was there")
+        if away is None:
+            return
+        train = any(abs(time - stay.begin) <= 2 * TOL and time in self.trains[leaver] for time in self.trains[robot])
+        end = min(stay.left, self.clear(other))
+        for step in range(STEPS + 1 if end > stay.begin else 0):
+            time = stay.begin + (end - stay.begin) * step / STEPS
+            via = stay.visit(time) if stay.via or stay.inside else None
+            if via is None or time >= away.leave or away.at(time) >= self.contact - self.slack:
+                continue
+            if train:
+                self.follows(time, via, away)
+            else:
+                self.literal(time, via, away)
+
+    def follows(self, time, via, away):
+        """In a rotation robots follow each other as a train, D apart along the way."""
+        gap = self.length(via) - via.at(time) + away.at(time)
+        if via.edge[1] == away.edge[0] and gap < self.contact - self.slack:
+            self.fault(time, f"robot {via.robot} on {via.edge} is {gap:g} behind robot {away.robot} on {away.edge}")
+
+    def literal(self, time, via, away):
+        """The paper's rule for the robot on `via` and the one on `away`, where edges are drawn straight."""
+        (x1, y1), (x2, y2) = self.point(via, time), self.point(away, time)
+        distance = math.dist((x1, y1), (x2, y2))
+        moving = via.at(time + 1e-4) > via.at(time) + 1e-9
+        if not moving or distance >= self.contact - 1e-4 or distance < 1e-9:
+            return
+        heading = self.run.layout.heading(via.edge)
+        bearing = math.atan2(y2 - y1, x2 - x1)
+        angle = abs((bearing - heading + math.pi) % (2 * math.pi) - math.pi)
+        if angle < self.theta - 1e-4 or angle < 1e-6:
+            self.fault(
+                time,
+                f"robot {via.robot} on {via.edge} drives at robot {away.robot} on {away.edge}, "
+                f"{distance:g} away at {math.degrees(angle):g} degrees",
+            )
+
+    def point(self, visit, time):
+        return self.run.layout.position(visit.edge, visit.at(time))
