@@ -44,34 +44,23 @@ class Motion(Reservations):
         self.node_time = node_time
         self.exits = mixed or log.everything  # whether anybody asks when a robot leaves a lane
 
-    def cross(  # noqa: C901, PLR0912, PLR0915 - one piece, for speed
-        self, robot: Body, onward: Lane, clear: float, stop: float | None
-    ) -> None:
+    def cross(self, robot: Body, onward: Lane, clear: float, stop: float | None) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`."""
-        lane = robot.lane
-        front, behind = robot.ahead, robot.behind
-        ahead = onward.last
+        lane, behind, ahead = robot.lane, robot.behind, onward.last
+        self.unlink(robot, clear - self.node_time)
         pace = self.pace_on(robot, onward) if self.mixed else robot.speed
         target = robot.goal = onward.stop_line if stop is None else stop
-        until = clear + target / pace
-        if lane is not None:
-            robot.driven += lane.length
-            if self.exits and clear - self.node_time > lane.out_at:
-                lane.out_at = clear - self.node_time
-                lane.out_pace = robot.pace
         if ahead is not None:
-            room = ahead.target - self.contact
-            if room < target:
-                target = max(room, 0.0)  # in a rotation there may be none yet
-                until = clear + target / pace
+            target = min(target, max(ahead.target - self.contact, 0.0))  # in a rotation there may be no room yet
             ahead.behind = robot
+        until = clear + target / pace
         if self.mixed and (late := self.free_at(onward, ahead, target, pace, clear) - until) > EPS:
             self.count_wait(robot, ahead, onward, late, ahead=clear + late - self.env._now)
             clear += late
             until += late
         robot.lane = onward
         robot.ahead = ahead
-        robot.behind = robot.held = robot.granted = None
+        robot.held = robot.granted = None
         robot.pace = pace
         robot.pos = 0.0
         robot.target = target
@@ -84,36 +73,26 @@ class Motion(Reservations):
         node = onward.start
         if node.holder is robot:  # in a rotation it may be the next robot's already
             node.holder = None
-        if clear >= node.left_at:  # as in Intersection.left_by
-            node.user = robot
-            node.left_at = clear
-            node.left_on = onward
-            node.left_pace = pace
+        node.left_by(robot, onward, clear)
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
-        # Whoever gains sets off: the robots behind, whoever waits for room on the lane left, the node's claims.
-        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
-            front.behind = behind
-        if behind is not None:
-            behind.ahead = front
-            if behind.waiting_behind is not None:
-                self.pull(behind)
-        elif lane is not None:
-            lane.last = front
-            if lane.wanted:
-                self.serve(lane.start)
+        if lane is not None:
+            self._made_room(lane, behind)
         if node.claims:
             self.freed(node)
 
     def commit(self, robot: Body, target: float) -> None:
         """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
         self._set_off(robot, target)
-        behind = robot.behind
-        if behind is not None:
-            if behind.waiting_behind is not None:
-                self.pull(behind)
-        elif robot.lane.wanted:
-            self.serve(robot.lane.start)
+        self._made_room(robot.lane, robot.behind)
+
+    def _made_room(self, lane: Lane, behind: Body | None) -> None:
+        """There is more room before the robot `behind` on a lane, or (None) at the lane's start, for those who wait."""
+        if behind is None:
+            if lane.wanted:
+                self.serve(lane.start)
+        elif behind.waiting_behind is not None:
+            self.pull(behind)
 
     def pull(self, robot: Body | None) -> None:
         """The waiting robot behind one that has made way sets off, then the next behind it, and so on.
@@ -184,7 +163,7 @@ class Motion(Reservations):
 
     def enter(self, robot: Body, lane: Lane) -> None:
         """Move a robot's centre from its node onto the start of a lane, behind the last robot there."""
-        self.unlink(robot)
+        self.unlink(robot, self.env._now)
         robot.ahead = lane.last
         if lane.last is not None:
             lane.last.behind = robot
@@ -197,26 +176,28 @@ class Motion(Reservations):
         if self.log.moves:
             self.log.enter(self.env._now, robot)
 
-    def unlink(self, robot: Body) -> None:
-        """Take a robot that stands at the end of its lane off the lane."""
+    def unlink(self, robot: Body, out: float) -> None:
+        """Take a robot off its lane, if it is on one, whose end it leaves at the time `out`."""
         lane, front, behind = robot.lane, robot.ahead, robot.behind
         if lane is None:
             return
         robot.driven += lane.length
-        lane.out_at = max(self.env._now, lane.out_at)
-        if front is not None:
+        if self.exits and out > lane.out_at:
+            lane.out_at = out
+            lane.out_pace = robot.pace
+        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
             front.behind = behind
-        if behind is not None:
+        if behind is None:
+            lane.last = front
+        else:
             behind.ahead = front
             robot.behind = None
-        else:
-            lane.last = front
 
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""
         node = robot.held
         lane = robot.lane
-        self.unlink(robot)
+        self.unlink(robot, self.env._now)
         if lane is not None:
             lane.out_at = -math.inf  # it is in nobody's way any more
         robot.lane = robot.held = robot.ahead = None
