@@ -74,7 +74,9 @@ class Reservations:
         left_on = node.left_on
         if left_on is None:
             return -math.inf
-        ratio = 1.0 if via is None else min(1.0, node.left_pace / min(robot.speed, via.limit))
+        ratio = 1.0
+        if self.mixed and via is not None:
+            ratio = min(1.0, node.left_pace / min(robot.speed, via.limit))
         key = (via, left_on, ratio)
         distance = self._closings.get(key)
         if distance is None:
