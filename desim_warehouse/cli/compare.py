@@ -57,5 +57,5 @@ def _show_comparison(indicator: str, found: Comparison) -> None:
             verdicts[one.differs] + (f" ({one.missing} pairs missing)" if one.missing else ""),
         )
     show(table)
-    if not all(one.estimate.deterministic for one in found.differences):
+    if any(one.estimate.interval for one in found.differences):
         click.echo(found.statement)

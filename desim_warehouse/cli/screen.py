@@ -39,7 +39,9 @@ def _show(study: Study, indicator: str) -> None:
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
     shares = total.first if total else study.first_order(indicator).shares
     if all(math.isnan(share) for share in shares.values()):
-        click.echo(f"{indicator}: {number(effects.grand_mean)} on average in every design, so no factor matters")
+        click.echo(
+            f"{indicator}: {number(effects.grand_mean)} on average in every design that ran, so no factor matters"
+        )
         return
     table = Table(title=f"{indicator}: mean {number(effects.grand_mean)}", title_justify="left", box=None)
     heads = ["factor", "largest - smallest mean", "share alone", *(["with interactions"] if total else [])]

@@ -19,7 +19,8 @@ def show_summary(study: Study, indicators: tuple[str, ...] = ()) -> None:
     chosen = shown_indicators(study, indicators or study.plan.indicators or _FEW)
     found = {name: estimates(study, name) for name in chosen}
     by = by_point(study)
-    table = Table(title=_title(study), title_justify="left", box=None)
+    known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
+    table = Table(title=_title(study, known), title_justify="left", box=None)
     for factor in study.plan.factors:
         table.add_column(factor.key)
     for name in chosen:
@@ -34,6 +35,8 @@ def show_summary(study: Study, indicators: tuple[str, ...] = ()) -> None:
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
         )
     show(table)
+    if not (known or study.deterministic) and study.rows:
+        click.echo("One run of a design says little where chance plays a part: more replications give intervals.")
     if study.deterministic:
         click.echo("Chance plays no part in these models: every replication is the same, and the means are exact.")
     _show_failures(study)
@@ -42,9 +45,9 @@ def show_summary(study: Study, indicators: tuple[str, ...] = ()) -> None:
 _FEW = ("T", "S", "C", "throughput_per_hour")
 
 
-def _title(study: Study) -> str:
+def _title(study: Study, known: bool) -> str:
     percent = f"{100 * study.plan.confidence:g} %"
-    return f"{study.plan.name}: means" + ("" if study.deterministic else f" ± half-width ({percent})")
+    return f"{study.plan.name}: means" + (f" ± half-width ({percent})" if known else "")
 
 
 def said(found: Any) -> str:
@@ -84,4 +87,7 @@ def show(table: Any) -> None:
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=200)
+    if table.title:  # not within the table: a title that is wider would be broken
+        console.print(table.title, style="table.title", soft_wrap=True)
+        table.title = None
     console.print(table)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.cli.tables import runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +55,7 @@ def command(
         observed="throughput" if observe == "throughput" else "cycle_time",
         seed=seed,
     )
-    click.echo(f"{observe}, {replications} runs, one observation each {found.width:g} {found.time_unit}")
+    click.echo(f"{observe}, {runs(replications)}, one observation each {found.width:g} {found.time_unit}")
     if found.time is None:
         click.echo(f"not settled: {found.found.note}")
     else:

@@ -89,7 +89,10 @@ class Progress:
     def summary(self) -> str:
         """What was done."""
         taken = monotonic() - self.begin
-        parts = [f"{self.done} runs in {_time(taken)}" + (f" ({self.rate:,.0f} runs/s)" if self.done else "")]
+        parts = [
+            f"{self.done} run{'s' * (self.done != 1)} in {_time(taken)}"
+            + (f" ({self.rate:,.0f} runs/s)" if self.done else "")
+        ]
         if self.reused:
             parts.append(f"{self.reused} were there already")
         if self.failed:

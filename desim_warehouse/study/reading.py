@@ -73,7 +73,7 @@ def plan_of(
     """
     problems: list[Problem] = []
     made = plain({key: value for key, value in content.items() if value is not None}, (), problems)
-    places = Places("study")
+    places = Places(str(made.get("name", "study")) if options else "study")
     for keys, option in (options or {}).items():
         places.given(keys, option)
     return _Reader(Document(made, places, problems)).plan(lambda changes: _base(base, changes), "study")

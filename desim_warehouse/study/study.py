@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     import pandas as pd
+    import pyarrow as pa
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.plan import Plan
@@ -232,12 +233,18 @@ class Study:
         self.finished = True
         vars(self).pop("table", None)
         if self.folder is not None:
-            write_results(arrow(self._columns()), self.folder / RESULTS)
+            write_results(self._arrow(self.plan.indicators), self.folder / RESULTS)
 
     # Looking
 
-    def _columns(self) -> dict[str, list[Any]]:
-        return columns(self.rows, [factor.key for factor in self.plan.factors], self.plan.indicators)
+    def _arrow(self, indicators: Sequence[str]) -> pa.Table:
+        if not self.finished:
+            raise StudyError("this study has not been run: call run() first")
+        return arrow(columns(self.rows, self._factors, indicators))
+
+    @property
+    def _factors(self) -> list[str]:
+        return [factor.key for factor in self.plan.factors]
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -246,9 +253,7 @@ class Study:
         Raises:
             StudyError: where the study has not been run.
         """
-        if not self.finished:
-            raise StudyError("this study has not been run: call run() first")
-        frame: pd.DataFrame = arrow(self._columns()).to_pandas()
+        frame: pd.DataFrame = self._arrow(self.plan.indicators).to_pandas()
         return frame
 
     @cached_property
@@ -275,13 +280,13 @@ class Study:
         """What each factor does on average."""
         from desim_warehouse.study.statistics import main_effects
 
-        return main_effects(self.table, [factor.key for factor in self.plan.factors], indicator)
+        return main_effects(self._arrow([indicator]).to_pandas(), self._factors, indicator)
 
     def first_order(self, indicator: str) -> FirstOrder:
         """The share of the indicator's variance that each factor explains alone, from any design."""
         from desim_warehouse.study.statistics import first_order
 
-        return first_order(self.table, [factor.key for factor in self.plan.factors], indicator)
+        return first_order(self._arrow([indicator]).to_pandas(), self._factors, indicator)
 
     def sobol(self, indicator: str) -> SobolIndices:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""

@@ -87,8 +87,28 @@ def test_screen_ranks_factors(tmp_path):
 def test_screen_says_in_words_that_an_indicator_does_not_vary(tmp_path):
     call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
     result = call("screen", tmp_path, "--indicator", "rotations", "--indicator", "T")
-    assert result.stdout.startswith("rotations: 0 on average in every design, so no factor matters\nT: ")
+    assert result.stdout.startswith("rotations: 0 on average in every design that ran, so no factor matters\nT: ")
     assert "nan" not in result.stdout
+
+
+def test_screen_looks_at_what_the_study_does_not_show_and_needs_factors(tmp_path):
+    call("what-if", MULTIBOTS, "--vary", "fleet.size=1,6", "--indicator", "T", "--out", tmp_path / "T")
+    assert call("screen", tmp_path / "T", "--indicator", "S").stdout.startswith("S: mean 3.5\n")
+    call("what-if", MULTIBOTS, "--out", tmp_path / "one")
+    with pytest.raises(WarehouseError, match="no factors: nothing was varied"):
+        call("screen", tmp_path / "one")
+
+
+def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
+    vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "T"]
+    result = call("what-if", MULTIBOTS, *vary, "--out", tmp_path)
+    assert result.stdout.startswith("what-if: means\n")
+    assert "more replications give intervals" in result.stdout
+    assert "hold at once" not in call("compare", tmp_path).stdout
+    result = call("what-if", MULTIBOTS, *vary, "--replications", "3", "--out", tmp_path)
+    assert result.stdout.startswith("what-if: means ± half-width (95 %)\n")
+    assert "more replications" not in result.stdout
+    assert "1 difference, its interval holds with 95 %" in call("compare", tmp_path).stdout
 
 
 def test_compare_shows_nothing_where_the_baseline_is_wrong(tmp_path):

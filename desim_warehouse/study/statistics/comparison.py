@@ -135,7 +135,8 @@ def compare(
         )
         for d, e in estimates.items()
     )
-    statement = STATEMENTS[method].format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
+    statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
+    statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
     return Comparison(baseline, method, confidence, differences, statement)
 
 

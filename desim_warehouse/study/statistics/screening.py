@@ -123,10 +123,12 @@ def first_order(
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
     """The rows that have the indicator, and how many have not."""
+    if not factors:
+        raise StudyError("no factors: nothing was varied, so nothing can matter")
     missing = [name for name in (*factors, indicator) if name not in table.columns]
-    if missing or not factors:
+    if missing:
         names = ", ".join(map(str, table.columns))
-        raise StudyError(f"columns {missing or factors!r}: expected factors and an indicator out of {names}")
+        raise StudyError(f"columns {missing}: expected factors and an indicator out of {names}")
     rows = table.loc[table[indicator].notna(), [*factors, indicator]]
     if rows.empty:
         raise StudyError(f"indicator {indicator!r}: no row has a value")

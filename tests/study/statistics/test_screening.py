@@ -129,7 +129,7 @@ def test_chance_is_subtracted_from_factors_that_do_nothing():
     [
         (["fleet"], "T", r"\['fleet'\].*fleet.size, allocation, T"),
         (["fleet.size"], "S", r"\['S'\]"),
-        ([], "T", "expected factors"),
+        ([], "T", "no factors: nothing was varied"),
     ],
 )
 def test_unknown_columns_are_answered_by_the_known_ones(factors, indicator, message):
