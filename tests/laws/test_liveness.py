@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from itertools import pairwise
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 import desim_warehouse as dw
+from desim_warehouse.errors import PolicyError, StallError
 from tests.auditor import Audit, audit
 from tests.laws.worlds import block_layouts, models
 
@@ -18,11 +20,21 @@ relaxed = settings(
 )
 
 
+def simulated(model, seed):
+    """A run, unless the batteries are too small for the work."""
+    try:
+        return dw.simulate(model, seed)
+    except (PolicyError, StallError) as error:
+        if re.search("no battery seems to last|on the lanes: nobody.*no robot's battery lasts", str(error)) is None:
+            raise
+        reject()
+
+
 @given(models(), st.integers(0, 3))
 @relaxed
 def test_every_task_ends_and_the_log_is_sound(mapping, seed):
     model = dw.load(mapping)
-    run = dw.simulate(model, seed)
+    run = simulated(model, seed)
     assert run.kpis["tasks"] == len(model.tasks.goods)
     assert audit(run) == []
 
@@ -55,11 +67,11 @@ def crossings(run):
     return result
 
 
-@given(models(layouts=block_layouts(), most_robots=25), st.integers(0, 3))
+@given(models(layouts=block_layouts, most_robots=25), st.integers(0, 3))
 @relaxed
 def test_nobody_who_asked_later_for_the_same_lane_goes_first(mapping, seed):
     """So a waiting claim starves at most as long as its lane is full: it is the next onto it (rotations apart)."""
-    run = dw.simulate(dw.load(mapping), seed)
+    run = simulated(dw.load(mapping), seed)
     turns = {round(time, 6) for time, _, _ in run.record.rings}
     by_edge = defaultdict(list)
     for edge, robot, asked, granted in crossings(run):
