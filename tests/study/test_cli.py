@@ -50,6 +50,14 @@ def test_what_if_can_replicate_until_the_mean_is_known(tmp_path):
     assert 3 <= len(pd.read_parquet(tmp_path / "results.parquet")) <= 30
 
 
+def test_the_half_width_is_a_share_or_a_percentage(tmp_path):
+    until = ["--until", "T", "--cap", "4", "--indicator", "T", "--quiet"]
+    share = call("what-if", MULTIBOTS, *GOODS, *until, "--half-width", "0.9", "--out", tmp_path)
+    percent = call("what-if", MULTIBOTS, *GOODS, *until, "--half-width", "90 %", "--out", tmp_path)
+    assert share.exit_code == 0
+    assert share.stdout == percent.stdout
+
+
 def test_compare_shows_differences_and_what_they_promise(tmp_path):
     call("what-if", MULTIBOTS, "--vary", "fleet.size=1..3", *GOODS, "--replications", "5", "--out", tmp_path)
     result = call("compare", tmp_path, "--indicator", "T", "--baseline", "fleet.size=2", "--method", "holm")

@@ -87,3 +87,9 @@ def test_a_cluster_that_does_not_answer_is_told(monkeypatch):
     monkeypatch.setattr("desim_warehouse.study.execution.cluster._WAIT", 0.5)
     with pytest.raises(dw.StudyError, match="no Dask scheduler answers there"):
         dw.Study(MULTIBOTS, changes=CHANGES).run(cluster="tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize("address", ["office", "tcp://office", "http://office:8786"])
+def test_an_address_that_is_none_is_told_at_once(address):
+    with pytest.raises(dw.StudyError, match=r"expected an address such as tcp://10\.0\.0\.1:8786, or local"):
+        dw.Study(MULTIBOTS, changes=CHANGES).run(cluster=address)

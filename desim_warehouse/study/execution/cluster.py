@@ -8,7 +8,7 @@ import queue
 from typing import TYPE_CHECKING, Any, Self
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.work import Bench, Outcome, Wanted
 
@@ -64,10 +64,12 @@ class Cluster:
                 self.local = distributed.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )
+            else:  # an address that is none is told at once; a client of it would be left half made
+                importlib.import_module("distributed.comm").resolve_address(self.address)
             self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise StudyError(
-                f"cluster {self.address}: no Dask scheduler answers there ({error}); "
+                f"cluster {self.address}: no Dask scheduler answers there ({reason(error)}); "
                 "expected an address such as tcp://10.0.0.1:8786, or local"
             ) from error
         if not self.threads():

@@ -202,5 +202,5 @@ def _note(
         parts.append(f"{below.value} is too close to tell after {below.n} replications")
     if falls and search == "bisection":
         pairs = ", ".join(f"{a} to {b}" for a, b in falls)
-        parts.append(f"the response is not monotone (worse from {pairs}): repeat with search='scan'")
+        parts.append(f"the response is not monotone (worse from {pairs}): repeat with the search 'scan'")
     return "; ".join(parts)

@@ -111,7 +111,7 @@ def test_congestion_is_noticed_and_a_scan_finds_what_halving_missed():
     halved = smallest_meeting(noisy(response), range(1, 61), "throughput_per_hour >= 195.5")
     assert halved.smallest is None
     assert (30, 45) in halved.falls
-    assert "search='scan'" in halved.note
+    assert "repeat with the search 'scan'" in halved.note
     scanned = smallest_meeting(noisy(response), range(1, 61), "throughput_per_hour >= 195.5", search="scan")
     assert scanned.smallest == 16
     assert "scan" not in scanned.note
