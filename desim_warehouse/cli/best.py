@@ -10,8 +10,8 @@ from desim_warehouse.cli.study_options import (
     Execution,
     Question,
     interruptible,
-    read_plan,
     read_vary,
+    study_plan,
     with_execution,
     with_first_and_cap,
     with_question,
@@ -64,7 +64,7 @@ def command(
         study.plan = study.plan.unreplicated()
     else:
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
-        study = Study.of(read_plan(model, question.assignments, **stated))
+        study = Study.of(study_plan(model, question.assignments, **stated))
         execution = execution.at_home(model)
     more = None if sense is None else sense == "maximise"
     with interruptible(study, execution.out):

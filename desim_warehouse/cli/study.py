@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from desim_warehouse.cli.options import with_overrides
-from desim_warehouse.cli.study_options import Execution, interruptible, read_plan, with_execution
+from desim_warehouse.cli.study_options import Execution, interruptible, study_plan, with_execution
 from desim_warehouse.cli.tables import show_summary
 
 
@@ -20,7 +20,7 @@ def command(study: str, assignments: tuple[str, ...], execution: Execution) -> N
     """
     from desim_warehouse.study.study import Study
 
-    whole = Study.of(read_plan(study, assignments, timeout=execution.timeout))
+    whole = Study.of(study_plan(study, assignments, timeout=execution.timeout))
     execution = execution.at_home(study)
     with interruptible(whole, execution.out):
         whole.run(**execution.where())

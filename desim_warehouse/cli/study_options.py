@@ -200,7 +200,7 @@ def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dic
     return dict(parse_assignment(text, option) for text in assignments)
 
 
-def read_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
+def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
     """The plan of a study file or folder; changes to the plan that are None are none."""
     from desim_warehouse.errors import StudyError
     from desim_warehouse.study.reading import read_study
@@ -209,7 +209,7 @@ def read_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
     folder = Path(path).is_dir()
     if folder and assignments:
         raise StudyError(f"{path}: a study folder, whose model is settled; --set is for study files")
-    plan = read_record(Path(path)) if folder else read_study(path, read_assignments(assignments))
+    plan = read_record(Path(path)) if folder else read_study(path, read_assignments(assignments), named="--set")
     return replace(plan, **{key: value for key, value in changes.items() if value is not None})
 
 

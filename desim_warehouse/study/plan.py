@@ -61,7 +61,7 @@ class Plan:
             if all(point.labels.get(key) == value for key, value in wanted.items()):
                 return point
         said = ", ".join(f"{key}={value}" for key, value in wanted.items())
-        raise StudyError(f"baseline: no design with {said}, expected values of the factors")
+        raise StudyError(f"baseline: no design with {said}, expected values of the factors such as {among[0]}")
 
     def unreplicated(self) -> Plan:
         """The same plan with no runs of its own, for procedures that ask for the runs they need."""

@@ -39,12 +39,13 @@ KEYS = {
 _MOST_POINTS = 1_000_000
 
 
-def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Plan:
+def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, named: str = "override") -> Plan:
     """The plan of a study file.
 
     Args:
         path: the file.
         overrides: further changes to the model, for all runs; they win over the file's `set`.
+        named: how messages call an override; the command line says `--set`.
 
     Raises:
         ModelError: with every problem of the study, and of its model.
@@ -53,7 +54,7 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
     if kind_of(document.data) == "model":
         takers = f"desim run {path} simulates it, desim what-if and desim best vary it with --vary"
         raise ModelError([f"{path}: a model file, expected a study file; {takers}"])
-    return read_plan(document, Path(path).parent, overrides)
+    return read_plan(document, Path(path).parent, overrides or {}, named)
 
 
 def plan_of(
@@ -79,12 +80,17 @@ def plan_of(
     return _Reader(Document(made, places, problems)).plan(lambda changes: _base(base, changes), "study")
 
 
-def read_plan(document: Document, folder: Path, overrides: Mapping[str, Any] | None = None) -> Plan:
+def read_plan(document: Document, folder: Path, overrides: Mapping[str, Any], named: str) -> Plan:
     """The plan of a study that was read from a file in `folder`."""
     reader = _Reader(document)
     for part in ("set", "factors"):
         if part in document.data:
             document.data[part] = resolved_in(document.data[part], folder)
+    changes = document.data.get("set") or {}
+    if overrides and isinstance(changes, Mapping):
+        document.data["set"] = {**changes, **overrides}
+        for key in overrides:
+            document.places.given(("set", key), f"{named} {key}")
     given = document.data.pop("model", None)
     name = Path(document.places.source).stem
     if isinstance(given, str):
@@ -93,7 +99,7 @@ def read_plan(document: Document, folder: Path, overrides: Mapping[str, Any] | N
         wrong = "missing" if given is None else f"not a file name (got {got(given)})"
         reader.problems.append(Problem(("model",), f"{wrong}, expected {KEYS['model']}"))
         given = None
-    return reader.plan(lambda changes: _base(given, {**changes, **(overrides or {})}), name)
+    return reader.plan(lambda changes: _base(given, changes), name)
 
 
 def _base(given: Any, changes: Mapping[str, Any]) -> Model | None:

@@ -124,7 +124,9 @@ def test_compare_shows_nothing_where_the_baseline_is_wrong(tmp_path):
     with pytest.raises(WarehouseError, match="--baseline fleet: no assignment, expected KEY=VALUE"):
         call("compare", tmp_path, "--baseline", "fleet")
     result = CliRunner().invoke(desim, ["compare", str(tmp_path), "--baseline", "fleet.size=9"])
-    assert str(result.exception).startswith("baseline: no design with fleet.size=9")
+    assert str(result.exception).endswith(
+        "no design with fleet.size=9, expected values of the factors such as fleet.size=1"
+    )
     assert result.stdout == ""
 
 
@@ -240,6 +242,15 @@ def test_a_folder_is_that_of_a_run_or_that_of_a_study(tmp_path):
         call("compare", run)
     assert not (run / "study.json").exists()
     assert not (study / "run.json").exists()
+
+
+def test_a_change_to_a_study_is_named_by_its_option():
+    with pytest.raises(WarehouseError) as refused:
+        call("study", ROOT / "studies" / "charging.yaml", "--set", "fleet.sise=2", "--set", "tasks.load_time=-1")
+    assert str(refused.value).splitlines() == [
+        "--set fleet.sise: unknown key, did you mean 'fleet.size'?",
+        "--set tasks.load_time: too small (got -1), expected a number of at least 0",
+    ]
 
 
 def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
