@@ -128,7 +128,7 @@ class Robot(Powered):
     def reserve_bay(self, *, away: bool = False) -> None:
         """A place to go to, its own before it sets out; `away`: one without a charger."""
         self.recall_at = math.inf
-        if self.lane is not None or self.docked is not None:
+        if self.is_out:
             self.enter("returning")
             self.short = self.battery.spec is not None and self.world.dispatcher.short(self)
         self.world.parking.take(self, self.world.decisions.choose_bay(self, away=away))
@@ -137,8 +137,7 @@ class Robot(Powered):
         """Home, or wherever the policies say."""
         world = self.world
         assert self.bay is not None
-        on_node = self.held is not None  # recalled as it had just come out
-        if on_node or self.lane is not None or self.docked is not None or self.bay.node != self.parked_at:
+        if self.is_out or self.bay.node != self.parked_at:
             self.detours = world.decisions.detours
             yield from world.traffic.drive(self, world.decisions.way(self.node, self.bay.node))
             self.enter_bay(self.bay.node)
@@ -159,6 +158,11 @@ class Robot(Powered):
             self.offer = yield from self.charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
 
     # Where it is and what it is doing
+
+    @property
+    def is_out(self) -> bool:
+        """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
+        return self.lane is not None or self.held is not None or self.docked is not None
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""

@@ -74,6 +74,7 @@ def test_a_robot_called_back_as_it_waits_to_come_out_leaves_the_node_to_others()
         (near(186), "delivered", 0, 0),
         (near(393), "delivered", 2, 1),
     ]
+    assert events(run, "returning")[:2] == [(near(186), "returning", 0, -1), (near(187), "returning", 1, -1)]
     assert [event[0] for event in events(run, "parked")] == [near(187), near(206), near(453)]
     assert [(row[2], row[6]) for row in run.record.rows if row[1] == "collision"] == [(1, near(121.5)), (2, near(12.5))]
 
