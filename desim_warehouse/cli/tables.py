@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.errors import StudyError
+
 if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
 
@@ -73,6 +75,8 @@ def _show_failures(study: Study) -> None:
             failures[row.outcome.error] = failures.get(row.outcome.error, 0) + 1
     for error, count in list(failures.items())[:5]:
         click.echo(f"{runs(count)} failed: {error}", err=True)
+    if failures and sum(failures.values()) == len(study.rows):
+        raise StudyError("no run was finished")
 
 
 def runs(count: int) -> str:

@@ -280,3 +280,11 @@ def test_the_paper_again(tmp_path):
 def test_a_paper_study_that_is_not_there_is_told():
     with pytest.raises(WarehouseError, match=r"no such study; expected studies/paper\.yaml"):
         call("paper", "--study", "nowhere.yaml")
+
+
+def test_a_study_of_which_no_run_was_finished_fails():
+    flat = ["--set", "battery.threshold=0", "--set", "battery.reserve=0"]
+    some = call("what-if", MULTIBOTS, "--vary", "battery.capacity=1,10", *flat)
+    assert (some.exit_code, "1 run failed: BatteryError" in some.stderr) == (0, True)
+    with pytest.raises(WarehouseError, match="no run was finished"):
+        call("what-if", MULTIBOTS, "--vary", "battery.capacity=1,1.2", *flat)
