@@ -103,13 +103,15 @@ class Nodes:
         away = other.away
         if stay.via is None:
             gap = away.at(stay.begin) if away is not None and stay.begin < away.leave else math.inf
-            if stay.begin < other.left - TOL or gap < self.contact - self.slack:
+            if stay.begin < other.left - self.delay or gap < self.contact - self.slack:
                 self.fault(stay.begin, f"robot {robot} came out of a bay at {node}, {gap:g} from robot {leaver}")
-        elif stay.begin < other.left - TOL:
+        elif stay.begin < other.left - self.delay:
             self.fault(stay.begin, f"robot {robot} drove onto {node} while robot {leaver} was there")
         if away is None:
             return
-        train = any(abs(time - stay.begin) <= 2 * TOL and time in self.trains[leaver] for time in self.trains[robot])
+        train = any(
+            abs(time - stay.begin) <= 2 * self.delay and time in self.trains[leaver] for time in self.trains[robot]
+        )
         end = min(stay.left, self.clear(other))
         for step in range(STEPS + 1 if end > stay.begin else 0):
             time = stay.begin + (end - stay.begin) * step / STEPS

@@ -72,7 +72,7 @@ class Work:
         length, at = self.graph.edges[place.edge]["length"], visit.at(time)
         clear = self.contact <= place.offset <= length - self.contact
         short = place.offset - at
-        if abs(short) <= (TOL if clear else self.contact):
+        if abs(short) <= (TOL if clear else self.contact + TOL):
             return
         ahead = [v.at(time) - at for v in self.all_visits() if v.edge == visit.edge and v.enter <= time <= v.leave]
         if 0 < short < self.contact and any(TOL < gap <= self.contact + TOL for gap in ahead):

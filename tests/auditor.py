@@ -56,7 +56,9 @@ class Audit(Nodes, Work):
         shapes += [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
         self.speed = [speed for _, speed in shapes]
         self.contact = 2 * max(radius for radius, _ in shapes) + fleet.robot.margin  # the largest pair's, for all
-        self.slack = TOL * (1 + max(self.speed))  # lengths, and times at which robots drive, are the same within TOL
+        slowest = min(*self.speed, *(limit for *_, limit in run.layout.graph.edges(data="speed")))
+        self.slack = TOL * (1 + max(self.speed))  # lengths and times are the same within TOL: what that makes in length
+        self.delay = TOL * (1 + 1 / slowest)  # and in time
         self.theta = math.radians(model.traffic.collision_angle)
         self.graph = run.layout.graph
         self.visits = defaultdict(list)

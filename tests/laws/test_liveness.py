@@ -45,17 +45,17 @@ def crossings(run):
     node_time = run.model.traffic.node_time
     visits = Audit(run)
     visits.rebuild()
-    waits, unloaded = {}, set()
+    waits, stopped = {}, set()
     for time, kind, robot, _, node, _, value, _, _ in run.record.rows:
         if kind == "collision" and node is not None:
             waits[robot, node, round(time, 6)] = time - value
-        elif kind == "unloading":
-            unloaded.add((robot, round(time, 6)))
+        elif kind in {"unloading", "returning"}:  # or called home
+            stopped.add((robot, round(time, 6)))
     for robot, items in visits.visits.items():
         for before, after in pairwise(items):
             if before.leave != after.enter or before.times[-1] + node_time < after.enter - 1e-6:
                 continue  # it was in a bay in between, or stood on the node
-            if (robot, round(after.enter, 6)) in unloaded:
+            if (robot, round(after.enter, 6)) in stopped:
                 continue
             length = run.layout.graph.edges[before.edge]["length"]
             if length < 2 * visits.contact:
