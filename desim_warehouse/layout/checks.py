@@ -7,8 +7,9 @@ The conditions are those of docs/why.md, "Never stalled". A finding says where a
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_queues(layout, use),
         *_short(layout, use),
         *_merges(layout),
+        *_bridges(layout),
     ]
     order = {"error": 0, "warning": 1, "note": 2}
     return sorted(found, key=lambda finding: order[finding.level])
@@ -223,6 +225,49 @@ def _merges(layout: Layout) -> Iterator[Finding]:
             "layout: edges",
             f"meet at less than 60 degrees, where robots waiting on both would come closer than D: {_some(sharp)}",
         )
+
+
+def _bridges(layout: Layout) -> Iterator[Finding]:
+    """Edges that cross, drawn straight, where there is no node."""
+    places = {name: complex(data["x"], data["y"]) for name, data in layout.graph.nodes(data=True)}
+    edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
+    longest = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) or 1.0
+    squares = defaultdict(list)  # of the longest edge's length: edges that cross have one in common
+    for a, b in edges:
+        (left, right), (low, high) = (
+            sorted((math.floor(one / longest), math.floor(other / longest)))
+            for one, other in ((places[a].real, places[b].real), (places[a].imag, places[b].imag))
+        )
+        for square in ((x, y) for x in range(left, right + 1) for y in range(low, high + 1)):
+            squares[square].append((a, b))
+    pairs = {pair for near in squares.values() for pair in combinations(near, 2)}
+    crossing = sorted(
+        f"{'>'.join(one)} and {'>'.join(other)}"
+        for one, other in pairs
+        if not {*one} & {*other} and _cross([places[name] for name in (*one, *other)])
+    )
+    if crossing:
+        yield Finding(
+            "warning",
+            "layout: edges",
+            "cross where there is no node, so robots there do not give way to each other: "
+            f"{_some(crossing)}; a node where they cross makes it an intersection",
+        )
+
+
+def _cross(ends: list[complex]) -> bool:
+    """Whether the line from the first to the second point crosses that from the third to the fourth."""
+    a, b, c, d = ends
+
+    def beside(start: complex, end: complex, point: complex) -> float:
+        """How far a point lies to the right of the way from one to another."""
+        way = end - start
+        return (way.conjugate() * (point - start)).imag / (abs(way) or 1.0)
+
+    return all(
+        min(sides) < -EPS and max(sides) > EPS
+        for sides in ((beside(a, b, c), beside(a, b, d)), (beside(c, d, a), beside(c, d, b)))
+    )
 
 
 def capacity(layout: Layout, contact: float) -> int:

@@ -166,6 +166,13 @@ OTHERS = [
             "E>B and A>B"
         ),
     ),
+    (
+        with_edges(["A", "C"], ["D", "B"]),
+        (
+            "warning: layout: edges: cross where there is no node, so robots there do not give way to each other: "
+            "A>C and D>B; a node where they cross makes it an intersection"
+        ),
+    ),
 ]
 
 
@@ -184,6 +191,12 @@ def test_long_lists_are_cut_short():
     [line] = [line for line in findings(**with_edges(*edges, **nodes)) if "shorter than 2 (D)" in line]
     assert "10 are shorter than 2 (D)" in line
     assert "B>N0, N0>N1, N1>N2, N2>N3, N3>N4, N4>N5, N5>N6, N6>N7 and 2 more" in line
+
+
+def test_edges_that_only_touch_do_not_cross():
+    # a way that ends on another's node, and one that runs beside it
+    touching = with_edges(["A", "M"], ["M", "C"], ["M", "N"], ["N", "C"], M=[10, 10], N=[10, 15])
+    assert not [line for line in findings(**touching) if "cross" in line]
 
 
 def test_errors_come_first_then_warnings_then_notes():
