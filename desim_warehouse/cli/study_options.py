@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -245,14 +246,17 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 
 @contextmanager
 def interruptible(study: Study, out: str | None) -> Iterator[None]:
-    """Ctrl-C ends with a message about what is kept, and exit status 130."""
+    """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         kept = (
             f"{len(study.rows)} finished runs are kept in {out}; the same command goes on"
             if out
             else ("nothing is kept without --out DIR")
         )
         click.echo(f"stopped: {kept}", err=True)
-        sys.exit(130)
+        sys.exit(128 + (stop.args[0] if stop.args else signal.SIGINT))
+    finally:
+        signal.signal(signal.SIGTERM, before)

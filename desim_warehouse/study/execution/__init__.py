@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, ExitStack
 from typing import TYPE_CHECKING, Protocol, Self
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution.ctrl_c import CtrlC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,9 +46,11 @@ class Opened:
         self.timeout = timeout
         self.say = say
         self.stack = ExitStack()
+        self.ctrl_c = CtrlC()
         self.execution: Execution | None = None
 
     def __enter__(self) -> Self:
+        self.stack.enter_context(self.ctrl_c)
         return self
 
     def __exit__(
@@ -59,7 +62,12 @@ class Opened:
         """Simulate every wanted run."""
         if self.execution is None:
             self.execution = self.stack.enter_context(self._open())
-        self.execution.run(wanted, done)
+
+        def heeded(position: int, outcome: Outcome) -> None:
+            done(position, outcome)
+            self.ctrl_c.heed()
+
+        self.execution.run(wanted, heeded)
 
     def _open(self) -> AbstractContextManager[Execution]:
         if self.cluster is not None:
