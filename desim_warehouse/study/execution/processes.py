@@ -7,15 +7,16 @@ short runs: with two workers it does half of the work while the other worker is 
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
+from multiprocessing.context import SpawnContext, SpawnProcess
 from time import monotonic
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
@@ -63,9 +64,10 @@ class Worker:
     def start(self) -> None:
         """Begin a new process."""
         self.starts += 1
-        self.executor = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), child.prepare)
+        self.context = _Spawn()
+        self.executor = ProcessPoolExecutor(1, self.context, child.prepare)
         with _bare_main(), _without_ctrl_c():
-            self.hello: Future[int] = self.executor.submit(child.begin, self.base)
+            self.hello: Future[None] = self.executor.submit(child.begin, self.base)
         self.ready = False
         self.begun: float | None = None
 
@@ -96,10 +98,13 @@ class Worker:
         return monotonic() - self.begun > (self.timeout + _GRACE) * len(self.batches[0].positions)
 
     def kill(self) -> None:
-        """End the process at once."""
-        if self.hello.done() and not self.hello.cancelled() and self.hello.exception() is None:
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(self.hello.result(), signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+        """End the process at once, and those that policies started in it."""
+        for process in self.context.processes:
+            with suppress(OSError):
+                if hasattr(os, "killpg") and process.pid is not None:
+                    os.killpg(process.pid, signal.SIGKILL)
+            with suppress(OSError):
+                process.kill()  # before it has made a group of its own
         self.executor.shutdown(wait=False, cancel_futures=True)
 
 
@@ -125,6 +130,8 @@ class Processes:
     ) -> None:
         for worker in self.workers:
             worker.kill()
+        for worker in self.workers:
+            worker.executor.shutdown(wait=True)
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
         """Simulate every wanted run.
@@ -154,7 +161,8 @@ class Processes:
                     self.died(worker, batches)
                     break
                 if error is not None:
-                    raise StudyError(f"worker processes cannot begin ({type(error).__name__}: {error})") from error
+                    what = "a worker process failed" if worker.ready else "worker processes cannot begin"
+                    raise StudyError(f"{what} ({type(error).__name__}: {error})") from error
                 if not worker.ready:
                     worker.ready = True
                     continue
@@ -218,18 +226,36 @@ class Processes:
         self.workers.append(Worker(self.base, self.timeout))
 
 
+class _Spawn(SpawnContext):
+    """Starts processes afresh and remembers them: one can be killed that has not said hello."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.processes: list[SpawnProcess] = []
+
+    def Process(self, *args: Any, **more: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        process = SpawnProcess(*args, **more)
+        self.processes.append(process)
+        return process
+
+
+_hiding = threading.Lock()
+
+
 @contextmanager
 def _bare_main() -> Iterator[None]:
     """Hide the main module from new processes: they need ours only.
 
-    So they start sooner, and a script that runs a study needs no `if __name__ == "__main__"`.
+    So they start sooner, and a script that runs a study needs no `if __name__ == "__main__"`. One thread at a time,
+    so that it is the main module that comes back.
     """
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
+    with _hiding:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
 
 
 @contextmanager
