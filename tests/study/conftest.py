@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 MULTIBOTS = ROOT / "models" / "multibots.yaml"
 
 BAD_POLICIES = '''
-import os, signal, time
+import os, re, signal, subprocess, sys, time
 from dataclasses import dataclass
 
 
@@ -34,10 +34,42 @@ class Home:
             time.sleep(0.01)
         if self.what == "die":
             os.kill(os.getpid(), signal.SIGKILL)
+        if self.what == "exit":
+            sys.exit(3)
+        if self.what == "hold":  # for years, and no other thread of the process has its turn
+            self.leave_mark(os.getpid())
+            re.match("(a+)+$", 40 * "a" + "b")
+        if self.what == "Ctrl-C as a generator is closed" and not os.path.exists(self.mark):
+            self.leave_mark(os.getpid())
+            closing = self.interrupted()
+            next(closing)
+            del closing
+        if self.what == "start a process" and not os.path.exists(self.mark):
+            self.leave_mark(subprocess.Popen(["sleep", "1000"]).pid)
+        if self.what == "fork" and not os.path.exists(self.mark):
+            copy = os.fork()
+            if copy:
+                self.leave_mark(copy)
+        if self.what == "fork and wait" and not os.path.exists(self.mark):
+            copy = os.fork()
+            if not copy:
+                time.sleep(1000)
+            self.leave_mark(copy)
         if self.what == "die once" and not os.path.exists(self.mark):
             open(self.mark, "w").close()
             os.kill(os.getpid(), signal.SIGKILL)
         return next(bay.node for bay in bays if bay.node == robot.home)
+
+    def leave_mark(self, process):
+        with open(self.mark, "w") as file:
+            file.write(str(process))
+
+    def interrupted(self):
+        try:
+            yield
+        finally:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(1)
 '''
 
 

@@ -1,5 +1,6 @@
 """Faults from outside: whole studies and single workers killed, runs that never end, Ctrl-C."""
 
+import json
 import os
 import random
 import signal
@@ -127,6 +128,78 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     with Store(tmp_path, pytest.fail) as store:
         assert len(store.runs) == lines(tmp_path) > 100
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
+
+
+def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, parking, capfd):
+    """Python drops the exception there: the study heeds Ctrl-C after the run."""
+    mark = tmp_path / "mark"
+    case = parking("Ctrl-C as a generator is closed", mark=str(mark))
+    with pytest.raises(KeyboardInterrupt):
+        study(5, {"policies.parking": {"named": {"interrupted": case}}}).run(out=tmp_path / "out")
+    assert lines(tmp_path / "out") == 1
+    assert "ignored" not in capfd.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
+    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    wait_for(lambda: children(process.pid))
+    (worker,) = children(process.pid)
+    os.kill(worker, signal.SIGSTOP)  # it never says hello
+    wait_for(lambda: lines(tmp_path) > 0)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert said.startswith("stopped: ")
+    assert not alive(worker)
+
+
+def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
+    workers = children(process.pid)
+    process.terminate()
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 143
+    count = lines(tmp_path)
+    assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command goes on\n"
+    assert len(pd.read_parquet(tmp_path / "results.parquet")) == count
+    assert not any(alive(pid) for pid in workers)
+
+
+def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_run(tmp_path, parking):
+    mark = tmp_path / "mark"
+    holding = f"policies.parking={json.dumps(parking('hold', mark=str(mark)))}"
+    options = ["--set", "tasks.goods={random: 8}", "--vary", holding, "--replications", "2", "--workers", "2"]
+    quiet = subprocess.DEVNULL
+    process = subprocess.Popen([*DESIM, "what-if", str(MULTIBOTS), *options], stdout=quiet, stderr=quiet)
+    wait_for(lambda: mark.exists() and mark.read_text())
+    worker = int(mark.read_text())
+    assert alive(worker)
+    process.kill()
+    process.wait()
+    wait_for(lambda: not alive(worker))
+
+
+@pytest.mark.parametrize("what", ["start a process", "fork", "fork and wait"])
+def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking, what):
+    mark = tmp_path / "mark"
+    cases = {"good": "home", "starts": parking(what, mark=str(mark))}
+    made = study(5, {"policies.parking": {"named": cases}}).run(workers=2, out=tmp_path / "out")
+    assert made.table["error"].isna().all()
+    assert lines(tmp_path / "out") == 10  # a copy of the worker counts nothing twice
+    wait_for(lambda: not alive(int(mark.read_text())))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parking, workers):
+    cases = {"exits": parking("exit"), "good": "home"}
+    made = study(2, {"policies.parking": {"named": cases}}).run(workers=workers)
+    errors = made.table.set_index("policies.parking")["error"]
+    assert errors["good"].isna().all()
+    assert errors["exits"].tolist() == ["SystemExit: 3"] * 2
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 TIME_OUT = "time-out"
 _LOOK = 0.05  # seconds between looks at the limits
 _KEPT = 64  # models at hand
+_SAID = 1000  # characters of an error that are kept
 _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 
 
@@ -138,9 +139,11 @@ class Bench:
         except TimeOutError:
             taken = _since(begin)
             return Outcome({}, taken, f"{TIME_OUT}: not finished after {timeout:g} s", final=False)
-        except Exception as error:  # noqa: BLE001 - one failing run is a row with its error
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 - one failing run, by sys.exit too, is a row with its error
             taken = _since(begin)
-            said = " ".join(str(error).split()) or "no message"
+            said = " ".join(str(error)[:_SAID].split()) or "no message"
             return Outcome(
                 {},
                 taken,
