@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
@@ -241,6 +242,28 @@ def test_a_script_needs_no_main_guard(tmp_path):
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout == "180 []\n"
     assert not done.stderr
+
+
+def test_a_study_in_a_working_directory_that_was_deleted_says_what_to_do(tmp_path, monkeypatch):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    with pytest.raises(
+        dw.StudyError, match=r"cannot be started \(.*\); try --workers 1, from a working directory that"
+    ):
+        study(1).run(workers=3)
+    assert len(study(1).run().table) == 3
+
+
+def test_studies_in_threads_of_one_process_are_apart(tmp_path):
+    main = sys.modules["__main__"]
+    with ThreadPoolExecutor(3) as threads:
+        made = list(threads.map(lambda name: study(30).run(workers=2, out=tmp_path / name), "abc"))
+    assert sys.modules["__main__"] is main
+    alone = finished(study(30).run().table)
+    assert all(finished(each.table).equals(alone) for each in made)
+    assert [lines(tmp_path / name) for name in "abc"] == [90, 90, 90]
 
 
 def test_two_studies_in_one_folder_are_refused_and_a_killed_one_leaves_no_lock(tmp_path):

@@ -21,7 +21,7 @@ from time import monotonic
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import child
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.work import TIME_OUT, Bench, Outcome, Wanted
@@ -66,8 +66,15 @@ class Worker:
         self.starts += 1
         self.context = _Spawn()
         self.executor = ProcessPoolExecutor(1, self.context, child.prepare)
-        with _bare_main(), _without_ctrl_c():
-            self.hello: Future[None] = self.executor.submit(child.begin, self.base)
+        try:
+            with _bare_main(), _without_ctrl_c():
+                self.hello: Future[None] = self.executor.submit(child.begin, self.base)
+        except BaseException as error:
+            self.kill()
+            if isinstance(error, OSError):
+                said = "try --workers 1, from a working directory that exists"
+                raise StudyError(f"worker processes cannot be started ({reason(error)}); {said}") from error
+            raise
         self.ready = False
         self.begun: float | None = None
 
@@ -100,11 +107,13 @@ class Worker:
     def kill(self) -> None:
         """End the process at once, and those that policies started in it."""
         for process in self.context.processes:
-            with suppress(OSError):
-                if hasattr(os, "killpg") and process.pid is not None:
+            if process.pid is None:  # it could not be started
+                continue
+            if hasattr(os, "killpg"):
+                with suppress(OSError):
                     os.killpg(process.pid, signal.SIGKILL)
             with suppress(OSError):
-                process.kill()  # before it has made a group of its own
+                process.kill()  # it may have no group of its own yet
         self.executor.shutdown(wait=False, cancel_futures=True)
 
 
@@ -122,12 +131,21 @@ class Processes:
         self.long = 0
 
     def __enter__(self) -> Self:
-        self.workers = [Worker(self.base, self.timeout) for _ in range(self.count - 1)]
+        try:
+            for _ in range(self.count - 1):
+                self.workers.append(Worker(self.base, self.timeout))
+        except BaseException:
+            self.end()
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """End all workers."""
         for worker in self.workers:
             worker.kill()
         for worker in self.workers:
