@@ -30,6 +30,9 @@ class Home:
                 pass
         if self.what == "block":
             time.sleep(1000)
+        if self.what == "block once" and not os.path.exists(self.mark):
+            self.leave_mark(os.getpid())
+            time.sleep(1000)
         if self.what == "slow":
             time.sleep(0.01)
         if self.what == "die":

@@ -14,6 +14,8 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.work import Bench, Wanted
 from desim_warehouse.study.store import JOURNAL, Store
 
 from .conftest import MULTIBOTS
@@ -221,6 +223,31 @@ def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkey
     assert pd.isna(errors["good"])
     assert errors["stuck"] == "time-out: not finished after 2.5 s, and its process had to be killed"
     assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
+
+
+def test_one_stuck_run_in_a_batch_of_short_ones_is_found_as_soon_as_one_that_is_alone(parking, tmp_path):
+    cases = {"good": "home", "stuck": parking("block once", mark=str(tmp_path / "mark"))}
+    begin = time.monotonic()
+    made = study(300, {"policies.parking": {"named": cases}}, timeout=1.0).run(workers=2)
+    assert time.monotonic() - begin < 30  # each run of the batch may take 1 s: that could be 50 s
+    assert made.table["error"].isna().all()  # done again with success
+    assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
+
+
+def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monkeypatch):
+    monkeypatch.setattr("desim_warehouse.study.execution.work.ENOUGH", 0.0)
+    base = study(1).plan.base
+    wanted = [Wanted(0, {}, seed) for seed in range(5)]
+    done = []
+    batches = Batches(wanted, lambda position, _: done.append(position))
+    bench = Bench(base)
+    batches.run_time = 0.0001
+    while positions := batches.take(1):
+        outcomes = bench.batch([wanted[position] for position in positions])
+        assert len(outcomes) == 1
+        batches.finish(positions, outcomes)
+    assert done == [0, 1, 2, 3, 4]
+    assert not batches.open
 
 
 def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, tmp_path):

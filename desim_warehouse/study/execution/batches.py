@@ -44,9 +44,10 @@ class Batches:
         number = max(1, least, min(size, fair))
         return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
 
-    def finish(self, positions: Iterable[int], outcomes: Iterable[Outcome]) -> None:
-        """These runs are finished."""
-        for position, outcome in zip(positions, outcomes, strict=True):
+    def finish(self, positions: Sequence[int], outcomes: Sequence[Outcome]) -> None:
+        """These runs are finished; those without an outcome were not begun."""
+        self.put_back(positions[len(outcomes) :])
+        for position, outcome in zip(positions, outcomes, strict=False):
             before = outcome.run_time if self.run_time is None else self.run_time
             self.run_time = before + 0.2 * (outcome.run_time - before)
             self.open -= 1

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import child
 from desim_warehouse.study.execution.batches import Batches
-from desim_warehouse.study.execution.work import TIME_OUT, Bench, Outcome, Wanted
+from desim_warehouse.study.execution.work import ENOUGH, TIME_OUT, Bench, Outcome, Wanted
 from desim_warehouse.study.plan import own_policies
 
 if TYPE_CHECKING:
@@ -102,7 +102,8 @@ class Worker:
             return False
         if self.begun is None:
             self.begun = monotonic()
-        return monotonic() - self.begun > (self.timeout + _GRACE) * len(self.batches[0].positions)
+        before = ENOUGH if len(self.batches[0].positions) > 1 else 0.0
+        return monotonic() - self.begun > before + self.timeout + _GRACE
 
     def kill(self) -> None:
         """End the process at once, and those that policies started in it."""
