@@ -71,6 +71,7 @@ class Worker:
                 self.hello: Future[None] = self.executor.submit(child.begin, self.base)
         except BaseException as error:
             self.kill()
+            self.close()
             if isinstance(error, OSError):
                 said = "try --workers 1, from a working directory that exists"
                 raise StudyError(f"worker processes cannot be started ({reason(error)}); {said}") from error
@@ -115,7 +116,10 @@ class Worker:
                     os.killpg(process.pid, signal.SIGKILL)
             with suppress(OSError):
                 process.kill()  # it may have no group of its own yet
-        self.executor.shutdown(wait=False, cancel_futures=True)
+
+    def close(self, *, wait: bool = False) -> None:
+        """Let go of a process that was killed."""
+        self.executor.shutdown(wait=wait, cancel_futures=True)
 
 
 class Processes:
@@ -136,21 +140,21 @@ class Processes:
             for _ in range(self.count - 1):
                 self.workers.append(Worker(self.base, self.timeout))
         except BaseException:
-            self.end()
+            self.end(wait=True)
             raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.end()
+        self.end(wait=kind is not None)  # this process may be about to end: Python wants no worker half gone then
 
-    def end(self) -> None:
+    def end(self, *, wait: bool) -> None:
         """End all workers."""
         for worker in self.workers:
             worker.kill()
         for worker in self.workers:
-            worker.executor.shutdown(wait=True)
+            worker.close(wait=wait)
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
         """Simulate every wanted run.
@@ -219,6 +223,7 @@ class Processes:
             batches.put_back(batch.positions)
         worker.batches.clear()
         worker.kill()
+        worker.close()
         self.say(why)
         worker.start()
 
