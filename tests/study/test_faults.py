@@ -15,6 +15,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.ctrl_c import CtrlC
 from desim_warehouse.study.execution.work import Bench, Wanted
 from desim_warehouse.study.store import JOURNAL, Store
 
@@ -141,6 +142,15 @@ def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, 
         study(5, {"policies.parking": {"named": {"interrupted": case}}}).run(out=tmp_path / "out")
     assert lines(tmp_path / "out") == 1
     assert "ignored" not in capfd.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then():
+    with pytest.raises(KeyboardInterrupt), CtrlC() as ctrl_c:
+        with ctrl_c.held():
+            os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            ctrl_c.heed()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

@@ -77,7 +77,7 @@ class Opened:
         if self.count > 1:
             from desim_warehouse.study.execution.processes import Processes
 
-            return Processes(self.base, self.count, self.timeout, self.say)
+            return Processes(self.base, self.count, self.timeout, self.say, self.ctrl_c)
         from desim_warehouse.study.execution.serial import Serial
 
         return Serial(self.base, self.timeout)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from typing import TYPE_CHECKING, NoReturn, Self
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import FrameType, TracebackType
 
 
@@ -21,6 +23,7 @@ class CtrlC:
     def __init__(self) -> None:
         self.struck: int | None = None
         self.ours: list[signal.Signals] = []
+        self.holding = False
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
@@ -47,11 +50,21 @@ class CtrlC:
         if self.struck is not None:
             raise KeyboardInterrupt(self.struck)
 
+    @contextmanager
+    def held(self, holding: bool = True) -> Iterator[None]:
+        """Within it Ctrl-C waits for `heed`: locks of other modules stay locked where it strikes at a bad instant."""
+        before, self.holding = self.holding, holding
+        try:
+            yield
+        finally:
+            self.holding = before
+
     def _dropped(self, what: sys.UnraisableHookArgs) -> None:
         """Ctrl-C was dropped: nothing to tell, the study ends after this run."""
         if self.struck is None or what.exc_type is not KeyboardInterrupt:
             self.hook(what)
 
-    def _strike(self, number: int, _frame: FrameType | None) -> NoReturn:
+    def _strike(self, number: int, _frame: FrameType | None) -> None:
         self.struck = number
-        raise KeyboardInterrupt(number)
+        if not self.holding:
+            raise KeyboardInterrupt(number)

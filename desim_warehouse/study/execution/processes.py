@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.ctrl_c import CtrlC
 
 _AHEAD = 2  # batches that a worker has: one to work on, one to go on with
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
@@ -125,7 +126,10 @@ class Worker:
 class Processes:
     """Simulates in `count` processes, this one among them while runs are short."""
 
-    def __init__(self, base: Model, count: int, timeout: float | None, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, base: Model, count: int, timeout: float | None, say: Callable[[str], None], ctrl_c: CtrlC
+    ) -> None:
+        self.ctrl_c = ctrl_c
         self.base = base
         self.count = count
         self.timeout = timeout
@@ -137,8 +141,10 @@ class Processes:
 
     def __enter__(self) -> Self:
         try:
-            for _ in range(self.count - 1):
-                self.workers.append(Worker(self.base, self.timeout))
+            with self.ctrl_c.held():
+                for _ in range(self.count - 1):
+                    self.workers.append(Worker(self.base, self.timeout))
+            self.ctrl_c.heed()
         except BaseException:
             self.end(wait=True)
             raise
@@ -163,14 +169,21 @@ class Processes:
             StudyError: where worker processes cannot be started.
         """
         batches = Batches(wanted, done, self.run_time)
+        with self.ctrl_c.held():
+            self.deal(wanted, batches)
+
+    def deal(self, wanted: Sequence[Wanted], batches: Batches) -> None:
+        """Deal runs out until all are finished; Ctrl-C is heeded between two turns, and in runs that are done here."""
         while batches.open:
+            self.ctrl_c.heed()
             for worker in self.workers:
                 while worker.ready and len(worker.batches) < _AHEAD and (positions := batches.take(self.count)):
                     worker.give(positions, [wanted[position] for position in positions])
             self.run_time = batches.run_time
             positions = [] if self.bench is None else batches.take(self.count, _HELP)
             if self.bench is not None and positions:
-                self.help(self.bench, positions, batches)
+                with self.ctrl_c.held(False):
+                    self.help(self.bench, positions, batches)
             if awaited := [future for worker in self.workers if (future := worker.awaited) is not None]:
                 wait(awaited, _BREATH if positions else _POLL, FIRST_COMPLETED)
             self.collect(batches)
@@ -247,7 +260,8 @@ class Processes:
         """Leave these runs, and all that follow, to the workers; there is one more of them now."""
         batches.put_back(positions)
         self.bench = None
-        self.workers.append(Worker(self.base, self.timeout))
+        with self.ctrl_c.held():
+            self.workers.append(Worker(self.base, self.timeout))
 
 
 class _Spawn(SpawnContext):
