@@ -146,11 +146,11 @@ def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, 
 
 
 def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then():
-    with pytest.raises(KeyboardInterrupt), CtrlC() as ctrl_c:
-        with ctrl_c.held():
-            os.kill(os.getpid(), signal.SIGINT)
-        with pytest.raises(KeyboardInterrupt):
-            ctrl_c.heed()
+    ctrl_c = CtrlC()
+    with pytest.raises(KeyboardInterrupt), ctrl_c, ctrl_c.held():
+        os.kill(os.getpid(), signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        ctrl_c.heed()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
