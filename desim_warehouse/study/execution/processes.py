@@ -38,7 +38,7 @@ _AHEAD = 2  # batches that a worker has: one to work on, one to go on with
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _POLL = 0.2  # seconds
 _HELP = 0.02  # seconds of work that this process does between looking after the workers
-_BREATH = 0.0003  # seconds between such pieces of work in which the threads that talk to the workers get their turn
+_BREATH = 0.0001  # seconds between such pieces of work in which the threads that talk to the workers get their turn
 _SHORT = 0.05  # seconds: runs of this length at most are done here ...
 _LONG = 3  # ... until so many in a row were longer
 _STUCK = 0.5  # seconds after which a run begun here is left to a worker
@@ -135,7 +135,7 @@ class Processes:
         self.timeout = timeout
         self.say = say
         self.workers: list[Worker] = []
-        self.bench: Bench | None = Bench(base)  # None: this process does no runs
+        self.bench: Bench | None = None  # None: this process does no runs
         self.run_time: float | None = None
         self.long = 0
 
@@ -145,6 +145,7 @@ class Processes:
                 for _ in range(self.count - 1):
                     self.workers.append(Worker(self.base, self.timeout))
             self.ctrl_c.heed()
+            self.bench = Bench(self.base)  # what that imports is imported while the workers begin
         except BaseException:
             self.end(wait=True)
             raise
