@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from difflib import get_close_matches
 from typing import Any
 
 import click
 
+from desim_warehouse.model.outline import nearest
 from desim_warehouse.policies.catalogue import OURS, find, parameters_of, source_of
 
 
@@ -28,8 +28,8 @@ def command(name: str | None) -> None:
         found = [(kind, name) for kind in OURS if _is_one(kind, name)]
     if not found:
         every = dict.fromkeys(policy for policies in OURS.values() for policy in policies)
-        near = get_close_matches(name, every, n=1)
-        hint = f"did you mean {near[0]!r}? Expected" if near else "expected"
+        near = nearest(name, every)
+        hint = f"did you mean {near!r}? Expected" if near else "expected"
         raise click.UsageError(f"no policy {name!r}, {hint} one of {', '.join(every)}, or your own as file.py:Class")
     for kind, policy in found:
         click.echo(f"policies.{kind}: {policy}\n")

@@ -229,7 +229,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
 
 def _bridges(layout: Layout) -> Iterator[Finding]:
     """Edges that cross, drawn straight, where there is no node."""
-    places = {name: complex(data["x"], data["y"]) for name, data in layout.graph.nodes(data=True)}
+    places = {name: layout.point(name) for name in layout.graph}
     edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
     longest = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) or 1.0
     squares = defaultdict(list)  # of the longest edge's length: edges that cross have one in common

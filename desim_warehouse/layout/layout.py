@@ -58,6 +58,11 @@ class Layout:
     stations: dict[str, StationPlaces]
     goods_size: float = 0.0
 
+    def point(self, node: str) -> complex:
+        """Where a node is: x + iy."""
+        place = self.graph.nodes[node]
+        return complex(place["x"], place["y"])
+
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
         """The point `offset` length units along an edge drawn straight."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]

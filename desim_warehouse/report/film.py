@@ -13,7 +13,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import PALETTES, window
-from desim_warehouse.report.replay.timeline import Timeline, timeline
+from desim_warehouse.report.replay.timeline import Timeline, at_rest, timeline
 from desim_warehouse.report.zones import robot_radii
 
 if TYPE_CHECKING:
@@ -141,12 +141,12 @@ class Picture:
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
 
     def moods(self, time: float) -> list[str]:
-        """The colour of every robot at a time; one that queues without a task does so for a charger."""
+        """The colour of every robot at a time."""
         moods = []
         for rows, times in zip(self.events.states, self.state_times, strict=True):
             _, state, task, _ = rows[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
             name = STATES[state]
-            moods.append("idle" if name == "queueing" and task < 0 else MOOD[name])
+            moods.append("idle" if at_rest(name, task) else MOOD[name])
         return moods
 
     def waiting(self, time: float) -> list[bool]:

@@ -82,10 +82,14 @@ class Body:
             return self.since if position == self.pos else -math.inf
         return self.until - (self.target - position) / self.pace
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether it waits in traffic now."""
+        return self.claim is not None or self.waiting_behind is not None
+
     def waited_by(self, now: float) -> float:
         """Time waited in traffic so far, the present episode included."""
-        waiting = self.claim is not None or self.waiting_behind is not None
-        return self.waited + (now - self.waiting_since if waiting else 0.0)
+        return self.waited + (now - self.waiting_since if self.is_waiting else 0.0)
 
     def distance(self, now: float) -> float:
         """Length driven so far."""

@@ -152,11 +152,7 @@ class Energy:
         """Free driving time to the node it comes to next, its node time included."""
         if robot.lane is None or robot.held is not None:
             return 0.0
-        here = (
-            robot.pos
-            if robot.claim is not None or robot.waiting_behind is not None
-            else robot.distance(self.world.env.now) - robot.driven
-        )
+        here = robot.position(self.world.env.now)
         return float((robot.lane.length - here) / robot.pace + self.world.travel.node_time)
 
     def free_at(self, robot: Powered) -> tuple[str, float]:

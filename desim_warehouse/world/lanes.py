@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from functools import lru_cache
 from heapq import heappush
 from typing import TYPE_CHECKING
 
@@ -165,13 +166,14 @@ def closing_distance(angle: float, theta: float, contact: float, approach: float
     return min(max(gap - approach, 0.0), contact)
 
 
+@lru_cache(maxsize=10_000)
 def closing_apart(
     shift: complex, comes: float, leaves: float, theta: float, contact: float, approach: float, ratio: float
 ) -> float:
     """The same for two nodes of one intersection: the one that leaves did so `shift` from where the next one comes to.
 
-    Found by trial of x and y, on the safe side by a step or two; `ratio` is how far the one that leaves drives, at
-    least, while the other drives 1.
+    Found by trial of x and y, once for all runs of a study, on the safe side by a step or two; `ratio` is how far the
+    one that leaves drives, at least, while the other drives 1.
     """
     steps = 40
     near = (approach + contact) / steps / 2  # how far apart any x, y and those tried are

@@ -70,16 +70,11 @@ class Motion(Reservations):
         onward.last = robot
         onward.entering = False
         onward.passages += 1
-        node = onward.start
-        if node.holder is robot:  # in a rotation it may be the next robot's already
-            node.holder = None
-        node.left_by(robot, onward, clear)
         if self.log.moves:
             self.log.cross(self.env._now, robot, lane, clear)
         if lane is not None:
             self._made_room(lane, behind)
-        if node.claims:
-            self.freed(node)
+        self.leave(robot, onward.start)
 
     def commit(self, robot: Body, target: float) -> None:
         """Let a robot drive on to `target` on its lane, and all set off who gain by it."""
@@ -209,8 +204,8 @@ class Motion(Reservations):
             self.freed(node)
 
     def leave(self, robot: Body, node: Intersection) -> None:
-        """A robot that stood on an intersection sets off along its lane."""
-        if node.holder is robot:
+        """A robot leaves an intersection along its lane, at the time at which it sets off there."""
+        if node.holder is robot:  # in a rotation it may be the next robot's already
             node.holder = None
         node.left_by(robot, robot.lane, robot.since)
         if node.claims:

@@ -129,7 +129,7 @@ class Powered(Body, ABC):
         levels = self.world.decisions.levels(self.view())
         recall_at = battery.lasts_until(now, levels.critical)
         self.looks_ahead = levels.margin is not None
-        if levels.margin is not None and (self.claim is not None or self.waiting_behind is not None):
+        if levels.margin is not None and self.is_waiting:
             assert self.job is not None
             if not self.at_edge_of(self.job):
                 need = self.world.shown.energy.need_now(self, levels.charger)

@@ -53,7 +53,7 @@ class Reservations:
         self.theta = theta
         self.mixed = mixed
         self.lanes, self.nodes = network(layout, contact)
-        self._places = {name: complex(data["x"], data["y"]) for name, data in layout.graph.nodes(data=True)}
+        self.layout = layout
         self.gridlock: Gridlock
         self._closings: dict[tuple[Lane | None, Lane, float], float] = {}
 
@@ -88,7 +88,7 @@ class Reservations:
             return self.contact
         approach = via.length if via.short else self.contact
         if via.edge[1] != left_on.edge[0]:
-            shift = self._places[left_on.edge[0]] - self._places[via.edge[1]]
+            shift = self.layout.point(left_on.edge[0]) - self.layout.point(via.edge[1])
             return closing_apart(shift, via.heading, left_on.heading, self.theta, self.contact, approach, ratio)
         angle = turn(via.heading, left_on.heading)
         return closing_distance(angle, self.theta, self.contact, approach * ratio)

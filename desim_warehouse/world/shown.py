@@ -189,6 +189,6 @@ class Shown:
         """Robots that wait on an edge now."""
         count, robot = 0, self.world.traffic.lanes[edge].last
         while robot is not None:
-            count += robot.claim is not None or robot.waiting_behind is not None
+            count += robot.is_waiting
             robot = robot.ahead
         return count

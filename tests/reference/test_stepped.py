@@ -1,21 +1,9 @@
 """The stepped reference against the results of the authors' program, and against cases worked out by hand."""
 
-import csv
-from pathlib import Path
-
 import pytest
 
+from .paper import CELLS, GROUPS
 from .stepped import LETTERS, Outcome, Setting, Warehouse, highways, place_of, simulate
-
-GROUPS = {  # the paper's Table III
-    1: (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
-    2: (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
-    3: (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
-    4: (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
-    5: (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
-}
-with (Path(__file__).parent / "program.csv").open() as file:  # the figures' and the program's results
-    CELLS = [{column: float(value) for column, value in row.items()} for row in csv.DictReader(file)]
 
 # Steps: along a row ceil(150 / 4) = 38, along a column ceil(250 / 4) = 63, and one at the node reached.
 ROW, COLUMN = 38 + 1, 63 + 1

@@ -1,6 +1,5 @@
 """MultiBots, the paper's warehouse: its worked route, its goods, its 30 cells, and the stepped reference beside it."""
 
-import csv
 import random
 import statistics
 from pathlib import Path
@@ -9,22 +8,12 @@ import pytest
 
 import desim_warehouse as dw
 from tests.reference import stepped
-
-TESTS = Path(__file__).parent.parent
-GROUPS = {  # the paper's Table III
-    1: (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),
-    2: (74, 50, 62, 15, 49, 34, 14, 72, 31, 37),
-    3: (68, 79, 56, 47, 48, 75, 23, 50, 76, 16),
-    4: (59, 6, 74, 2, 67, 49, 53, 28, 25, 79),
-    5: (14, 65, 41, 75, 22, 36, 54, 74, 9, 48),
-}
-with (TESTS / "reference" / "program.csv").open() as file:
-    CELLS = [{column: float(value) for column, value in row.items()} for row in csv.DictReader(file)]
+from tests.reference.paper import CELLS, GROUPS
 
 
 @pytest.fixture(scope="module")
 def multibots():
-    return dw.load(TESTS.parent / "models" / "multibots.yaml")
+    return dw.load(Path(__file__).parents[2] / "models" / "multibots.yaml")
 
 
 def run(multibots, robots, goods, **changes):

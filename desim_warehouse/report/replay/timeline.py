@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.log import STATES
-from desim_warehouse.model.schema import Consumption, Good, Tasks
+from desim_warehouse.model.schema import Consumption
 from desim_warehouse.world.battery import RATE_OF
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ EPS = 1e-6
 
 @dataclass
 class TaskTimes:
-    """When a task was released, loaded and delivered (inf: never), and its good (-1: not known)."""
+    """When a task was released, loaded and delivered (inf: never), and its good."""
 
     good: int
     released: float
@@ -49,6 +49,11 @@ class Timeline:
     waits: list[Wait] = field(default_factory=list)
 
 
+def at_rest(state: str, task: int) -> bool:
+    """Whether a robot is in a bay and draws nothing: one that queues without a task does so for a charger."""
+    return state == "idle" or (state == "queueing" and task < 0)
+
+
 def timeline(run: Run) -> Timeline:
     """Everything that the page shows of a run but the robots' ways."""
     return _Reader(run).read()
@@ -64,13 +69,8 @@ class _Reader:
         self.result = Timeline([[(0.0, 0, -1, capacity)] for _ in range(count)])
         self.number = {edge: number for number, edge in enumerate(run.layout.graph.edges)}
         self.on = [-1] * count
-        self.position = [0.0] * count
         self.arrived = [-math.inf] * count
         self.announced: list[Wait | None] = [None] * count
-        self.listed = _listed(run.model.tasks)
-        self.place_at: dict[tuple[int, float], int] = {}
-        for place in reversed(run.layout.storage):
-            self.place_at[self.number[place.edge], round(place.offset, 6)] = place.number
 
     def read(self) -> Timeline:
         """All columns."""
@@ -94,8 +94,8 @@ class _Reader:
         return self.result
 
     def _drive(self, row: tuple[Any, ...]) -> None:
-        time, _, robot, _, _, edge, value, until, _ = row
-        self.on[robot], self.position[robot] = self.number[edge], value
+        time, _, robot, _, _, edge, _, until, _ = row
+        self.on[robot] = self.number[edge]
         self.arrived[robot] = max(time, until)
         wait = self.announced[robot]
         if wait is not None and wait.edge == self.on[robot]:
@@ -121,11 +121,8 @@ class _Reader:
         self.result.waits.append(wait)
 
     def _released(self, row: tuple[Any, ...]) -> None:
-        time, _, _, task, _, _, value, _, _ = row
-        good = -1 if value is None else int(value)
-        if good < 0 and task < len(self.listed):
-            good = self.listed[task]
-        self.result.tasks[task] = TaskTimes(good, time)
+        time, _, _, task, _, _, good, _, _ = row
+        self.result.tasks[task] = TaskTimes(int(good), time)
 
     def _delivered(self, row: tuple[Any, ...]) -> None:
         self.result.tasks[row[3]].delivered = row[0]
@@ -137,12 +134,7 @@ class _Reader:
     def _state(self, row: tuple[Any, ...]) -> None:
         time, kind, robot, task, _, _, energy, _, _ = row
         self.result.states[robot].append((time, STATES.index(kind), task, energy or 0.0))
-        if kind == "loading":
-            item = self.result.tasks[task]
-            if item.good < 0:
-                where = self.on[robot], round(self.position[robot], 6)
-                item.good = self.place_at.get(where, -1)
-        elif kind == "loaded":
+        if kind == "loaded":
             self.result.tasks[task].loaded = time
 
     def _close(self, robot: int) -> None:
@@ -154,16 +146,8 @@ class _Reader:
             name = STATES[state]
             if name == "charging":
                 energy = min(energy + spec.charge_rate * (end - time), spec.capacity)
-            elif name != "idle" and not (name == "queueing" and task < 0):  # beside a charger it draws nothing
+            elif not at_rest(name, task):
                 draw = spec.consumption
                 rate = getattr(draw, RATE_OF[name]) if isinstance(draw, Consumption) else draw
                 energy -= rate * (end - time)
         self.result.states[robot].append((end, state, task, energy))
-
-
-def _listed(tasks: Tasks) -> list[int]:
-    """The goods of a list in the order of their release, which numbers the tasks; none where they are drawn."""
-    if not isinstance(tasks.goods, tuple):
-        return []
-    goods = [item if isinstance(item, Good) else Good(good=item) for item in tasks.goods]
-    return [item.good for item in sorted(goods, key=lambda item: item.release)]

@@ -36,13 +36,13 @@ class Batches:
             return [self.alone.popleft()]
         if not self.waiting:
             return []
-        size = least = 1
-        if self.run_time is not None:
-            size = min(int(seconds / max(self.run_time, 1e-6)), _MOST)
-            least = min(int(LEAST_TIME / max(self.run_time, 1e-6)), _MOST)
         fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
-        number = max(1, least, min(size, fair))
+        number = max(1, self._done_in(LEAST_TIME), min(self._done_in(seconds), fair))
         return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
+
+    def _done_in(self, seconds: float) -> int:
+        """How many runs take so long; 0 where that is not known yet."""
+        return 0 if self.run_time is None else min(int(seconds / max(self.run_time, 1e-6)), _MOST)
 
     def finish(self, positions: Sequence[int], outcomes: Sequence[Outcome]) -> None:
         """These runs are finished; those without an outcome were not begun."""
