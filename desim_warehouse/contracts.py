@@ -130,7 +130,7 @@ class RoutingContract(_Contract):
         from desim_warehouse.world import World
 
         world = World(self.given(), 1)
-        roads, graph, policy = world.decisions.roads(), world.layout.graph, self.make()
+        roads, graph, policy = world.routes.roads, world.layout.graph, self.make()
         for origin in graph:
             for goal in graph:
                 way = list(policy.route(origin, goal, roads))

@@ -53,13 +53,13 @@ def test_a_robot_whose_energy_does_not_last_gets_no_task(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "method", "body", "message"),
     [
-        ("routing", "route(self, origin, goal, roads)", "return [origin, goal]", r"routing \(Mine\).*is no way from"),
-        ("routing", "route(self, origin, goal, roads)", "return []", r"nothing is no way from"),
+        ("routing", "route(self, origin, goal, roads)", "return [origin, goal]", r"routing \(Mine\).*is no route from"),
+        ("routing", "route(self, origin, goal, roads)", "return []", r"nothing is no route from"),
         (
             "parking",
             "choose(self, robot, bays, travel)",
             "return 'Z'",
-            r"parking \(Mine\).*'Z' is no bay with a free place",
+            r"parking \(Mine\).*'Z' is no bay with a free slot",
         ),
         ("charging", "levels(self, robot)", "return 3", r"charging \(Mine\).*robot \d: 3 are no Levels"),
         (

@@ -14,7 +14,7 @@ MULTIBOTS = dw.load("models/multibots.yaml")
 
 
 def roads(world, queued=None, waits=None):
-    shown = world.decisions.roads()
+    shown = world.routes.roads
     return Roads(
         shown.graph,
         shown.oracle,
@@ -75,16 +75,16 @@ def test_detours_are_taken_and_limited_and_work_still_ends():
     taken = []
 
     world = World(MULTIBOTS.replace(busy), 2)
-    original = world.decisions.detour
+    original = world.routes.detour
 
-    def detour(robot, route, index, stop):
-        way = original(robot, route, index, stop)
+    def detour(node, route, index, stop):
+        way = original(node, route, index, stop)
         if way is not None:
-            taken.append(robot.number)
+            taken.append(node)
             assert way[-1] is route[-1] or stop is None
         return way
 
-    world.decisions.detour = detour
+    world.routes.detour = detour
     world.run()
     assert world.dispatcher.done == 150
     assert taken
