@@ -83,27 +83,16 @@ class Log:
             self.rows.append(row)
         self.enter(clear, robot)
         if self.everything:
-            self.drive(robot)
+            self.drive(robot, robot.since)
 
     def enter(self, time: float, robot: _Body) -> None:
         """A robot's centre leaves a node for the lane it is now on."""
         self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
 
-    def drive(self, robot: _Body) -> None:
-        """A robot sets off for its target."""
-        self.rows.append(
-            (
-                robot.since,
-                "drive",
-                robot.number,
-                robot.task,
-                None,
-                robot.lane.edge,
-                robot.target,
-                robot.until,
-                NONE,
-            )
-        )
+    def drive(self, robot: _Body, since: float) -> None:
+        """A robot sets off at `since`, or drives on from then, for its target."""
+        row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
+        self.rows.append(row)
 
     def collision(
         self,

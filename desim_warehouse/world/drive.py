@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.intersection import Intersection
     from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.rules import Rules
 
@@ -143,11 +142,18 @@ class Drive:
         """
         robot, env = self.robot, self.env
         lane, now = robot.lane, env._now
+        if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
+            self.due(robot.until)
+            return
         pos = robot.pos = robot.target
-        if pos < robot.goal - EPS:
+        if robot.held is not None:
+            if not self._crosses_next_short(now):
+                self._wake()
+            return
+        if robot.goal - pos > EPS:
             ahead = robot.ahead
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - lane.headway)
-            if limit <= pos + EPS:
+            if limit - pos <= EPS:
                 robot.wait_behind(self, now)
                 self.rules.gridlock.check(robot)
                 return
@@ -209,20 +215,14 @@ class Drive:
         if robot.held is None:
             wanted = self._rests_beyond() if robot.recall_at > self.env._now else None
             yield from robot.lane.end.claim(robot, wanted, robot.lane)
-        yield from self._advance(robot.lane.length)
+        yield from self._to_end()
 
-    def _advance(self, target: float, behind: Intersection | None = None) -> Steps:
-        """Along the lane to `target`, all of it granted; the node `behind` is left, then the time at its end spent."""
-        robot, now = self.robot, self.env._now
-        lane = robot.lane
-        lane.commit(robot, target, now)
-        if behind is not None:
-            behind.passed(robot, lane, robot.since)
-            if behind.claims:
-                behind.freed(now)
-        pause = self.node_time if target == lane.length else 0.0
-        yield Arrival(self.env, robot.until + pause)
-        robot.pos = target
+    def _to_end(self) -> Steps:
+        """Along the lane to its end, all of it granted, and the time at the node spent."""
+        robot, lane = self.robot, self.robot.lane
+        lane.commit(robot, lane.length, self.env._now)
+        yield Arrival(self.env, robot.until + self.node_time)
+        robot.pos = lane.length
 
     def _from_node(self) -> Generator[Event, object, Outcome]:
         """From a bay or an intersection onto the next lane where the robot can stand."""
@@ -231,7 +231,7 @@ class Drive:
             yield from robot.at.claim(robot, self._rests_beyond(), None)
             robot.driver.left_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
-            yield from self._advance(robot.lane.length)
+            yield from self._to_end()
         while True:
             if robot.recall_at <= self.env._now:
                 self._give_room_back()
@@ -251,18 +251,51 @@ class Drive:
                 return Outcome.THERE
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
-        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts."""
+        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
+
+        And over those beyond it that are as short, as long as nobody is in the way: a grid of cells costs one event
+        a cell.
+        """
         robot = self.robot
-        node = robot.held
         if not onward.inside:
             yield from onward.end.claim(robot, self._rests_beyond(), onward)
+        event = self.held_up = happened(self.env)
+        self._set_out_over_short(onward, onward.length if halt is None else halt, self.env._now)
+        yield event
+
+    def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
+        """From the node it holds over a short lane whose end is granted; the drive is due there."""
+        robot, node, log = self.robot, onward.start, self.rules.log
         if robot.lane is not None:
-            robot.lane.leave(robot, self.env._now)
+            robot.lane.leave(robot, now)
         onward.enter_standing(robot)
-        if self.rules.log.moves:
-            self.rules.log.enter(self.env._now, robot)
+        if log.moves:
+            log.enter(now, robot)
         robot.held = onward.end
-        yield from self._advance(onward.length if halt is None else halt, None if onward.inside else node)
+        onward.commit(robot, target, now)
+        if not onward.inside:
+            node.passed(robot, onward, robot.since)
+            if node.claims:
+                node.freed(now)
+        self.due(robot.until + (self.node_time if target == onward.length else 0.0))
+
+    def _crosses_next_short(self, now: float) -> bool:
+        """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
+        robot, index = self.robot, self.index
+        if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
+            return False
+        onward = self.route[index]
+        node = onward.end
+        if not onward.short or onward.inside or node.claims or not node.is_open(robot, onward, now):
+            return False
+        self.index = index + 1
+        beyond = self._rests_beyond()
+        if beyond is not None and not beyond.has_room():
+            self.index = index
+            return False
+        node.grant(robot, beyond)
+        self._set_out_over_short(onward, onward.length, now)
+        return True
 
     def _give_room_back(self) -> None:
         """A recalled robot stays on the intersection and leaves the room beyond it to others."""

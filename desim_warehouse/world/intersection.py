@@ -115,7 +115,7 @@ class Intersection:
         """Claim it and room on the lane beyond, and wait until both are granted."""
         now: float = self.rules.env._now
         if not self.claims and self.is_open(robot, via, now) and (lane is None or lane.has_room()):
-            self._grant(robot, lane)
+            self.grant(robot, lane)
             return
         claim = robot.claim = Claim(robot, self, lane, via)
         self.claims.append(claim)
@@ -133,7 +133,8 @@ class Intersection:
         if now > since + EPS:
             self.count_wait(robot, other, now - since, now)
 
-    def _grant(self, robot: Body, lane: Lane | None) -> None:
+    def grant(self, robot: Body, lane: Lane | None) -> None:
+        """It is the robot's, and with it room on `lane`."""
         self.holder = robot
         robot.held = self
         robot.granted = lane
@@ -146,7 +147,7 @@ class Intersection:
         claim.robot.claim = None
         if claim.lane is not None:
             claim.lane.wanted -= 1
-        self._grant(claim.robot, lane)
+        self.grant(claim.robot, lane)
         claim.succeed()
 
     def serve(self, now: float) -> None:

@@ -1,8 +1,8 @@
 """A lane: the one-way edge between two intersections, its queue of robots, and the room on it.
 
 A robot commits to a target on its lane that keeps it a headway behind the target of the robot ahead and drives
-there in one timeout. Nothing polls: whoever makes way lets those behind set off at once, down the queue, and at
-the lane's start the intersection decides who gets the room (`Intersection.serve`).
+there. Nothing polls: whoever makes way lets those behind come up at once, down the queue, and at the lane's start
+the intersection decides who gets the room (`Intersection.serve`).
 
 The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's place.
 """
@@ -79,7 +79,7 @@ class Lane:
         self.start = start
         self.end = end
         self.headway = rules.headway
-        self.short = length < 2 * self.headway - EPS
+        self.short = length < 2 * self.headway
         self.inside = self.short and start is end
         self.stop_line = 0.0 if self.short else length - self.headway
         self.closings: dict[tuple[Lane, float], float] = {}
@@ -114,7 +114,7 @@ class Lane:
         if behind is None:
             if self.wanted:
                 self.start.serve(now)
-        elif behind.waiting_behind is not None:
+        else:
             self.move_up(behind, now)
 
     # The queue
@@ -156,7 +156,7 @@ class Lane:
         self.last = robot
         self.passages += 1
         robot.lane = self
-        robot.pos = robot.target = 0.0
+        robot.pos = robot.target = robot.goal = 0.0
         robot.moves += 1
         robot.pace = robot.pace_on(self)
 
@@ -181,18 +181,22 @@ class Lane:
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
-        """The waiting robot behind one that has made way sets off, then the next behind it, and so on.
+        """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.
 
-        Each is woken when it is at its new target: a queue moves up by one event a robot.
+        So the target of every robot is as far as its goal and the robot ahead allow, also while it drives: a platoon
+        flows as one. Each is woken when it is at its new target: a queue moves up by one event a robot.
         """
-        while robot is not None and robot.waiting_behind is not None:
+        while robot is not None:
             ahead = robot.ahead
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.headway)
-            if limit <= robot.pos + EPS:
+            if limit - robot.target <= EPS:  # in the words of `Drive.roll`, so that no rounding comes between them
                 return
-            drive = robot.stop_waiting(now)
-            self._set_off(robot, limit, now)
-            drive.due(robot.until)
+            if robot.waiting_behind is not None:
+                drive = robot.stop_waiting(now)
+                self._set_off(robot, limit, now)
+                drive.due(robot.until)
+            elif not self._drives_on(robot, limit, now):
+                return
             robot = robot.behind
             if robot is None and self.wanted:
                 self.start.serve(now)
@@ -210,7 +214,20 @@ class Lane:
         robot.until = until
         robot.target = target
         if rules.log.everything:
-            rules.log.drive(robot)
+            rules.log.drive(robot, since)
+
+    def _drives_on(self, robot: Body, target: float, now: float) -> bool:
+        """Let a robot under way drive on to `target` without a stop; or not, if it came too close to a slower one.
+
+        Its drive comes up where it was sure to get to before, and again at the new target.
+        """
+        until = robot.until + (target - robot.target) / robot.pace
+        if robot.until < now or (self.rules.mixed and self.free_at(robot.ahead, target, robot.pace, now) > until + EPS):
+            return False
+        since, robot.target, robot.until = robot.until, target, until
+        if self.rules.log.everything:
+            self.rules.log.drive(robot, since)
+        return True
 
     def free_at(self, ahead: Body | None, target: float, pace: float, since: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.

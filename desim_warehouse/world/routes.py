@@ -70,7 +70,7 @@ class Routes:
             node_time=travel.node_time,
             contact=contact,
         )
-        self._fixed = type(policy).__module__.startswith("desim_warehouse.") and not self.detours
+        self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}
 
     def route(self, origin: str, goal: str) -> list[Lane]:

@@ -24,6 +24,18 @@ EPS = 1e-6
 """Lengths and times closer than this are the same: ties do not count as waiting."""
 
 
+def exact_length(length: float, headway: float) -> float:
+    """A lane's length; D and 2 D where it is within the tolerance of them.
+
+    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones: which they are must not hang on
+    rounding, and a lane that is one by the tolerance only has stop lines that do not fit it.
+    """
+    for exact in (headway, 2 * headway):
+        if abs(length - exact) <= EPS:
+            return exact
+    return length
+
+
 def closing_distance(angle: float, theta: float, headway: float, approach: float) -> float:
     """How far a robot must be beyond a node before the next may start towards it from `approach` before it.
 

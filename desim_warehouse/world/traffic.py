@@ -12,7 +12,7 @@ from desim_warehouse.world.drive import Drive
 from desim_warehouse.world.gridlock import Gridlock
 from desim_warehouse.world.intersection import Intersection
 from desim_warehouse.world.lane import Lane
-from desim_warehouse.world.rules import EPS, Rules
+from desim_warehouse.world.rules import Rules, exact_length
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
@@ -78,7 +78,7 @@ def _intersections(layout: Layout, rules: Rules) -> dict[str, Intersection]:
     nodes = {name: Intersection(rules, name) for name in layout.graph}
     for source, target, length in layout.graph.edges(data="length"):
         one, other = nodes[source], nodes[target]
-        if length < rules.headway - EPS and one is not other:
+        if exact_length(length, rules.headway) < rules.headway and one is not other:
             one.nodes += other.nodes
             for name in other.nodes:
                 nodes[name] = one
@@ -93,7 +93,7 @@ def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict
         lane = Lane(
             rules,
             edge,
-            length=data["length"],
+            length=exact_length(data["length"], rules.headway),
             limit=data["speed"],
             heading=layout.heading(edge),
             tail=layout.point(source),
