@@ -148,7 +148,7 @@ with_execution = _gathered(
             default="1",
             show_default=True,
             metavar="N|auto",
-            help="Processes on this machine; auto: one for each processor.",
+            help="Processes on this machine, at most 256; auto: one for each processor.",
         ),
         click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
         click.option(
@@ -247,7 +247,9 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 @contextmanager
 def interruptible(study: Study, out: str | None) -> Iterator[None]:
     """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    from desim_warehouse.study.execution.signals import interrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
     except KeyboardInterrupt as stop:

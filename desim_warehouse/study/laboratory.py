@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.execution import Execution
+    from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.plan import Plan
     from desim_warehouse.study.statistics import Procedure
@@ -37,14 +37,14 @@ class Laboratory:
         plan: Plan,
         store: Store,
         points: Sequence[Point],
-        execution: Execution | None = None,
+        executor: Executor | None = None,
         progress: Progress | None = None,
         write: Callable[[list[Row]], None] = lambda _: None,
     ) -> None:
         self.plan = plan
         self.store = store
         self.points = points
-        self.execution = execution  # None: only what is there already
+        self.executor = executor  # None: only what is there already
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
         self.keys = {number: model.digest() for number, model in models(plan, points).items()}
@@ -62,13 +62,13 @@ class Laboratory:
 
     def recall(self) -> None:
         """Go through the study as far as its runs are there, so that `finished` has them."""
-        execution, self.execution = self.execution, None
+        executor, self.executor = self.executor, None
         try:
             self.replicate()
         except _MissingError:
             pass
         finally:
-            self.execution = execution
+            self.executor = executor
 
     def follow(self, procedure: Procedure[T], indicator: str) -> T:
         """Carry out a sequential procedure: simulate every batch it asks for, and send it the values."""
@@ -97,7 +97,7 @@ class Laboratory:
             key, seed = self.keys[number], run_seed(self.plan.seed, replication)
             if (key, seed) not in missing and self.store.missing(key, seed):
                 missing[key, seed] = Wanted(number, self.points[number].overrides, seed)
-        if self.execution is None:
+        if self.executor is None:
             if missing:
                 raise _MissingError
             return
@@ -113,7 +113,7 @@ class Laboratory:
                 self.written = monotonic()
 
         if missing:
-            self.execution.run(list(missing.values()), done)
+            self.executor.run(list(missing.values()), done)
 
     def outcome(self, number: int, replication: int) -> Outcome:
         """What came out of a run that was asked for."""

@@ -153,11 +153,6 @@ def is_deterministic(model: Model) -> bool:
     )
 
 
-def own_policies(model: Model) -> list[str]:
-    """The policies of a model that are the user's own, whose code we know nothing of."""
-    return sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
-
-
 def check_baseline(plan: Plan) -> str | None:
     """Why the baseline is none, if so."""
     unknown = [key for key in plan.baseline or {} if key not in {factor.key for factor in plan.factors}]

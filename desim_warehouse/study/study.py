@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -149,7 +149,7 @@ class Study:
         """Do the runs that are not done yet; the results are the same however many workers do them.
 
         Args:
-            workers: processes on this machine, or `auto`: one for each processor.
+            workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
             out: the study folder; runs there are used again, whatever study they were done for.
             progress: show how far it is, on standard error.
@@ -193,17 +193,21 @@ class Study:
 
         However it is left, what is finished is in the folder and in `table`.
         """
-        from desim_warehouse.study.execution import Opened
+        from desim_warehouse.study.execution import make_executor
+        from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
         self.folder = None if out is None else Path(out)
         vars(self).pop("table", None)
         with (
+            Interrupts() as interrupts,
             Progress(self.plan.name, shown=progress) as shown,
             Store(self.folder, self._say(shown)) as store,
-            Opened(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown)) as execution,
+            closing(
+                make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
+            ) as executor,
         ):
-            laboratory = Laboratory(self.plan, store, self.points, execution, shown, self._write)
+            laboratory = Laboratory(self.plan, store, self.points, executor, shown, self._write)
             if self.folder is not None:
                 if is_damaged(self.folder / RESULTS):
                     self._say(shown)(f"{self.folder / RESULTS}: damaged; made anew from {JOURNAL}")

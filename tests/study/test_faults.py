@@ -15,8 +15,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.study.execution.batches import Batches
-from desim_warehouse.study.execution.ctrl_c import CtrlC
-from desim_warehouse.study.execution.work import Bench, Wanted
+from desim_warehouse.study.execution.signals import Interrupts
+from desim_warehouse.study.execution.work import Simulator, Wanted
 from desim_warehouse.study.store import JOURNAL, Store
 
 from .conftest import MULTIBOTS
@@ -146,11 +146,11 @@ def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, 
 
 
 def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then():
-    ctrl_c = CtrlC()
-    with pytest.raises(KeyboardInterrupt), ctrl_c, ctrl_c.held():
+    interrupts = Interrupts()
+    with pytest.raises(KeyboardInterrupt), interrupts, interrupts.held():
         os.kill(os.getpid(), signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        ctrl_c.heed()
+        interrupts.heed()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
@@ -158,8 +158,8 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
     process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
     wait_for(lambda: children(process.pid))
-    (worker,) = children(process.pid)
-    os.kill(worker, signal.SIGSTOP)  # it never says hello
+    worker = children(process.pid)[0]
+    os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
     wait_for(lambda: lines(tmp_path) > 0)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate(timeout=30)
@@ -226,7 +226,7 @@ def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, worke
 
 
 def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkeypatch):
-    monkeypatch.setattr("desim_warehouse.study.execution.processes._GRACE", 0.5)
+    monkeypatch.setattr("desim_warehouse.study.execution.pool._GRACE", 0.5)
     factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
     made = study(1, factors, timeout=2.5).run(workers=2)
     errors = made.table.set_index("policies.parking")["error"]
@@ -250,10 +250,10 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     wanted = [Wanted(0, {}, seed) for seed in range(5)]
     done = []
     batches = Batches(wanted, lambda position, _: done.append(position))
-    bench = Bench(base)
+    simulator = Simulator(base)
     batches.run_time = 0.0001
     while positions := batches.take(1):
-        outcomes = bench.batch([wanted[position] for position in positions])
+        outcomes = simulator.batch([wanted[position] for position in positions])
         assert len(outcomes) == 1
         batches.finish(positions, outcomes)
     assert done == [0, 1, 2, 3, 4]

@@ -9,22 +9,42 @@ import os
 import signal
 import sys
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.work import Bench, Outcome, Wanted
+    from multiprocessing.connection import Connection
 
 _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
-_bench: Bench | None = None
-_process: int | None = None
+
+def main(parent: Connection[Any, Any]) -> None:
+    """Say hello (None), take the base model and the time-out, then answer batches until the parent ends.
+
+    The answer to a batch is the outcomes of its runs, in order; a text is an error of ours.
+    """
+    _prepare()
+    process = os.getpid()
+    try:
+        from desim_warehouse.study.execution.work import Simulator
+
+        parent.send(None)
+        base, timeout = parent.recv()
+        simulator = Simulator(base)
+        gc.freeze()
+        gc.enable()
+        while True:
+            outcomes = simulator.batch(parent.recv(), timeout)
+            if os.getpid() != process:  # a policy forked: the copy has nothing to say
+                os._exit(0)
+            parent.send(outcomes)
+    except (EOFError, ConnectionError):
+        return
+    except Exception as error:  # noqa: BLE001 - the parent says it, in one line
+        parent.send(f"{type(error).__name__}: {error}")
 
 
-def prepare() -> None:
-    """Before our code and numpy are imported, which a first message brings about.
+def _prepare() -> None:
+    """Before our code and numpy are imported.
 
     Ctrl-C is left to the parent, and the process ends when the parent does. It has a process group of its own, so
     that the parent can end it with what policies start in it. No garbage is collected while modules
@@ -39,26 +59,6 @@ def prepare() -> None:
     if sys.platform == "linux":  # a policy in C code may not let the thread below have its turn
         ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def begin(base: Model) -> None:
-    """Take the base model; the answer is this worker's hello."""
-    from desim_warehouse.study.execution.work import Bench
-
-    global _bench, _process  # noqa: PLW0603 - what a worker process is set up with
-    _bench = Bench(base)
-    _process = os.getpid()
-    gc.freeze()
-    gc.enable()
-
-
-def work(batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
-    """Simulate a batch."""
-    assert _bench is not None
-    outcomes = _bench.batch(batch, timeout)
-    if os.getpid() != _process:  # a policy forked: the copy has nothing to say
-        os._exit(0)
-    return outcomes
 
 
 def _end_with_parent() -> None:
