@@ -21,7 +21,9 @@ import os
 import zlib
 from contextlib import suppress
 from time import monotonic
-from typing import TYPE_CHECKING, NoReturn, Self
+from typing import TYPE_CHECKING, Annotated, NoReturn, Self
+
+from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
@@ -37,6 +39,18 @@ if TYPE_CHECKING:
 JOURNAL = "runs.jsonl"
 RESULTS = "results.parquet"
 _SYNC = 0.5  # seconds: a power cut may lose so much, a kill nothing
+
+
+class Entry(BaseModel, strict=True):
+    """A line of the journal; whole numbers are such as a table can hold."""
+
+    model: str
+    seed: int
+    version: str
+    values: dict[str, Annotated[int, Field(ge=-(2**63), lt=2**63)] | float]
+    time: float
+    error: str | None = None
+    final: bool = True
 
 
 class Store:
@@ -147,16 +161,18 @@ class Store:
         try:
             if int(line[:8], 16) != zlib.crc32(line[9:]):
                 return False
-            entry = json.loads(line[9:])
-            key = (entry["model"], entry["seed"])
-            if entry["version"] != __version__:
-                self.foreign[entry["version"]] = self.foreign.get(entry["version"], 0) + 1
-                return True
-            outcome = Outcome(entry["values"], entry["time"], entry.get("error"), entry.get("final", True))
-            self.runs[key] = outcome
-            (self.again.discard if outcome.final else self.again.add)(key)
-        except (ValueError, KeyError, TypeError):
+            data = json.loads(line[9:])
+            if b"\\u" in line:
+                json.dumps(data, ensure_ascii=False).encode()  # fails at a lone surrogate, which no table holds
+            entry = Entry.model_validate(data)
+        except (ValueError, RecursionError):
             return False
+        if entry.version != __version__:
+            self.foreign[entry.version] = self.foreign.get(entry.version, 0) + 1
+            return True
+        key, outcome = (entry.model, entry.seed), Outcome(entry.values, entry.time, entry.error, entry.final)
+        self.runs[key] = outcome
+        (self.again.discard if outcome.final else self.again.add)(key)
         return True
 
     def _write(self, line: bytes) -> None:

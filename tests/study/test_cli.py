@@ -162,6 +162,7 @@ def test_warm_up_writes_a_plot(tmp_path):
         (["--until", "throughput"], "--until: unknown indicator (got 'throughput'), did you mean"),
         (["--until", "T", "--half-width", "far"], "--half-width: not understood (got 'far')"),
         (["--workers", "some"], "workers 'some': expected a number"),
+        (["--workers", "100000"], "workers '100000': expected a number from 1 to 256, or auto"),
         (["--replications", "none"], "--replications: not understood"),
         (["--design", "spiral"], "--design: not understood"),
         (["--design", "{sobol: 3}", "--vary", "fleet.size=1,2"], "--design: sobol: not a power of 2 (got 3)"),

@@ -8,12 +8,16 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.connection import Connection
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.cli import desim
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Simulator, Wanted
@@ -170,7 +174,7 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
 
 def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     process.terminate()
@@ -180,6 +184,55 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command goes on\n"
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == count
     assert not any(alive(pid) for pid in workers)
+
+
+START_UP = [
+    ("1", "study.Progress.__enter__"),
+    ("1", "study.Store.__init__"),
+    ("1", "study.Laboratory.__init__"),
+    ("1", "record.write_record"),
+    ("1", "execution.work.Simulator.__init__"),
+    ("1", "execution.work.simulate"),
+    ("2", "execution.pool.Pool.__init__"),
+    ("2", "execution.pool.Worker.__init__"),
+    ("2", "execution.pool.Pool._receive"),
+]
+
+
+@pytest.mark.parametrize(("workers", "place"), START_UP)
+def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, place):
+    """The signal comes as this is called for the first time; were it not heeded, the study would go on for long."""
+    place = f"desim_warehouse.study.{place}"
+    called = resolve_name(place)
+
+    def struck(*args, **options):
+        monkeypatch.setattr(place, called)
+        os.kill(os.getpid(), signal.SIGTERM)
+        return called(*args, **options)
+
+    before = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("nobody listens"))
+    monkeypatch.setattr(place, struck)
+    try:
+        done = CliRunner().invoke(desim, command(tmp_path / "out", 100_000, workers)[len(DESIM) :])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert done.exit_code == 143
+    assert done.stderr == f"stopped: 0 finished runs are kept in {tmp_path / 'out'}; the same command goes on\n"
+    assert not children(os.getpid())
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
+    """Before the command listens the system ends the process, which a shell tells as 143 too."""
+    chance = random.Random(workers)
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    for number in range(4):
+        process = subprocess.Popen(command(tmp_path / str(number), 100_000, workers), **options)
+        time.sleep(chance.uniform(0, 1.5))
+        process.terminate()
+        _, said = process.communicate(timeout=30)
+        assert process.returncode in {143, -signal.SIGTERM}
+        assert said == "" or (said.startswith("stopped: ") and said.count("\n") == 1)
 
 
 def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_run(tmp_path, parking):
@@ -204,6 +257,26 @@ def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking,
     assert made.table["error"].isna().all()
     assert lines(tmp_path / "out") == 10  # a copy of the worker counts nothing twice
     wait_for(lambda: not alive(int(mark.read_text())))
+
+
+def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_path, parking):
+    mark = tmp_path / "mark"
+    made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
+    made.run(workers=2)
+    assert made.table["error"].isna().all()
+    assert made.notes == ["a worker process died; its runs are done again"]
+    wait_for(lambda: not alive(int(mark.read_text())))
+
+
+@pytest.mark.parametrize(("main", "limit", "status"), [(id, 120, 0), (Connection.recv, 0.5, -9)], ids=["ends", "hangs"])
+def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monkeypatch, main, limit, status):
+    monkeypatch.setattr("desim_warehouse.study.execution.pool._START", limit)
+    monkeypatch.setattr("desim_warehouse.study.execution.worker.main", main)
+    said = rf"^worker processes end before they can begin \(exit status {status}\); try --workers 1$"
+    with pytest.raises(dw.StudyError, match=said):
+        study(1).run(workers=2, out=tmp_path)
+    assert not children(os.getpid())
+    assert lines(tmp_path) == 0
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.study.execution import pool
 from desim_warehouse.study.indicators import INDICATORS
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics import estimate, paired
@@ -227,7 +228,20 @@ def test_an_unknown_indicator_is_told_with_the_nearest():
         made.summary(["throughput"])
 
 
-@pytest.mark.parametrize("workers", [0, -1, "many", 1.5])
-def test_workers_are_a_number_or_auto(workers):
-    with pytest.raises(dw.StudyError, match="expected a number of at least 1, or auto"):
+@pytest.mark.parametrize("workers", [0, -1, "many", 1.5, 257, 100_000, "9" * 10_000])
+def test_workers_are_a_number_from_1_to_256_or_auto(workers):
+    with pytest.raises(dw.StudyError, match=r"workers .*: expected a number from 1 to 256, or auto$"):
         study().run(workers=workers)
+
+
+def test_no_more_processes_are_started_than_there_are_runs(monkeypatch):
+    started = []
+
+    class Counted(pool.Worker):
+        def __init__(self):
+            started.append(self)
+            super().__init__()
+
+    monkeypatch.setattr(pool, "Worker", Counted)
+    assert len(study(replications=2).run(workers=256).table) == 4
+    assert len(started) == 4

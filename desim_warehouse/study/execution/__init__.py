@@ -79,5 +79,5 @@ def worker_count(workers: int | str) -> int:
     except ValueError:
         count = 0
     if not 1 <= count <= MOST_WORKERS:
-        raise StudyError(f"workers {workers!r}: expected a number from 1 to {MOST_WORKERS}, or auto")
+        raise StudyError(f"workers {workers!r:.60}: expected a number from 1 to {MOST_WORKERS}, or auto")
     return count
