@@ -264,7 +264,7 @@ def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_pa
     made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
     made.run(workers=2)
     assert made.table["error"].isna().all()
-    assert made.notes == ["a worker process died; its runs are done again"]
+    assert set(made.notes) == {"a worker process died; its runs are done again"}  # twice if both were at it
     wait_for(lambda: not alive(int(mark.read_text())))
 
 

@@ -36,6 +36,7 @@ _POLL = 0.1  # seconds between looks at Ctrl-C, time-outs and dead processes
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _START = 120.0  # seconds that a process may take to begin
 _STARTS = 3  # processes in a row that may end before they begin
+_LAST = 1.0  # seconds from the end of its pipe to that of a process
 _END = 5.0  # seconds that a killed process may take to end
 
 
@@ -50,7 +51,7 @@ class Worker:
         """
         self.connection, theirs = _CONTEXT.Pipe()
         self.process = _CONTEXT.Process(target=child.main, args=(theirs,))
-        self.begun = False  # it has said hello
+        self.begun = False  # it is ready for batches
         self.positions: list[int] = []
         self.since = monotonic()
         try:
@@ -159,26 +160,28 @@ class Pool:
                 worker.send([batches.wanted[position] for position in worker.positions])
 
     def _receive(self, worker: Worker, batches: Batches) -> None:
-        """Take a worker's hello or the outcomes of its batch; it goes on with the next while we write these down."""
+        """Take what a worker says; it goes on with its next batch while the outcomes of this one are written down."""
         try:
-            answer = worker.connection.recv()
+            kind, content = worker.connection.recv()
         except (EOFError, OSError):
             self._replace(worker, batches)
             return
-        if isinstance(answer, str):
-            raise StudyError(f"a worker process failed ({answer}); try --workers 1")
-        finished, worker.positions = worker.positions, []
-        if not worker.begun:
-            worker.begun = True
-            self.false_starts = 0
+        if kind == "failed":
+            raise StudyError(f"a worker process failed ({content}); try --workers 1")
+        if kind == "hello":
             worker.send((self.base, self.timeout))
+            return
+        worker.begun = True
+        self.false_starts = 0
+        finished, worker.positions = worker.positions, []
         self._hand_out(worker, batches)
-        if finished:
-            batches.finish(finished, answer)
+        batches.finish(finished, content)
 
     def _replace(self, worker: Worker, batches: Batches, *, stuck: bool = False) -> None:
         """A process died, or is stuck: what it was at is done again by others; `run` starts a new one."""
         self.workers.remove(worker)
+        if not stuck:
+            worker.process.join(_LAST)  # its exit status is its own
         worker.kill()
         worker.close()
         if not worker.begun:

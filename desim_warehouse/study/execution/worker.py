@@ -18,29 +18,31 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 
 def main(parent: Connection[Any, Any]) -> None:
-    """Say hello (None), take the base model and the time-out, then answer batches until the parent ends.
+    """Take the base model and the time-out, then answer batches until the parent ends.
 
-    The answer to a batch is the outcomes of its runs, in order; a text is an error of ours.
+    What is sent: ("hello", None) when it waits for the model, which may be too long to be sent to a process that
+    does not read; ("ready", []); ("done", outcomes) after each batch; ("failed", text) for an error of ours.
     """
     _prepare()
     process = os.getpid()
     try:
         from desim_warehouse.study.execution.work import Simulator
 
-        parent.send(None)
+        parent.send(("hello", None))
         base, timeout = parent.recv()
         simulator = Simulator(base)
         gc.freeze()
         gc.enable()
+        parent.send(("ready", []))
         while True:
             outcomes = simulator.batch(parent.recv(), timeout)
             if os.getpid() != process:  # a policy forked: the copy has nothing to say
                 os._exit(0)
-            parent.send(outcomes)
+            parent.send(("done", outcomes))
     except (EOFError, ConnectionError):
         return
     except Exception as error:  # noqa: BLE001 - the parent says it, in one line
-        parent.send(f"{type(error).__name__}: {error}")
+        parent.send(("failed", f"{type(error).__name__}: {error}"))
 
 
 def _prepare() -> None:
