@@ -42,15 +42,9 @@ def make_executor(
     say: Callable[[str], None],
     interrupts: Interrupts,
 ) -> Executor:
-    """The executor for a base model.
+    """The executor for designs of a base model: `cluster`, else so many worker processes, else this process.
 
-    Args:
-        base: what designs change.
-        workers: number of worker processes, or `auto`; with 1, runs are simulated in this process.
-        cluster: address of a Dask scheduler, or `local`: a cluster of this machine with so many workers.
-        timeout: seconds that a run may take.
-        say: for messages about workers that were lost.
-        interrupts: where Ctrl-C is remembered.
+    `timeout` is in seconds a run; messages about workers that were lost go to `say`.
 
     Raises:
         StudyError: where there is no such number of workers.

@@ -36,8 +36,7 @@ _POLL = 0.1  # seconds between looks at Ctrl-C, time-outs and dead processes
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _START = 120.0  # seconds that a process may take to begin
 _STARTS = 3  # processes in a row that may end before they begin
-_LAST = 1.0  # seconds from the end of its pipe to that of a process
-_END = 5.0  # seconds that a killed process may take to end
+_END = 2.0  # seconds that a dying process may take to end
 
 
 class Worker:
@@ -181,7 +180,7 @@ class Pool:
         """A process died, or is stuck: what it was at is done again by others; `run` starts a new one."""
         self.workers.remove(worker)
         if not stuck:
-            worker.process.join(_LAST)  # its exit status is its own
+            worker.process.join(_END)  # so that its exit status is its own
         worker.kill()
         worker.close()
         if not worker.begun:

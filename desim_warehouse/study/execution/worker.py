@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import multiprocessing
 import os
 import signal
 import sys
-import threading
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -48,9 +46,9 @@ def main(parent: Connection[Any, Any]) -> None:
 def _prepare() -> None:
     """Before our code and numpy are imported.
 
-    Ctrl-C is left to the parent, and the process ends when the parent does. It has a process group of its own, so
-    that the parent can end it with what policies start in it. No garbage is collected while modules
-    are read, and numerical libraries start no threads of their own: there is a worker for every processor.
+    Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On
+    Linux it ends when a parent is killed, too; elsewhere when it next speaks to it. No garbage is collected while
+    modules are read, and numerical libraries start no threads of their own: there is a worker for every processor.
     """
     gc.disable()
     for library in ("OPENBLAS", "OMP", "MKL"):
@@ -58,15 +56,5 @@ def _prepare() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setpgid"):
         os.setpgid(0, 0)
-    if sys.platform == "linux":  # a policy in C code may not let the thread below have its turn
+    if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    if hasattr(os, "killpg"):
-        os.killpg(0, signal.SIGKILL)
-    os._exit(1)
