@@ -160,7 +160,7 @@ def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then()
 
 def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
-    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
     wait_for(lambda: children(process.pid))
     worker = children(process.pid)[0]
     os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
