@@ -161,7 +161,7 @@ class Body:
         if holder is not None and holder is not self:
             return holder
         lane = claim.lane
-        if lane is None or lane.entering or lane.last is None or lane.has_room():
+        if lane is None or lane.entering is not None or lane.last is None or lane.has_room(self):
             return None
         return lane.last
 

@@ -163,14 +163,15 @@ class Drive:
             if index == count:
                 self._wake()
                 return
-            onward, node = self.route[index], lane.end
+            onward, node, guard = self.route[index], lane.end, self.rules.guard
             clear = now + (lane.length - pos) / robot.pace + self.node_time
             if (
                 onward.short
                 or robot.recall_at <= clear
                 or node.claims  # whoever asked before is served first
                 or not node.is_open(robot, lane, now)
-                or not onward.has_room()
+                or not onward.has_room(robot)
+                or not (guard is None or guard.admits(robot, node, onward))
             ):
                 self._wake()
                 return
@@ -233,8 +234,7 @@ class Drive:
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._to_end()
         while True:
-            if robot.recall_at <= self.env._now:
-                self._give_room_back()
+            if robot.recall_at <= self.env._now and self._may_stay():
                 return Outcome.RECALLED
             onward = self.onward
             if onward is None:
@@ -290,19 +290,28 @@ class Drive:
             return False
         self.index = index + 1
         beyond = self._rests_beyond()
-        if beyond is not None and not beyond.has_room():
+        guard = self.rules.guard
+        if (beyond is not None and not beyond.has_room(robot)) or not (
+            guard is None or guard.admits(robot, node, beyond)
+        ):
             self.index = index
             return False
         node.grant(robot, beyond)
         self._set_out_over_short(onward, onward.length, now)
         return True
 
-    def _give_room_back(self) -> None:
-        """A recalled robot stays on the intersection and leaves the room beyond it to others."""
+    def _may_stay(self) -> bool:
+        """Whether a recalled robot may stay on the intersection: it leaves the room granted beyond it to others.
+
+        Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
+        """
         robot = self.robot
         if robot.granted is not None:
-            robot.granted.entering = False
+            if self.rules.guard is not None:
+                return False
+            robot.granted.entering = None
             robot.granted = None
+        return True
 
 
 ROLL = [Drive.roll]

@@ -14,7 +14,7 @@ the intersection and waits on it; this leaves a gap behind it, and the rings on 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import GridlockError
 from desim_warehouse.world.rules import EPS
@@ -28,20 +28,25 @@ if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
 
 
-class Gridlock:
-    """Finds rings and turns them; `rotate` False: a ring is an error, for fleets that cannot turn."""
+Rule = Literal["rotate", "avoid", "stop"]
 
-    def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rotate: bool) -> None:
+
+class Gridlock:
+    """Finds rings and turns them; `stop`: a ring is an error, for fleets that cannot turn; `avoid`: there are none."""
+
+    def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
         self.env = env
         self.log = log
         self.headway = headway
         self.mixed = mixed
-        self.rotate = rotate
+        self.rule = rule
         self.rotations = 0
         self._mark = 0
 
     def check(self, robot: Body) -> None:
         """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one."""
+        if self.rule == "avoid":
+            return
         self._mark += 1
         mark = self._mark
         member: Body | None = robot
@@ -72,7 +77,7 @@ class Gridlock:
     def _turn(self, ring: list[Body]) -> None:
         """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself."""
         now = self.env.now
-        if not self.rotate:
+        if self.rule == "stop":
             raise GridlockError(_describe(ring, now))
         near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
         if near:
@@ -98,7 +103,7 @@ class Gridlock:
             if claim not in followers:
                 claim.node.award(claim, claim.lane)
         for claim in followers:
-            room = claim.lane is not None and claim.lane.has_room()
+            room = claim.lane is not None and claim.lane.has_room(claim.robot)
             claim.node.award(claim, claim.lane if room else None)
 
     def _is_near(self, robot: Body) -> bool:

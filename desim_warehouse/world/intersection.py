@@ -114,7 +114,13 @@ class Intersection:
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None) -> Steps:
         """Claim it and room on the lane beyond, and wait until both are granted."""
         now: float = self.rules.env._now
-        if not self.claims and self.is_open(robot, via, now) and (lane is None or lane.has_room()):
+        guard = self.rules.guard
+        if (
+            not self.claims
+            and self.is_open(robot, via, now)
+            and (lane is None or lane.has_room(robot))
+            and (guard is None or guard.admits(robot, self, lane))
+        ):
             self.grant(robot, lane)
             return
         claim = robot.claim = Claim(robot, self, lane, via)
@@ -126,6 +132,8 @@ class Intersection:
         if robot.claim is not None:
             self.rules.gridlock.check(robot)
         robot.waiting_since = since = now
+        if guard is not None and robot.claim is not None:
+            guard.waits(claim)
         robot.driver.stands(waiting=True)
         yield claim
         robot.driver.stands(waiting=False)
@@ -139,7 +147,7 @@ class Intersection:
         robot.held = self
         robot.granted = lane
         if lane is not None:
-            lane.entering = True
+            lane.entering = robot
 
     def award(self, claim: Claim, lane: Lane | None) -> None:
         """Grant a waiting claim, with room on `lane`, and wake its robot."""
@@ -148,17 +156,21 @@ class Intersection:
         if claim.lane is not None:
             claim.lane.wanted -= 1
         self.grant(claim.robot, lane)
+        if self.rules.guard is not None:
+            self.rules.guard.granted(claim)
         claim.succeed()
 
     def serve(self, now: float) -> None:
         """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
+        guard = self.rules.guard
         for claim in self.claims:
-            if claim.lane is None or claim.lane.has_room():
-                if self.is_open(claim.robot, claim.via, now):
+            if claim.lane is None or claim.lane.has_room(claim.robot):
+                if not self.is_open(claim.robot, claim.via, now):
+                    if self.holder is None:  # only time keeps it waiting: it is not passed over
+                        break
+                elif guard is None or guard.admits(claim.robot, self, claim.lane):
                     self.award(claim, claim.lane)
                     return
-                if self.holder is None:  # only time keeps it waiting: it is not passed over
-                    break
         if self.holder is None:
             self.reopen_later(now)
 

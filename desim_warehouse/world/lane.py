@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 class Lane:
     """Robots queue on it in order, none overtakes.
 
-    `last` is the robot that entered last and is still on it. `entering` is set while a robot that was granted
-    room has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
+    `last` is the robot that entered last and is still on it. `entering` is the robot that was granted
+    room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
     place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
     nodes of one intersection. `stop_line` is D before the end; there a robot claims what comes next.
+    Of a two-way lane there is one for each direction, and each is the other's `twin`: robots are on one of them only.
     `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
     left its end.
     """
@@ -52,6 +53,7 @@ class Lane:
         "start",
         "stop_line",
         "tail",
+        "twin",
         "waits",
         "wanted",
     )
@@ -84,7 +86,8 @@ class Lane:
         self.stop_line = 0.0 if self.short else length - self.headway
         self.closings: dict[tuple[Lane, float], float] = {}
         self.last: Body | None = None
-        self.entering = False
+        self.entering: Body | None = None
+        self.twin: Lane | None = None
         self.wanted = 0
         self.out_at = -math.inf
         self.out_pace = 1.0
@@ -93,12 +96,23 @@ class Lane:
 
     # Room
 
-    def has_room(self) -> bool:
+    def has_room(self, robot: Body) -> bool:
         """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
-        if self.entering:
+        if self.entering is not None or (self.twin is not None and not self._is_clear_for(robot)):
             return False
         last = self.last
         return last is None or last.target >= 2 * self.headway - EPS
+
+    def _is_clear_for(self, robot: Body) -> bool:
+        """Of a two-way lane: whether nobody comes towards a robot; one that turns back at its end meets only itself."""
+        assert self.twin is not None
+        other = self.twin.last
+        return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
+
+    @property
+    def lane_of_both(self) -> Lane:
+        """The same lane for both directions of a two-way one."""
+        return self if self.twin is None or self.edge < self.twin.edge else self.twin
 
     def clear_stop(self, stop: float) -> float:
         """Where a robot stops that wants to stop at `stop`: D clear of the nodes.
@@ -145,7 +159,7 @@ class Lane:
         robot.until = until
         robot.moves += 1
         self.last = robot
-        self.entering = False
+        self.entering = None
         self.passages += 1
 
     def enter_standing(self, robot: Body) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.log import Log
+    from desim_warehouse.world.avoidance import Avoidance
     from desim_warehouse.world.gridlock import Gridlock
     from desim_warehouse.world.lane import Lane
 
@@ -90,6 +91,7 @@ class Rules:
     other's place. `theta` is the collision angle in radians; `node_time` is spent at every node reached (turning and
     re-planning). `mixed`: robots or edges differ in speed, so that one robot can catch up with another on the way.
     `exits_matter`: somebody asks when a robot leaves the end of a lane (the log of everything, or a faster follower).
+    `guard` decides on every step where lanes are two-way; None: full rings of waiting robots turn instead.
     """
 
     env: Environment
@@ -100,6 +102,7 @@ class Rules:
     node_time: float
     mixed: bool
     exits_matter: bool
+    guard: Avoidance | None = None
 
     def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
         """How far the robot that left by one lane must be before the next may come `via` another.

@@ -6,10 +6,12 @@ Read `drive` for how a robot gets along, `lane` for the queue on an edge, `inter
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.world.avoidance import Avoidance
 from desim_warehouse.world.drive import Drive
-from desim_warehouse.world.gridlock import Gridlock
+from desim_warehouse.world.gridlock import Gridlock, Rule
 from desim_warehouse.world.intersection import Intersection
 from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import Rules, exact_length
@@ -29,7 +31,8 @@ class Traffic:
     """The Highways in use: lanes by edge, intersections by node.
 
     `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for `node_time` and `mixed`);
-    `rotate` False: a ring of waiting robots is an error, for fleets that cannot turn together.
+    `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
+    `rules.guard`, which decides on every step; `patience` is its.
     """
 
     def __init__(
@@ -42,10 +45,12 @@ class Traffic:
         theta: float,
         node_time: float,
         mixed: bool = True,
-        rotate: bool = True,
+        rule: Rule = "rotate",
+        patience: float = math.inf,
     ) -> None:
-        self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rotate=rotate)
-        self.rules = Rules(env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything)
+        self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
+        guard = Avoidance(env, patience) if rule == "avoid" else None
+        self.rules = Rules(env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard)
         self.nodes = _intersections(layout, self.rules)
         self.lanes = _lanes(layout, self.rules, self.nodes)
 
@@ -63,9 +68,11 @@ class Traffic:
         node, lane = robot.held, robot.lane
         if lane is not None:
             lane.leave(robot, now)
-            lane.out_at = -float("inf")  # it is in nobody's way any more
+            lane.out_at = -math.inf  # it is in nobody's way any more
         robot.lane = robot.held = robot.ahead = None
         robot.at = node
+        if self.rules.guard is not None:
+            self.rules.guard.left(robot)
         robot.pos = robot.target = 0.0
         if node.holder is robot:
             node.holder = None
@@ -103,4 +110,6 @@ def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict
         )
         lane.start.outs.append(lane)
         lanes[edge] = lane
+        if data.get("two_way") and (twin := lanes.get((target, source))) is not None:
+            lane.twin, twin.twin = twin, lane
     return lanes

@@ -64,7 +64,7 @@ class World:
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
             mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in layout.graph.edges(data="speed")),
-            rotate=model.traffic.gridlock == "rotate",
+            rule=model.traffic.gridlock,
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
