@@ -74,7 +74,7 @@ class Dispatcher:
         self.done = 0
         self.waiting = False
         self._passing: set[int] = set()
-        self._called = False
+        self._decides_at = math.inf
 
     # What happens
 
@@ -92,12 +92,12 @@ class Dispatcher:
     def ask(self, robot: Robot) -> Event:
         """A robot that has just unloaded is free: the event is due at once, with a task or without."""
         self._passing.add(robot.number)
-        return self._offer(robot)
+        return self._offer(robot, at_once=robot.docked is None)
 
-    def _offer(self, robot: Robot) -> Event:
+    def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
         self.free[robot.number] = robot, event
-        self.call()
+        self.call(at_once=at_once)
         return event
 
     def withdraw(self, robot: Robot) -> None:
@@ -111,6 +111,7 @@ class Dispatcher:
         assert task is not None
         robot.record("returned")
         self.returned[task.number] += 1
+        robot.must_charge = True  # else it would take the task again at once
         if self.returned[task.number] > RETURNS:
             raise PolicyError(
                 f"policies.charging ({self.charging}) at time {self.env.now:g}: task "
@@ -145,17 +146,21 @@ class Dispatcher:
 
     # Decisions
 
-    def call(self) -> None:
-        """Have the policy asked at the end of this instant, or of the interval."""
-        if not self._called:
-            self._called = True
-            delay = 0.0
-            if self.interval:
-                delay = max(math.ceil(self.env.now / self.interval - 1e-9) * self.interval - self.env.now, 0.0)
-            end_of_instant(self.env, DECISIONS, delay).callbacks.append(self._decide)
+    def call(self, *, at_once: bool = False) -> None:
+        """Have the policy asked at the end of this instant, or of the interval.
+
+        `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
+        """
+        now = self.env.now
+        time = now
+        if self.interval and not at_once:
+            time = max(math.ceil(now / self.interval - 1e-9) * self.interval, now)
+        if time < self._decides_at:
+            self._decides_at = time
+            end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
 
     def _decide(self, _: Event) -> None:
-        self._called = False
+        self._decides_at = math.inf
         if self.queues:
             self._next_of_queues()
         if not (self.open and self.free):
@@ -196,7 +201,7 @@ class Dispatcher:
                 raise self._fault(f"task {task_number} is not open")
             given.add(task_number)
             if number in self.free:
-                self._assign(number, task_number)
+                self._assign(number, task_number, first=len(given) == 1)
             else:
                 self._queue(number, task_number)
         self._pass()
@@ -246,17 +251,20 @@ class Dispatcher:
                 self._put_back(number)
                 self.open.move_to_end(task.number, last=False)
 
-    def _assign(self, number: int, task_number: int) -> None:
+    def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
+        """Give a free robot a task; `first`: no other pair of this decision has been given a station's slot before."""
         robot, event = self.free[number]
         task, view = self.open[task_number], robot.view()
-        if not self.reach.may_take(view, task):
+        node = self.stations.choose(view, task)
+        if not self.stations.has_room(view, node):
+            return  # taken by another pair of this decision: robot and task wait for the next
+        if not self.reach.may_take(view, task, node):
+            if not first:
+                return  # another pair of this decision took the slot at a nearer station
             raise self._fault(
                 f"robot {number} may not take task {task_number}: its energy, {view.energy:g}, does not let it by "
                 f"policies.charging ({self.charging})"
             )
-        node = self.stations.choose(view, task)
-        if not self.stations.has_room(view, node):
-            return  # taken by another pair of this decision: robot and task wait for the next
         del self.free[number], self.open[task_number]
         self._passing.discard(number)
         robot.station = self.stations.reserve(task, node)

@@ -60,19 +60,21 @@ class Reach:
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
         """Whether there is room at the station and the charging policy lets the robot take the task."""
-        return self.stations.has_room(robot, self.stations.choose(robot, task)) and self.may_take(robot, task)
+        station = self.stations.choose(robot, task)
+        return self.stations.has_room(robot, station) and self.may_take(robot, task, station)
 
-    def may_take(self, robot: RobotView, task: Task) -> bool:
-        """Whether the robot's energy is above the critical level and, if looked ahead, lasts with the margin."""
+    def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
+        """Whether the charging policy lets the robot take the task and bring it to a station.
+
+        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way; without, as in the
+        paper, a robot above the critical level takes any task.
+        """
         if not self.batteries:
             return True
         levels = self.levels(robot)
-        if robot.energy <= levels.critical:
-            return False
         if levels.margin is None:
-            return True
-        need = self.need(robot, task, self.stations.choose(robot, task), levels.charger)
-        return robot.energy - need >= levels.margin - EPS
+            return robot.energy > levels.critical
+        return robot.energy >= self.enough(robot, task, station, levels) - EPS
 
     def lasts(self, robot: RobotView, task: Task) -> bool:
         """Whether the robot may take the task and, driving freely, will not have to give it back on the way."""

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 FAR = 1e15
 """A delay that never ends, and that SimPy can add to a time."""
+LEAST_CHARGE = 0.05
+"""Part of its capacity that a robot which must charge takes up before it is free again."""
 
 
 class Rest(Enum):
@@ -155,7 +157,8 @@ class Robot:
         self.body.recall_at = math.inf
         if self.is_out:
             self.enter("returning")
-            self.must_charge = self.battery.spec is not None and world.reach.must_charge(self.view())
+            if self.battery.spec is not None:
+                self.must_charge = self.must_charge or world.reach.must_charge(self.view())
         bays = [bay for bay in world.bays.by_node.values() if world.bays.may_take(self, bay)]
         if away:
             bay = world.bay_choice.parking(self.view(), [bay for bay in bays if bay.chargers is None])
@@ -251,17 +254,22 @@ class Robot:
         self.enter("idle")
         levels, level = self.world.reach.levels(self.view()), battery.level(self.env.now)
         if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
-            ready = level >= levels.sufficient
+            ready = level >= levels.sufficient and not self.must_charge
             self.offer = yield from self._charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
 
     def _charge_at(self, bay: Bay, offer: Event | None) -> Generator[Event, object, Event | None]:
         """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
 
+        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
+        take the next one, or it would go to and fro between them at one instant.
         `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
         """
         env, battery = self.env, self.battery
         assert bay.chargers is not None
         levels = self.world.reach.levels(self.view())
+        least = levels.sufficient
+        if self.must_charge:
+            least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
         self.is_charging, self.must_charge = True, False
         with bay.chargers.request() as turn:
             if not turn.triggered and offer is None:
@@ -276,18 +284,19 @@ class Robot:
                 yield Timeout(env, levels.swap_time)
                 battery.unplug(env.now, levels.full)
             else:
-                offer = yield from self._fill(levels, offer)
+                offer = yield from self._fill(levels, least, offer)
             self.has_charged = self.has_charged or env.now > begun
         self.is_charging = False
         return offer
 
-    def _fill(self, levels: Levels, offer: Event | None) -> Generator[Event, object, Event | None]:
+    def _fill(self, levels: Levels, least: float, offer: Event | None) -> Generator[Event, object, Event | None]:
+        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs."""
         env, battery, world = self.env, self.battery, self.world
         level = battery.level(env.now)
         battery.plug(env.now)
         if offer is None:
-            yield Timeout(env, battery.charge_time(level, levels.sufficient))
-            level = max(level, levels.sufficient)
+            yield Timeout(env, battery.charge_time(level, least))
+            level = max(level, least)
             if level < levels.full:
                 offer = world.dispatcher.wait(self)
         while offer is not None and level < levels.full and self.job is None:
