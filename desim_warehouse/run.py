@@ -127,7 +127,9 @@ def check(model: Model) -> Check:
     from desim_warehouse.layout import build, checks
 
     layout = build(model.layout)
-    use = checks.Use(model.fleet.contact, model.fleet.size, model.fleet.start, model.tasks.unload_at)
+    use = checks.Use(
+        model.fleet.contact, model.fleet.size, model.fleet.start, model.tasks.unload_at, model.traffic.gridlock
+    )
     graph = layout.graph
     length, speed = model.units.length, max(robot.speed for robot in model.fleet.robots())
     holds = checks.capacity(layout, use.contact)

@@ -69,10 +69,30 @@ def _drawn(spec: LayoutSpec) -> nx.DiGraph:
     graph = nx.DiGraph()
     for name, (x, y) in spec.nodes.items():
         graph.add_node(name, x=x, y=y)
+    beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
     for edge in spec.edges:
         straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
-        graph.add_edge(edge.source, edge.target, length=edge.length or straight, speed=edge.speed or math.inf)
+        data = {"length": edge.length or straight, "speed": edge.speed or math.inf}
+        graph.add_edge(edge.source, edge.target, **data)
+        if edge.two_way:
+            graph.add_edge(edge.target, edge.source, **data)
+    _join_twins(graph, beside)
     return graph
+
+
+def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
+    """Mark an edge there and one back as one two-way lane, unless they are side by side."""
+    unequal = []
+    for source, target, data in graph.edges(data=True):
+        back = graph.edges.get((target, source))
+        data["two_way"] = back is not None and frozenset((source, target)) not in beside
+        if data["two_way"] and source < target and (back["length"], back["speed"]) != (data["length"], data["speed"]):
+            unequal.append(
+                f"layout: edges {source}>{target} and {target}>{source} differ in length or speed, but are one two-way "
+                "lane; make them equal, or say side_by_side: true where there are two lanes"
+            )
+    if unequal:
+        raise LayoutError(unequal)
 
 
 def _place(graph: nx.DiGraph, number: int, item: Storage) -> StoragePlace:

@@ -45,6 +45,7 @@ class Use:
     robots: int
     start: tuple[str, ...]
     unload_at: tuple[str, ...]
+    gridlock: str = "auto"
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
@@ -52,7 +53,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
     found = [
         *_reach(layout, use),
         *_bays(layout, use),
-        *_two_way(layout),
+        *_two_way(layout, use),
         *_stops(layout, use),
         *_queues(layout, use),
         *_short(layout, use),
@@ -66,7 +67,9 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
 def faults(layout: Layout, use: Use) -> list[str]:
     """The errors alone, for `simulate`; the cheap part of `examine`."""
     return [
-        f"{item.place}: {item.text}" for item in (*_reach(layout, use), *_bays(layout, use)) if item.level == "error"
+        f"{item.place}: {item.text}"
+        for item in (*_reach(layout, use), *_bays(layout, use), *_two_way(layout, use))
+        if item.level == "error"
     ]
 
 
@@ -136,14 +139,25 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             )
 
 
-def _two_way(layout: Layout) -> Iterator[Finding]:
-    graph = layout.graph
-    both = [f"{a}-{b}" for a, b in graph.edges if a < b and graph.has_edge(b, a)]
-    if both:
+def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
+    """Which lanes are two-way, and which rule keeps robots from being stuck there."""
+    lanes = layout.two_way
+    if not lanes:
+        return
+    names = _some(f"{a}-{b}" for a, b in lanes)
+    if use.gridlock == "rotate":
         yield Finding(
-            "warning",
+            "error",
+            "traffic.gridlock",
+            f"rotate cannot free robots that meet head-on, and these lanes are two-way: {names}; "
+            "say auto or avoid, or side_by_side: true where there are two lanes",
+        )
+    else:
+        yield Finding(
+            "note",
             "layout: edges",
-            f"two-way between {_some(both)}: taken as two lanes side by side; where there is only one, keep one edge",
+            f"{len(lanes)} lanes are two-way, used in one direction at a time: {names}; a robot takes a step only if "
+            "nobody can be stuck afterwards (traffic.gridlock: avoid)",
         )
 
 

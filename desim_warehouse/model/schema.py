@@ -234,7 +234,11 @@ class Traffic(Part):
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
     node_time: NotNegative = Field(0.0, description="turning and re-planning at every node reached")
-    gridlock: Literal["rotate", "stop"] = Field("rotate", description="what a full ring of robots does")
+    gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
+        "auto",
+        description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
+        "where a lane is two-way, else rotate",
+    )
 
 
 class Run(Part):

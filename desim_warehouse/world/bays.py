@@ -43,16 +43,22 @@ class Guest(Protocol):
     bay: Bay | None
     leaving: Bay | None
 
+    @property
+    def is_out(self) -> bool:
+        """Whether it is in no bay."""
+
 
 class Bays:
     """All bays, and who has which slot.
 
     `slotless` robots are out without a slot reserved; `seekers` rest where there is no charger and must charge;
-    those in `making_room` leave their slot at a charger to one of them.
+    those in `making_room` leave their slot at a charger to one of them. `keep`: robots that are out keep a slot, as
+    the route that they have declared ends there (see `avoidance`).
     """
 
-    def __init__(self, env: Environment, bays: Iterable[Bay]) -> None:
+    def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
         self.env = env
+        self.keep = keep
         self.by_node = {bay.node: bay for bay in bays}
         self.free = sum(bay.free for bay in self.by_node.values())
         self.slotless = 0
@@ -82,6 +88,8 @@ class Bays:
         assert self.may_take(robot, bay)
         if robot.bay is None:
             self.slotless -= 1
+        elif robot.is_out:
+            self._free(robot.bay)
         else:
             robot.leaving = robot.bay
         bay.taken += 1
@@ -89,16 +97,21 @@ class Bays:
         robot.bay = bay
 
     def leave(self, robot: Guest) -> None:
-        """A robot is out of the bay it stood in; with none reserved elsewhere it has no slot now."""
+        """A robot is out of the bay it stood in; with no slot reserved elsewhere it has none now, or keeps this one."""
+        self.making_room.discard(robot.number)
         bay = robot.leaving or robot.bay
         assert bay is not None
         if robot.leaving is None:
+            if self.keep:
+                return
             robot.bay = None
             self.slotless += 1
         robot.leaving = None
+        self._free(bay)
+
+    def _free(self, bay: Bay) -> None:
         bay.taken -= 1
         self.free += 1
-        self.making_room.discard(robot.number)
         if self._left is not None:
             self._left.succeed()
             self._left = None

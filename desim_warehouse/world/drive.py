@@ -66,8 +66,13 @@ class Drive:
 
     # The process
 
-    def go(self) -> Generator[Event, object, bool]:
-        """Drive; True: it is there, False: it was recalled and stands on the node that it came to next."""
+    @property
+    def rest(self) -> Sequence[Lane]:
+        """The lanes that are not entered yet."""
+        return self.route[self.index :]
+
+    def __iter__(self) -> Generator[Event, object, bool]:
+        """Drive (`yield from` it); True: it is there, False: recalled, it stands on the node that it came to next."""
         robot = self.robot
         if robot.lane is not None:
             robot.goal = robot.lane.stop_line

@@ -17,10 +17,9 @@ from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import Rules, exact_length
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
+    from collections.abc import Sequence
 
     from simpy import Environment
-    from simpy.events import Event
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
@@ -54,13 +53,12 @@ class Traffic:
         self.nodes = _intersections(layout, self.rules)
         self.lanes = _lanes(layout, self.rules, self.nodes)
 
-    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Generator[Event, object, bool]:
+    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        A stop is at least D from the nodes (see `Lane.clear_stop`). Returns True there, False if the robot was
-        recalled: it then stands on the node it came to next.
+        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`).
         """
-        return Drive(self.rules, robot, route, None if stop is None else route[-1].clear_stop(stop)).go()
+        return Drive(self.rules, robot, route, None if stop is None else route[-1].clear_stop(stop))
 
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""

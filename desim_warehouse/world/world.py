@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Task
+    from desim_warehouse.world.gridlock import Rule
+
+PATIENCE = 300.0
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it."""
 
 
 class World:
@@ -52,7 +56,7 @@ class World:
         self.out = 0
         self._before: list[dict[int, dict[str, Any]]] | None = None
         fleet, policies = model.fleet, model.policies
-        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at)
+        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at, model.traffic.gridlock)
         if problems := checks.faults(layout, use):
             raise LayoutError(problems)
         kinds = set(fleet.robots())
@@ -64,7 +68,8 @@ class World:
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
             mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in layout.graph.edges(data="speed")),
-            rule=model.traffic.gridlock,
+            rule=_rule(model, layout),
+            patience=PATIENCE / model.units.seconds,
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
@@ -77,7 +82,7 @@ class World:
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, seed)
         homes = _homes(model, layout)
-        self.bays = _bays(env, layout, homes)
+        self.bays = _bays(env, layout, homes, keep=self.traffic.rules.guard is not None)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self.reach = Reach(
             model,
@@ -222,20 +227,28 @@ class World:
         return f"; no robot's battery lasts for task {task.number}, by policies.charging ({charging})"
 
 
+def _rule(model: Model, layout: Layout) -> Rule:
+    """What keeps robots from being stuck: traffic.gridlock, or what fits the lanes."""
+    rule = model.traffic.gridlock
+    if rule == "auto":
+        return "avoid" if layout.two_way else "rotate"
+    return rule
+
+
 def _homes(model: Model, layout: Layout) -> list[str]:
     """The home of every robot: the start nodes in turn."""
     start = model.fleet.start or tuple(layout.bays)
     return [start[number % len(start)] for number in range(model.fleet.size)]
 
 
-def _bays(env: simpy.Environment, layout: Layout, homes: list[str]) -> Bays:
+def _bays(env: simpy.Environment, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
     """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
     bays = []
     for node, item in layout.bays.items():
         places = homes.count(node) if item.places is None else item.places
         chargers = places if item.chargers is None else item.chargers
         bays.append(Bay(env, node, places, chargers))
-    return Bays(env, bays)
+    return Bays(env, bays, keep=keep)
 
 
 def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
