@@ -65,19 +65,23 @@ class Work:
 
     def check_place_of_good(self, time, robot, place):
         here = (visit for visit in self.visits[robot] if visit.enter <= time + TOL and visit.leave >= time - TOL)
-        visit = next((visit for visit in here if visit.edge == place.edge), None)
+        ends = [place.edge]
+        if self.graph.edges[place.edge].get("two_way"):  # it is picked in either direction
+            ends.append(place.edge[::-1])
+        visit = next((visit for visit in here if visit.edge in ends), None)
         if visit is None:
             self.fault(time, f"robot {robot} loads good {place.number}, which is not where it is")
             return
         length, at = self.graph.edges[place.edge]["length"], visit.at(time)
-        clear = self.contact <= place.offset <= length - self.contact
-        short = place.offset - at
+        offset = place.offset if visit.edge == place.edge else length - place.offset
+        clear = self.contact <= offset <= length - self.contact
+        short = offset - at
         if abs(short) <= (TOL if clear else self.contact + TOL):
             return
         ahead = [v.at(time) - at for v in self.all_visits() if v.edge == visit.edge and v.enter <= time <= v.leave]
         if 0 < short < self.contact and any(TOL < gap <= self.contact + TOL for gap in ahead):
             return  # in a full ring it handles its good from where it stands, close behind the next robot
-        self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {place.offset:g}")
+        self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {offset:g}")
 
     def all_visits(self):
         return (visit for visits in self.visits.values() for visit in visits)
