@@ -112,8 +112,8 @@ OTHERS = [
     (
         with_edges(["B", "A"], ["D", "C"]),
         (
-            "warning: layout: edges: two-way between A-B, C-D: taken as two lanes side by side; "
-            "where there is only one, keep one edge"
+            "note: layout: edges: 2 lanes are two-way, used in one direction at a time: A-B, C-D; a robot takes a step "
+            "only if nobody can be stuck afterwards (traffic.gridlock: avoid)"
         ),
     ),
     (
