@@ -85,7 +85,7 @@ class Run:
 
     def save(self, folder: str | Path) -> Path:
         """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
-        from desim_warehouse.runfolder import save_run
+        from desim_warehouse.run.folder import save_run
 
         return save_run(self, Path(folder))
 
