@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import PALETTES, window
-from desim_warehouse.report.replay.timeline import Timeline, at_rest, timeline
 from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.states import seen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +30,6 @@ COLOURS = {
     "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
     "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
 }
-MOOD = dict(zip(STATES, ("idle", "empty", "empty", "loaded", "loaded", "loaded", "idle", "idle"), strict=True))
 
 
 def film(
@@ -115,9 +113,9 @@ class Picture:
         self.run = run
         self.colours = COLOURS[palette]
         self.positions = Positions(run)
-        self.events: Timeline = timeline(run)
+        self.history = run.history
         self.radii = np.array(robot_radii(run.model))
-        self.state_times = [np.array([row[0] for row in rows]) for rows in self.events.states]
+        self.state_times = [np.array([span.start for span in changes]) for changes in self.history.changes]
         self._draw_floor()
         self._add_robots()
 
@@ -135,31 +133,30 @@ class Picture:
         for number, (x, y) in zip(self.numbers, points, strict=False):
             number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
-        done = sum(1 for moment, _ in self.events.deliveries if moment <= time)
-        counted = sum(1 for wait in self.events.waits if self.run.record.begin <= wait.time <= time)
+        done = sum(1 for task in self.history.delivered if task.delivered <= time)
+        counted = sum(1 for wait in self.history.waits if self.history.begin <= wait.end <= time)
         unit = self.run.model.units
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
 
     def moods(self, time: float) -> list[str]:
         """The colour of every robot at a time."""
-        moods = []
-        for rows, times in zip(self.events.states, self.state_times, strict=True):
-            _, state, task, _ = rows[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
-            name = STATES[state]
-            moods.append("idle" if at_rest(name, task) else MOOD[name])
+        moods: list[str] = []
+        for changes, times in zip(self.history.changes, self.state_times, strict=True):
+            span = changes[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
+            moods.append(seen(span.state, span.task).role)
         return moods
 
     def waiting(self, time: float) -> list[bool]:
         """Whether each robot waits at a time."""
         result = [False] * len(self.radii)
-        for wait in self.events.waits:
-            if wait.begin <= time < wait.end:
+        for wait in self.history.waits:
+            if wait.start <= time < wait.end:
                 result[wait.robot] = True
         return result
 
     def _goods(self, time: float) -> list[str]:
         colours = [self.colours["none"]] * len(self.run.layout.storage)
-        for task in self.events.tasks.values():
+        for task in self.history.tasks.values():
             if task.good >= 0 and task.released <= time < task.loaded:
                 colours[task.good] = self.colours["loaded"]
         return colours

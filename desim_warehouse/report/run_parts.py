@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import html, plot, words
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.states import stays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +69,7 @@ def robot_figures(run: Run) -> list[Axes]:
     fleet = range(run.model.fleet.size)
     figures = [plot.utilisation(run)]
     shown = list(fleet[:_GANTT])
-    states = sum(len(robot) for robot in stays(run)[:_GANTT])
+    states = sum(len(robot) for robot in run.history.states[:_GANTT])
     end = run.record.end * min(1.0, _SPANS / max(states, 1))
     if end > 0:
         figures.append(plot.gantt(run, robots=shown, end=end))

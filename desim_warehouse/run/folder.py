@@ -60,7 +60,7 @@ def _write(run: Run, folder: Path) -> Path:
     edges = list(run.layout.graph.edges)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [number.get(row[5], -1) for row in log.rows]
+        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")

@@ -10,7 +10,6 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.plot import style
-from desim_warehouse.report.states import energy_curves
 from desim_warehouse.study.statistics import compare, mser
 
 plot = dw.plot
@@ -200,7 +199,7 @@ def test_batteries_fall_at_the_rates_of_the_model_while_driving_and_while_waitin
     """Between corners the slope is one of the consumption rates, or 0 at rest; charging alone rises."""
     rates = np.array([0.0, 0.002, 0.003, 0.005, 0.006])
     standing = 0
-    for times, levels in energy_curves(lifelong):
+    for times, levels in lifelong.history.energy_curves:
         long_enough = np.diff(times) > 1e-3
         slopes = -np.diff(levels)[long_enough] / np.diff(times)[long_enough]
         falling = slopes[slopes > -1e-9]

@@ -33,7 +33,7 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
         assert to_hex(picture.robots.get_edgecolor()[row[2]]) == colours["wait"]
     loads = [row for row in run.record.rows if row[1] == "loaded"]
     time, _, robot, task, *_ = loads[3]
-    good = picture.events.tasks[task].good
+    good = run.history.tasks[task].good
     for moment, mood, colour in ((time - 0.1, "empty", colours["loaded"]), (time, "loaded", colours["none"])):
         picture.show(moment)
         assert picture.moods(moment)[robot] == mood

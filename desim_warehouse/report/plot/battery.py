@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.states import energy_curves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +45,7 @@ def battery(
     begin, until = start or 0.0, run.record.end if end is None else end
     if not begin < until:
         raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
-    curves = energy_curves(run)
+    curves = run.history.energy_curves
     shown = list(range(len(curves))) if robots is None else list(robots)
     strange = [number for number in shown if not 0 <= number < len(curves)]
     if strange:

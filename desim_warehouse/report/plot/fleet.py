@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.states import stays
 from desim_warehouse.report.tables import cells, names
 from desim_warehouse.run import Run
 
@@ -116,7 +115,7 @@ def gantt(
     begin, until = start or 0.0, run.record.end if end is None else end
     if not begin < until:
         raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
-    fleet = stays(run)
+    fleet = run.history.states
     shown = range(len(fleet)) if robots is None else robots
     strange = [number for number in shown if not 0 <= number < len(fleet)]
     if strange:
@@ -142,12 +141,10 @@ def gantt(
 
 def _waits(axes: Axes, run: Run, shown: list[int], begin: float, until: float) -> None:
     """Black bars in the middle of a row while a robot waits."""
-    if not run.record.everything:
-        return
     spans: dict[int, list[tuple[float, float]]] = {}
-    for start, end, robot in run.waits[["start", "end", "robot"]].itertuples(index=False):
-        if end > begin and start < until:
-            spans.setdefault(robot, []).append((start, end - start))
+    for wait in run.history.waits:
+        if wait.end > begin and wait.start < until:
+            spans.setdefault(wait.robot, []).append((wait.start, wait.end - wait.start))
     for row, number in enumerate(shown):
         if number in spans:
             axes.broken_barh(spans[number], (row - 0.15, 0.3), facecolors=look.STATE_COLOURS["waiting"])

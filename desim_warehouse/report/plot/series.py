@@ -20,14 +20,7 @@ if TYPE_CHECKING:
 
 def cycle_times(run: Run) -> list[float]:
     """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
-    released: dict[int, float] = {}
-    times = []
-    for row in run.record.rows:
-        if row[1] == "released":
-            released[row[3]] = row[0]
-        elif row[1] == "delivered":
-            times.append(row[0] - released[row[3]])
-    return times
+    return [task.cycle_time for task in run.history.delivered]
 
 
 def warm_up(
