@@ -240,7 +240,7 @@ class History:
         curves: list[Curve] = []
         for robot, changes in enumerate(self.changes):
             points = [point for span in changes if span.end > span.start for point in self._corners(span, waits[robot])]
-            points.append((self.end, self._level_at_end(self.states[robot][-1], waits[robot])))
+            points.append((self.end, self._level_at_end(changes[-1], waits[robot])))
             curves.append(([time for time, _ in points], [level for _, level in points]))
         return curves
 
@@ -285,7 +285,8 @@ class History:
         if span.state == "charging":
             level = span.energy or 0.0
             return level + self._charged(level, span.end - span.start)
-        return self._corners(span, waits)[-1][1]
+        time, level = self._corners(span, waits)[-1]
+        return level - self._rate(span) * (span.end - time)
 
     def _charged(self, level: float, time: float) -> float:
         """Energy taken up in a time at a charger; a battery that is swapped is full only after that."""

@@ -1,0 +1,96 @@
+"""What the history says of a run, on a ring that one robot drives round: numbers worked out by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.report import plot
+from desim_warehouse.run import Run
+from desim_warehouse.world import World
+
+RATES = {"standing": 0.5, "empty": 1.0, "loaded": 2.0, "handling": 1.5}
+
+
+def ring(battery: dict[str, Any], length: float, **changes: Any) -> dict[str, Any]:
+    """A square ring of 30 a side at a speed of 1; the good is 10 beyond the bay, its station half round the ring.
+
+    The robot is at its good at 10, leaves it at 13, is at its station at 63, free at 68 and in its bay at 128. A
+    second good, released when the run is over, keeps the run from ending with the first.
+    """
+    return {
+        "layout": {
+            "nodes": {"A": [0, 0], "B": [30, 0], "C": [30, 30], "D": [0, 30]},
+            "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+            "storage": [{"edge": ["A", "B"], "offset": 10}],
+            "bays": {"home": {"at": ["A"]}},
+        },
+        "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}, "first_exit_time": 0, "exit_time": 0},
+        "tasks": {
+            "goods": [0, {"good": 0, "release": length}],
+            "unload_at": ["C"],
+            "load_time": 3,
+            "unload_time": 5,
+            "clear_time": 0,
+        },
+        "battery": battery,
+        "run": {"length": length},
+        **changes,
+    }
+
+
+def played(model: dw.Model, seed: int = 0) -> tuple[Run, list[float]]:
+    """A run, and the levels that its batteries themselves say they have at its end."""
+    world = World(model, seed).run()
+    levels = [robot.battery.level(world.env.now) for robot in world.robots]
+    return Run(model, seed, world.log, world.layout), levels
+
+
+def drawn(run: Run) -> list[float]:
+    """The last level of every robot in the battery figure."""
+    axes = (plot.battery(run, robots=[number]) for number in range(run.model.fleet.size))
+    return [float(one.lines[0].get_ydata()[-1]) for one in axes]
+
+
+def test_a_battery_goes_on_falling_in_the_last_state_of_a_run():
+    """At 13 it has 1000 - 10 x 1 - 3 x 1.5 = 985.5; at the end, at 40, it has carried for 27: 985.5 - 27 x 2."""
+    battery = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 1}
+    run, levels = played(dw.load(ring(battery, 40)))
+    assert levels == [pytest.approx(931.5)]
+    assert run.history.energy_at_end == [pytest.approx(931.5, abs=1e-9)]
+    assert drawn(run) == [pytest.approx(931.5, abs=1e-9)]
+
+
+def test_a_robot_at_rest_draws_nothing_beside_a_charger_and_stands_elsewhere():
+    """Back at 128 with 1000 - 10 x 1 - 3 x 1.5 - 50 x 2 - 5 x 1.5 - 60 x 1 = 818, it stands for 72: 818 - 72 x 0.5.
+
+    At the charger halfway back it is full, after 848 of 1000 at 98, at 98 + 152 / 10, and stays so.
+    """
+    battery = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 10}
+    model = ring(battery, 200)
+    model["layout"]["bays"] = {"home": {"at": ["A"], "places": 1, "chargers": 0}, "power": {"at": ["D"], "places": 1}}
+    model["fleet"]["start"] = ["A"]
+    for parking, level, node in (("home", 782, "A"), ("nearest", 1000, "D")):
+        run, levels = played(dw.load(model, {"policies.parking": parking}))
+        [[*_, last]] = run.history.states
+        assert (last.state, last.node) == ("idle", node)
+        assert levels == run.history.energy_at_end == [pytest.approx(level, abs=1e-9)]
+
+
+CUT = [100.0, 333.3, 610.0, 905.5, 1200.0]
+"""Ends of runs, some of which find robots driving, waiting, handling and charging."""
+
+
+@pytest.mark.parametrize("length", CUT)
+@pytest.mark.parametrize("taper", [None, {"start": 0.6}])
+@pytest.mark.parametrize(
+    "consumption", [0.005, {"standing": 0.001, "empty": 0.005, "loaded": 0.006, "handling": 0.003}]
+)
+def test_the_battery_figure_ends_at_the_batteries_own_levels(length, taper, consumption):
+    changes = {"run.length": length, "battery.taper": taper, "battery.consumption": consumption}
+    goods = {"fleet.size": 16, "tasks.goods": {"saturated": 20}, "battery.capacity": 4, "battery.threshold": 2.5}
+    run, levels = played(dw.load("models/multibots.yaml", {**changes, **goods}), seed=3)
+    assert run.history.energy_at_end == pytest.approx(levels, abs=1e-9)
+    assert drawn(run) == pytest.approx(levels, abs=1e-9)
