@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.report import plot
+from desim_warehouse.report.replay.payload import ENERGY, payload
 from desim_warehouse.run import Run
 from desim_warehouse.world import World
 
@@ -88,9 +91,50 @@ CUT = [100.0, 333.3, 610.0, 905.5, 1200.0]
 @pytest.mark.parametrize(
     "consumption", [0.005, {"standing": 0.001, "empty": 0.005, "loaded": 0.006, "handling": 0.003}]
 )
-def test_the_battery_figure_ends_at_the_batteries_own_levels(length, taper, consumption):
+def test_figure_and_replay_end_at_the_batteries_own_levels(length, taper, consumption):
     changes = {"run.length": length, "battery.taper": taper, "battery.consumption": consumption}
     goods = {"fleet.size": 16, "tasks.goods": {"saturated": 20}, "battery.capacity": 4, "battery.threshold": 2.5}
     run, levels = played(dw.load("models/multibots.yaml", {**changes, **goods}), seed=3)
     assert run.history.energy_at_end == pytest.approx(levels, abs=1e-9)
     assert drawn(run) == pytest.approx(levels, abs=1e-9)
+    steps = [level / run.model.battery.capacity * ENERGY for level in levels]
+    assert replayed(run) == pytest.approx(steps, abs=0.5 + 1e-6)
+
+
+def replayed(run: Run) -> list[float]:
+    """The last level of every robot on the replay page, in its steps of a full battery."""
+    _, columns = payload(run, 0.0, run.record.end)
+    levels = np.split(np.cumsum(columns["state_energy"]), np.cumsum(columns["state_count"])[:-1])
+    return [int(robot[-1]) for robot in levels]
+
+
+def test_a_tapered_charge_is_shown_as_it_is():
+    """At the charger at 128 with 100 - 128 x 0.46875 = 40, it takes 5 to the knee at 50; then u = level - 50 rises by
+    2 - u / 50, so that after another 20 it is 100 (1 - exp(-20 / 50)) above the knee: 82.97, and not 90.
+    """
+    taper = {"start": 0.5, "end_rate": 0.5}
+    battery = {"capacity": 100, "threshold": 45, "consumption": 0.46875, "charge_rate": 2, "taper": taper}
+    run, levels = played(dw.load(ring(battery, 153)))
+    level = 50 + 100 * (1 - math.exp(-0.4))
+    assert run.history.states[0][-1][1:4] == ("charging", 128, 153)
+    assert levels == run.history.energy_at_end == drawn(run) == [pytest.approx(level, abs=1e-9)]
+    assert replayed(run) == [830]
+
+
+def test_a_robot_that_waits_at_the_end_is_shown_with_what_standing_left_it():
+    """The second robot waits before the station, where the first unloads.
+
+    It sets out at 1, is at its good at 11 and leaves it at 14, with 1000 - 1 x 0.5 - 10 x 1 - 3 x 1.5 = 985. Of the 86
+    that follow it drives 19 to the stop line before B and 30 to the one before C, and stands for the other 37.
+    """
+    battery = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 1}
+    model = ring(battery, 100)
+    model["layout"]["storage"].append({"edge": ["A", "B"], "offset": 20})
+    model["fleet"]["size"] = 2
+    model["tasks"] |= {"goods": [1, 0], "unload_time": 50}
+    run, levels = played(dw.load(model))
+    assert run.history.changes[1][-1][1:6] == ("loaded", 14, 100, 1, 985)
+    assert (run.history.waits[-1].robot, run.history.waits[-1].end) == (1, 100)
+    assert levels[1] == pytest.approx(985 - 49 * 2 - 37 * 0.5)
+    assert run.history.energy_at_end == drawn(run) == pytest.approx(levels, abs=1e-9)
+    assert replayed(run)[1] == pytest.approx(868.5, abs=0.5)

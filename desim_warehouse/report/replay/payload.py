@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.log import STATES
-from desim_warehouse.model.energy import RATE_OF
-from desim_warehouse.model.schema import Consumption
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.zones import robot_radii
@@ -22,7 +20,7 @@ from desim_warehouse.report.zones import robot_radii
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.history import History, StateSpan
+    from desim_warehouse.history import History
     from desim_warehouse.run import Run
 
 FINENESS = 100
@@ -187,11 +185,12 @@ def _state_columns(history: History, scale: Scale) -> Columns:
     """Per robot, what it begins to do, with its task and energy there; and once more at the end of the run."""
     battery = history.model.battery
     capacity = 1.0 if battery is None else battery.capacity
+    ends = history.energy_at_end or [0.0] * len(history.changes)
     rows = []
-    for changes in history.changes:
+    for changes, left in zip(history.changes, ends, strict=True):
         rows += [(span.start, STATES.index(span.state), span.task, span.energy or 0.0) for span in changes]
         last = changes[-1]
-        rows.append((last.end, STATES.index(last.state), last.task, _energy_at_end(history, last)))
+        rows.append((last.end, STATES.index(last.state), last.task, left))
     flat = np.array(rows, dtype=float)
     sizes = [len(changes) + 1 for changes in history.changes]
     first = np.concatenate([[0], np.cumsum(sizes)])
@@ -205,16 +204,6 @@ def _state_columns(history: History, scale: Scale) -> Columns:
         "state_task": _steps(task.astype(np.int64)),
         "state_energy": _steps(np.rint(energy / capacity * ENERGY).astype(np.int64)),
     }
-
-
-def _energy_at_end(history: History, last: StateSpan) -> float:
-    spec, level, time = history.model.battery, last.energy or 0.0, last.end - last.start
-    if spec is None or last.state == "idle" or (last.state == "queueing" and last.task < 0):
-        return level
-    if last.state == "charging":
-        return min(level + spec.charge_rate * time, spec.capacity)
-    draw = spec.consumption
-    return level - (getattr(draw, RATE_OF[last.state]) if isinstance(draw, Consumption) else draw) * time
 
 
 def _task_columns(history: History, scale: Scale) -> Columns:
