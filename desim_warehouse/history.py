@@ -103,8 +103,8 @@ class History:
         self.log = log
         self.model = model
         self.layout = layout
-        self.begin = log.begin
-        self.end = log.end
+        self.begin: float = log.begin
+        self.end: float = log.end
 
     def rows(self, *kinds: str) -> Iterator[LogRow]:
         """The rows of some kinds, in order of time; all rows if none is named."""
@@ -159,6 +159,16 @@ class History:
     def counted_deliveries(self) -> list[TaskHistory]:
         """The tasks that were delivered in the counted time, in order of delivery."""
         return [task for task in self.delivered if self.counts(task.delivered)]
+
+    @cached_property
+    def cycle_times(self) -> list[float]:
+        """The cycle times of the counted deliveries, shortest first."""
+        return sorted(task.cycle_time for task in self.counted_deliveries)
+
+    @cached_property
+    def lateness(self) -> list[float]:
+        """By how much each counted delivery that was due was late, 0 if it was not."""
+        return [max(task.delivered - task.due, 0.0) for task in self.counted_deliveries if task.due is not None]
 
     @cached_property
     def assignments(self) -> list[Assignment]:

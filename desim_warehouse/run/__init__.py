@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse import metrics
+from desim_warehouse import indicators
 from desim_warehouse.history import History
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Run:
         self.record = log
         self.layout = layout
         self.history = History(log, model, layout)
-        self.kpis = metrics.kpis(self.history)
+        self.kpis = indicators.kpis(self.history)
 
     @property
     def T(self) -> float:  # noqa: N802 - the paper's name

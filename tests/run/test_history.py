@@ -1,9 +1,8 @@
-"""What the history says of a run, on a ring that one robot drives round: numbers worked out by hand."""
+"""What the history says of a run: the energy that is left at its end, worked out by hand and told by the batteries."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,47 +10,10 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.report import plot
 from desim_warehouse.report.replay.payload import ENERGY, payload
-from desim_warehouse.run import Run
-from desim_warehouse.world import World
-
-RATES = {"standing": 0.5, "empty": 1.0, "loaded": 2.0, "handling": 1.5}
+from tests.run.ring import RATES, played, ring
 
 
-def ring(battery: dict[str, Any], length: float, **changes: Any) -> dict[str, Any]:
-    """A square ring of 30 a side at a speed of 1; the good is 10 beyond the bay, its station half round the ring.
-
-    The robot is at its good at 10, leaves it at 13, is at its station at 63, free at 68 and in its bay at 128. A
-    second good, released when the run is over, keeps the run from ending with the first.
-    """
-    return {
-        "layout": {
-            "nodes": {"A": [0, 0], "B": [30, 0], "C": [30, 30], "D": [0, 30]},
-            "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
-            "storage": [{"edge": ["A", "B"], "offset": 10}],
-            "bays": {"home": {"at": ["A"]}},
-        },
-        "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}, "first_exit_time": 0, "exit_time": 0},
-        "tasks": {
-            "goods": [0, {"good": 0, "release": length}],
-            "unload_at": ["C"],
-            "load_time": 3,
-            "unload_time": 5,
-            "clear_time": 0,
-        },
-        "battery": battery,
-        "run": {"length": length},
-        **changes,
-    }
-
-
-def played(model: dw.Model, seed: int = 0) -> tuple[Run, list[float]]:
-    """A run, and the levels that its batteries themselves say they have at its end."""
-    world = World(model, seed).run()
-    levels = [robot.battery.level(world.env.now) for robot in world.robots]
-    return Run(model, seed, world.log, world.layout), levels
-
-
-def drawn(run: Run) -> list[float]:
+def drawn(run: dw.Run) -> list[float]:
     """The last level of every robot in the battery figure."""
     axes = (plot.battery(run, robots=[number]) for number in range(run.model.fleet.size))
     return [float(one.lines[0].get_ydata()[-1]) for one in axes]
@@ -101,7 +63,7 @@ def test_figure_and_replay_end_at_the_batteries_own_levels(length, taper, consum
     assert replayed(run) == pytest.approx(steps, abs=0.5 + 1e-6)
 
 
-def replayed(run: Run) -> list[float]:
+def replayed(run: dw.Run) -> list[float]:
     """The last level of every robot on the replay page, in its steps of a full battery."""
     _, columns = payload(run, 0.0, run.record.end)
     levels = np.split(np.cumsum(columns["state_energy"]), np.cumsum(columns["state_count"])[:-1])
