@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report.palette import GROUND, PALETTES
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.replay import PALETTES, window
+from desim_warehouse.report.replay import window
 from desim_warehouse.report.zones import robot_radii
 from desim_warehouse.states import seen
 
@@ -26,10 +27,6 @@ SECONDS = 20.0
 MOST_FRAMES = 3000
 MOST_NUMBERS, MOST_LETTERS = 30, 60
 """Robots and nodes that are named; more would not be legible."""
-COLOURS = {
-    "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
-    "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
-}
 
 
 def film(
@@ -111,7 +108,7 @@ class Picture:
     def __init__(self, axes: Axes, run: Run, palette: str = "safe") -> None:
         self.axes = axes
         self.run = run
-        self.colours = COLOURS[palette]
+        self.colours = GROUND["light"] | PALETTES[palette]["light"]
         self.positions = Positions(run)
         self.history = run.history
         self.radii = np.array(robot_radii(run.model))
@@ -126,7 +123,7 @@ class Picture:
         self.robots.set_offsets(points)
         self.robots.set_facecolor([self.colours[mood] for mood in self.moods(time)])
         waiting = self.waiting(time)
-        self.robots.set_edgecolor([self.colours["wait"] if wait else "#16202a" for wait in waiting])
+        self.robots.set_edgecolor([self.colours["wait"] if wait else self.colours["outline"] for wait in waiting])
         self.robots.set_linewidth([2.5 if wait else 0.8 for wait in waiting])
         noses = np.stack([np.cos(headings), np.sin(headings)], axis=1) * self.radii[:, None]
         self.heads.set_segments(list(np.stack([points + 0.6 * noses, points + 1.5 * noses], axis=1)))
@@ -169,11 +166,11 @@ class Picture:
         axes.set_aspect("equal")
         axes.set_axis_off()
         lines = [(start, end) for start, end in zip(edges.start[: edges.real], edges.end[: edges.real], strict=True)]
-        axes.add_collection(LineCollection(lines, colors="#aab4be", linewidths=0.8, zorder=1))
+        axes.add_collection(LineCollection(lines, colors=self.colours["aisle"], linewidths=0.8, zorder=1))
         middle, way = (edges.start + edges.end)[: edges.real] / 2, (edges.end - edges.start)[: edges.real]
         angles = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
         for (x, y), angle in zip(middle, angles, strict=True):
-            axes.plot(x, y, marker=(3, 0, -angle - 90), color="#8995a1", markersize=5, zorder=1)
+            axes.plot(x, y, marker=(3, 0, -angle - 90), color=self.colours["border"], markersize=5, zorder=1)
         size = run.layout.goods_size or 1.3 * float(self.radii.max())
         squares = [
             Rectangle((place.x - 0.47 * size, place.y - 0.47 * size), 0.94 * size, 0.94 * size)
@@ -204,7 +201,7 @@ class Picture:
             size, size, np.zeros(len(size)), units="xy", offsets=np.zeros((len(size), 2)),
             transOffset=self.axes.transData, zorder=3,
         )  # fmt: skip
-        self.heads = LineCollection([], colors="#16202a", linewidths=1.5, zorder=4)
+        self.heads = LineCollection([], colors=self.colours["outline"], linewidths=1.5, zorder=4)
         self.axes.add_collection(self.robots)
         self.axes.add_collection(self.heads)
         shown = len(size) if len(size) <= MOST_NUMBERS else 0

@@ -9,7 +9,6 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.plot import style
 from desim_warehouse.study.statistics import compare, mser
 
 plot = dw.plot
@@ -145,7 +144,7 @@ def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
     ax = plot.utilisation(run)
     stacks = np.array([[bar.get_height() for bar in container] for container in ax.containers])
     np.testing.assert_allclose(stacks.sum(axis=0), 1.0)
-    states = list(style.STATE_COLOURS)
+    states = list(palette.STATE_COLOURS)
     np.testing.assert_allclose(stacks[states.index("loaded")], run.robots["loaded"] / run.T)
     np.testing.assert_allclose(stacks[states.index("waiting")], run.robots["waiting"] / run.T)
 
@@ -161,7 +160,7 @@ def test_utilisation_by_a_factor_shows_the_means(run):
 def test_a_gantt_row_adds_up_to_the_tallies(run):
     ax = plot.gantt(run)
     rows = [c for c in ax.collections if len(c.get_facecolor()) > 1]
-    loaded = mpl.colors.to_rgba(style.STATE_COLOURS["loaded"])
+    loaded = mpl.colors.to_rgba(palette.STATE_COLOURS["loaded"])
     for number, row in enumerate(rows):
         width = sum(
             np.ptp(path.vertices[:, 0])

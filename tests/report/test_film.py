@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.film import COLOURS, Picture, film
+from desim_warehouse.report.film import Picture, film
+from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.positions import Positions
 from tests.report.replay.floors import busy, busy_run, paper_run
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @pytest.mark.parametrize("run", [paper_run(), busy_run()], ids=["paper", "busy"])
 def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.Run) -> None:
     picture, where = Picture(Figure().add_subplot(), run), Positions(run)
-    colours = COLOURS["safe"]
+    colours = PALETTES["safe"]["light"]
     for row in [row for row in run.record.rows if row[1] == "collision" and row[6] > 1][:5]:
         time = row[0] - row[6] / 2
         picture.show(time)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import desim_warehouse as dw
 from desim_warehouse.run import Run
 from desim_warehouse.world import World
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 RATES = {"standing": 0.5, "empty": 1.0, "loaded": 2.0, "handling": 1.5}
 
@@ -38,7 +40,7 @@ def ring(battery: dict[str, Any], length: float, **changes: Any) -> dict[str, An
     }
 
 
-def played(model: dw.Model, seed: int = 0) -> tuple[Run, list[float]]:
+def played(model: Model, seed: int = 0) -> tuple[Run, list[float]]:
     """A run, and the levels that its batteries themselves say they have at its end."""
     world = World(model, seed).run()
     levels = [robot.battery.level(world.env.now) for robot in world.robots]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 
 if TYPE_CHECKING:
@@ -58,8 +59,8 @@ def battery(
                 shape = look.cycle(index) | {"marker": ""}
                 axes.plot(times, levels, label=f"robot {number}", linewidth=1.4, **shape)
             else:
-                axes.plot(times, levels, color=look.COLOURS[0], alpha=0.25, linewidth=0.8)
-        axes.axhline(spec.threshold, color=look.INK, linestyle="--", linewidth=1, label="threshold")
+                axes.plot(times, levels, color=palette.COLOURS[0], alpha=0.25, linewidth=0.8)
+        axes.axhline(spec.threshold, color=palette.INK, linestyle="--", linewidth=1, label="threshold")
         lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
         axes.set_ylim(min(0.0, lowest) * 1.05, spec.capacity * 1.03)
         axes.set_xlim(begin, until)

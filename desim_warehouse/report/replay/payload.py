@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.states import FOR_CHARGER, STATES, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.history import History
+    from desim_warehouse.history import History, StateSpan
     from desim_warehouse.run import Run
 
 FINENESS = 100
@@ -29,6 +29,9 @@ ENERGY = 1000
 """Steps in a full battery."""
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge; any edge, named in a column of its own; or the n-th out of the last one's end."""
+SHOWN = [*(seen(name, task=0) for name in STATES), FOR_CHARGER]
+"""States as the page shows them: a robot that waits for a charger is not at work."""
+_NUMBERS = {state.doing: number for number, state in enumerate(SHOWN)}
 
 Columns = dict[str, Any]
 
@@ -104,7 +107,7 @@ def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "unload_at": sorted({number[node] for node in model.tasks.unload_at}),
-        "states": STATES,
+        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
@@ -188,9 +191,9 @@ def _state_columns(history: History, scale: Scale) -> Columns:
     ends = history.energy_at_end or [0.0] * len(history.changes)
     rows = []
     for changes, left in zip(history.changes, ends, strict=True):
-        rows += [(span.start, STATES.index(span.state), span.task, span.energy or 0.0) for span in changes]
+        rows += [(span.start, _number(span), span.task, span.energy or 0.0) for span in changes]
         last = changes[-1]
-        rows.append((last.end, STATES.index(last.state), last.task, left))
+        rows.append((last.end, _number(last), last.task, left))
     flat = np.array(rows, dtype=float)
     sizes = [len(changes) + 1 for changes in history.changes]
     first = np.concatenate([[0], np.cumsum(sizes)])
@@ -204,6 +207,10 @@ def _state_columns(history: History, scale: Scale) -> Columns:
         "state_task": _steps(task.astype(np.int64)),
         "state_energy": _steps(np.rint(energy / capacity * ENERGY).astype(np.int64)),
     }
+
+
+def _number(span: StateSpan) -> int:
+    return _NUMBERS[seen(span.state, span.task).doing]
 
 
 def _task_columns(history: History, scale: Scale) -> Columns:

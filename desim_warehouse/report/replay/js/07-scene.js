@@ -100,7 +100,7 @@ class Scene {
       const row = story.row(robot, time), state = story.state[row];
       this.mood[robot] = state;
       this.wait[robot] = story.waiting(robot, time);
-      this.groups[moodOf(state, story.task[row])].push(robot);
+      this.groups[this.header.states[state].role].push(robot);
     }
   }
 
