@@ -130,8 +130,8 @@ class Picture:
         for number, (x, y) in zip(self.numbers, points, strict=False):
             number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
-        done = sum(1 for task in self.history.delivered if task.delivered <= time)
-        counted = sum(1 for wait in self.history.waits if self.history.begin <= wait.end <= time)
+        done = sum(1 for task in self.history.counted_deliveries if task.delivered <= time)
+        counted = sum(1 for wait in self.history.waits if self.history.counts(wait.end) and wait.end <= time)
         unit = self.run.model.units
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
 

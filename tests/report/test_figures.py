@@ -9,6 +9,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
 from desim_warehouse.study.statistics import compare, mser
 
 plot = dw.plot

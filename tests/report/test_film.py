@@ -46,6 +46,8 @@ def test_the_caption_counts_as_the_run_does() -> None:
     picture = Picture(Figure().add_subplot(), run)
     picture.show(run.record.end)
     assert f"S {run.S} " in picture.caption.get_text()
+    assert picture.caption.get_text().endswith(f"delivered {run.kpis['tasks']}")
+    assert len(run.history.delivered) > run.kpis["tasks"]
 
 
 def test_a_gif_has_the_frames_that_its_speed_asks_for(tmp_path: Path) -> None:

@@ -101,6 +101,7 @@ function hook(app) {
     states: () => Array.from(scene.mood, (state) => header.states[state].name),
     chosen: () => scene.chosen,
     frames: () => ({ count: app.frames, drawing: app.drawing }),
+    deliveredAt: () => Object.fromEntries(Array.from(story.deliveredAt(player.time), ([node, count]) => [header.nodes[node][0], count])),
     heat: () => Array.from(scene.heat.upTo(player.time), (sum) => sum * header.tick),
   };
 }
