@@ -14,10 +14,11 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
-from desim_warehouse.report.replay.columns import pack, unpack
+from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.page import safe_json
 from desim_warehouse.report.replay.payload import payload
 from tests.report.replay.floors import RUNS, busy, busy_run, paper_run
+from tests.report.replay.unpacked import unpack
 
 if TYPE_CHECKING:
     from pathlib import Path
