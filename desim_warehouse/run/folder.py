@@ -91,7 +91,7 @@ def load_run(folder: str | Path) -> Run:
     import pandas as pd
 
     from desim_warehouse.layout import build
-    from desim_warehouse.log import Log
+    from desim_warehouse.log import Log, LogRow
     from desim_warehouse.model import load
     from desim_warehouse.run import Run
 
@@ -104,6 +104,7 @@ def load_run(folder: str | Path) -> Run:
         layout = build(model.layout)
         edges: list[tuple[str, str]] = list(layout.graph.edges)
         numbers = table.pop(NUMBER) if NUMBER in table else None
+        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
         table = table.astype(object).where(table.notna(), None)
         if numbers is None:
             table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
