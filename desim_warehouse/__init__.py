@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model, load
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
-    from desim_warehouse.runfolder import load_run
+    from desim_warehouse.run.folder import load_run
     from desim_warehouse.study.study import Study
 
 _HOME = {
@@ -45,7 +45,7 @@ _HOME = {
     ),
     "model": ("Model", "load"),
     "run": ("Run", "simulate"),
-    "runfolder": ("load_run",),
+    "run.folder": ("load_run",),
     "study.study": ("Study",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}

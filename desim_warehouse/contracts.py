@@ -75,9 +75,9 @@ class _Contract:
 
     def test_a_run_ends_with_all_work_done(self) -> None:
         """Every task is delivered, once."""
-        log = self.played().record
-        done = [row[3] for row in log.rows if row[1] == "delivered"]
-        released = [row[3] for row in log.rows if row[1] == "released"]
+        history = self.played().history
+        done = [row.task for row in history.rows("delivered")]
+        released = [row.task for row in history.rows("released")]
         assert sorted(done) == sorted(released), "tasks released and tasks delivered are not the same"
 
     def test_the_same_seed_gives_the_same_log(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field
@@ -78,6 +78,11 @@ class Fleet(Part):
             for _ in range(kind.count)
         ]
         return special + [self.robot] * (self.size - len(special))
+
+    def homes(self, bays: Iterable[str]) -> list[str]:
+        """The node beside which every robot starts, by number, given the nodes with bays."""
+        start = self.start or tuple(bays)
+        return [start[number % len(start)] for number in range(self.size)]
 
     @property
     def contact(self) -> float:

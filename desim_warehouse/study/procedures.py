@@ -6,34 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import outline
+from desim_warehouse.indicators import INDICATORS, find
 from desim_warehouse.study import statistics
-from desim_warehouse.study.indicators import INDICATORS
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.study import Study
 
-LESS_IS_BETTER = frozenset(
-    {
-        "T",
-        "S",
-        "C",
-        "distance",
-        "energy",
-        "waiting",
-        "cost",
-        "rear_ends",
-        "crossings",
-        "rotations",
-        "cycle_time_mean",
-        "cycle_time_median",
-        "cycle_time_p95",
-        "backlog",
-        "tardiness_mean",
-    }
-)
-"""Indicators of which the smallest mean is the best, if nothing else is said."""
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 
 
@@ -77,8 +56,8 @@ def best(
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
     """
-    check_indicator(indicator)
-    more = indicator not in LESS_IS_BETTER if maximise is None else maximise
+    find(indicator)
+    more = _more_is_better(indicator) if maximise is None else maximise
     if len(study.points) < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
     if study.deterministic:
@@ -125,9 +104,12 @@ def size(
     return study.follow(steps, goal.indicator, **where)
 
 
-def check_indicator(name: str) -> None:
-    """Refuse a name that is no indicator; the nearest is named."""
-    if name not in INDICATORS:
-        near = outline.nearest(name, INDICATORS)
-        hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
-        raise StudyError(f"indicator {name!r}: there is none, {hint}")
+def _more_is_better(name: str) -> bool:
+    """Whether the largest mean of an indicator is the best, if nothing is said."""
+    better = find(name).better
+    if better is None:
+        raise StudyError(
+            f"indicator {name!r}: neither less nor more of it is better by itself, expected --minimise or --maximise "
+            "(in Python: maximise=False or True)"
+        )
+    return better == "more"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
-from desim_warehouse.runfolder import RUN, STUDY, write_whole
+from desim_warehouse.run.folder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.factors import Between, Factor, Level
 from desim_warehouse.study.plan import Plan, Until, run_seed

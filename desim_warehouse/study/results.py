@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.study.indicators import INDICATORS
+from desim_warehouse.indicators import INDICATORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

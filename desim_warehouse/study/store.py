@@ -27,7 +27,7 @@ from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.runfolder import RUN
+from desim_warehouse.run.folder import RUN
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.lock import FolderLock
 

@@ -6,9 +6,9 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.indicators import INDICATORS
 from desim_warehouse.model import outline
 from desim_warehouse.model.problems import Problem, got
-from desim_warehouse.study.indicators import INDICATORS
 from desim_warehouse.study.plan import Until
 
 if TYPE_CHECKING:

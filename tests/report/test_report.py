@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import browser, notebook, words
@@ -205,6 +206,21 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
         "Layout", "Share", "States", "Energy", "Time", "Warm-up",
     ]  # fmt: skip
+
+
+def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
+    """After a warm-up of 500, 1500 of 2000 are counted, in the sentence, the table, the places and at the stations."""
+    from desim_warehouse.report import run_parts
+
+    run = dw.simulate(model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 2000, "warm_up": 500}}))
+    kpis = run.kpis
+    assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
+    sentence = f"{kpis['tasks']} tasks delivered in 1,500 step (75 s) after a warm-up of 500 step, "
+    assert f"{sentence}{words.number(kpis['throughput_per_hour'])} an hour." in run_parts.short(run).source
+    shown = {row[0]: row[2] for row in Page(run_parts.indicators(run).source).tables["indicators"][1:]}
+    assert shown == {key: words.number(float(value)) for key, value in kpis.items()}
+    assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
+    assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
 
 
 def test_failed_runs_are_listed(study_folder, tmp_path):

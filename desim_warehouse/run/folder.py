@@ -60,7 +60,7 @@ def _write(run: Run, folder: Path) -> Path:
     edges = list(run.layout.graph.edges)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [number.get(row[5], -1) for row in log.rows]
+        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
@@ -91,7 +91,7 @@ def load_run(folder: str | Path) -> Run:
     import pandas as pd
 
     from desim_warehouse.layout import build
-    from desim_warehouse.log import Log
+    from desim_warehouse.log import Log, LogRow
     from desim_warehouse.model import load
     from desim_warehouse.run import Run
 
@@ -104,6 +104,7 @@ def load_run(folder: str | Path) -> Run:
         layout = build(model.layout)
         edges: list[tuple[str, str]] = list(layout.graph.edges)
         numbers = table.pop(NUMBER) if NUMBER in table else None
+        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
         table = table.astype(object).where(table.notna(), None)
         if numbers is None:
             table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse import metrics
+from desim_warehouse import indicators
+from desim_warehouse.history import History
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +33,8 @@ class Run:
         self.seed = seed
         self.record = log
         self.layout = layout
-        self.kpis = metrics.kpis(log, model)
+        self.history = History(log, model, layout)
+        self.kpis = indicators.kpis(self.history)
 
     @property
     def T(self) -> float:  # noqa: N802 - the paper's name
@@ -78,14 +80,22 @@ class Run:
     @cached_property
     def waits(self) -> pd.DataFrame:
         """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`."""
-        table = self.log[self.log["kind"] == "collision"]
-        return table.assign(start=table["time"] - table["value"], end=table["time"])[
-            ["start", "end", "robot", "other", "node", "edge"]
-        ].reset_index(drop=True)
+        import pandas as pd
+
+        waits, text = self.history.waits, self.log["node"].dtype
+        columns: dict[str, pd.Series[Any]] = {
+            "start": pd.Series([wait.start for wait in waits], dtype=float),
+            "end": pd.Series([wait.end for wait in waits], dtype=float),
+            "robot": pd.Series([wait.robot for wait in waits], dtype="int64"),
+            "other": pd.Series([wait.other for wait in waits], dtype="int64"),
+            "node": pd.Series([wait.node for wait in waits], dtype=text),
+            "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
+        }
+        return pd.DataFrame(columns)
 
     def save(self, folder: str | Path) -> Path:
         """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
-        from desim_warehouse.runfolder import save_run
+        from desim_warehouse.run.folder import save_run
 
         return save_run(self, Path(folder))
 
