@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -41,11 +42,12 @@ class Errand(NamedTuple):
 def stays(run: Run) -> list[list[Stay]]:
     """For each robot its states in order of time; together they fill the run, none of no length.
 
-    At the start robots are idle with full batteries.
+    At the start robots are idle.
     """
-    battery = run.model.battery
-    full = None if battery is None else battery.capacity
-    now = [Stay(number, "idle", 0.0, 0.0, NONE, full) for number in range(run.model.fleet.size)]
+    from desim_warehouse.world.battery import start_levels
+
+    levels = [None if math.isinf(level) else level for level in start_levels(run.model, run.seed)]
+    now = [Stay(number, "idle", 0.0, 0.0, NONE, level) for number, level in enumerate(levels)]
     found: list[list[Stay]] = [[] for _ in now]
     for row in run.record.rows:
         time, kind, robot, task, energy = row[0], row[1], row[2], row[3], row[6]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.schema import Consumption
+from desim_warehouse.model.schema import Consumption, SpreadEnergy
+from desim_warehouse.world.streams import stream
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Battery as Spec
 
 RATE_OF = {
@@ -49,6 +51,10 @@ class Battery:
             self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"])
             or len(set(self.rates.values())) > 1
         )
+
+    def start(self, level: float) -> None:
+        """Hold so much at the start of the run."""
+        self._level = level
 
     def level(self, now: float) -> float:
         """Energy left at `now`."""
@@ -94,21 +100,8 @@ class Battery:
         return now + left / self._rate if self._rate else math.inf
 
     def charge_time(self, start: float, end: float) -> float:
-        """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
-
-        Tapered, the rate falls linearly with the level l above `start`: dl/dt = r(l), so the time is an
-        integral of 1 / r(l), a logarithm.
-        """
-        if self.spec is None or end <= start:
-            return 0.0
-        rate, taper = self.spec.charge_rate, self.spec.taper
-        if taper is None:
-            return (end - start) / rate
-        knee = taper.start * self.capacity
-        time = max(min(end, knee) - start, 0.0) / rate
-        low, high = max(start, knee), max(end, knee)
-        slope = (1 - taper.end_rate) / (self.capacity - knee)
-        return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
+        """Time to charge from one level to another."""
+        return 0.0 if self.spec is None else self.spec.charge_time(start, end)
 
     def charge_gain(self, start: float, time: float) -> float:
         """Energy taken up in a time at the charger: the inverse of `charge_time`."""
@@ -124,3 +117,19 @@ class Battery:
         here = 1 - slope * (low - knee)
         gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
         return min(rate * steady + gain, self.capacity - start)
+
+
+def start_levels(model: Model, seed: int) -> list[float]:
+    """What the battery of each robot holds at the start of a run of `seed`; inf without battery.
+
+    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
+    """
+    if model.battery is None:
+        return [math.inf] * model.fleet.size
+    capacity, given = model.battery.capacity, model.fleet.start_energy
+    if isinstance(given, SpreadEnergy):
+        return [
+            capacity * float(stream(seed, "start-energy", robot).uniform(*given.uniform))
+            for robot in range(model.fleet.size)
+        ]
+    return [capacity * given] * model.fleet.size

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, RandomGoods, SaturatedGoods
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 from desim_warehouse.world.streams import stream
 
@@ -105,21 +106,4 @@ class Demand:
 
     def _weights(self) -> Any:
         """The share of every storage place in the demand; None: all alike."""
-        import numpy as np
-
-        popularity, storage = self.popularity, self.storage
-        if popularity == "uniform":
-            return None
-        if isinstance(popularity, Popularity) and popularity.classes:
-            weights = np.empty(len(storage))
-            begin, share = 0, 0.0
-            for item in popularity.classes:
-                share += item.share
-                end = round(share * len(storage))
-                weights[begin:end] = item.demand / max(end - begin, 1)
-                begin = end
-        elif isinstance(popularity, Popularity):
-            weights = np.array(popularity.weights, dtype=float)
-        else:
-            weights = np.array([place.popularity for place in storage])
-        return weights / weights.sum()
+        return shares(self.popularity, self.storage)

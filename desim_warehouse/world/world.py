@@ -10,13 +10,14 @@ import simpy
 from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
-from desim_warehouse.errors import LayoutError, StallError
-from desim_warehouse.layout import checks
+from desim_warehouse.errors import StallError
+from desim_warehouse.feasibility import refuse
+from desim_warehouse.feasibility.power import homes as homes_of
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
-from desim_warehouse.world.battery import Battery
+from desim_warehouse.world.battery import Battery, start_levels
 from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.dispatch import Dispatcher
@@ -52,9 +53,7 @@ class World:
         self.out = 0
         self._before: list[dict[int, dict[str, Any]]] | None = None
         fleet, policies = model.fleet, model.policies
-        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at)
-        if problems := checks.faults(layout, use):
-            raise LayoutError(problems)
+        refuse(model, layout)
         kinds = set(fleet.robots())
         self.traffic = Traffic(
             env,
@@ -76,7 +75,7 @@ class World:
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, seed)
-        homes = _homes(model, layout)
+        homes = homes_of(model, layout)
         self.bays = _bays(env, layout, homes)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self.reach = Reach(
@@ -116,8 +115,10 @@ class World:
             ),
             on_assigned=self.demand.refill,
         )
-        for number, (shape, home) in enumerate(zip(fleet.robots(), homes, strict=True)):
+        levels = start_levels(model, seed)
+        for number, (shape, home, level) in enumerate(zip(fleet.robots(), homes, levels, strict=True)):
             robot = Robot(self, number, home, shape.speed)
+            robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
 
@@ -220,12 +221,6 @@ class World:
             return ""
         charging = self.model.policies.charging.name
         return f"; no robot's battery lasts for task {task.number}, by policies.charging ({charging})"
-
-
-def _homes(model: Model, layout: Layout) -> list[str]:
-    """The home of every robot: the start nodes in turn."""
-    start = model.fleet.start or tuple(layout.bays)
-    return [start[number % len(start)] for number in range(model.fleet.size)]
 
 
 def _bays(env: simpy.Environment, layout: Layout, homes: list[str]) -> Bays:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.log import STATES
 from desim_warehouse.model.schema import Consumption
-from desim_warehouse.world.battery import RATE_OF
+from desim_warehouse.world.battery import RATE_OF, start_levels
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -64,9 +64,9 @@ class _Reader:
 
     def __init__(self, run: Run) -> None:
         self.run = run
-        capacity = 0.0 if run.model.battery is None else run.model.battery.capacity
         count = run.model.fleet.size
-        self.result = Timeline([[(0.0, 0, -1, capacity)] for _ in range(count)])
+        levels = start_levels(run.model, run.seed) if run.model.battery is not None else [0.0] * count
+        self.result = Timeline([[(0.0, 0, -1, level)] for level in levels])
         self.number = {edge: number for number, edge in enumerate(run.layout.graph.edges)}
         self.on = [-1] * count
         self.arrived = [-math.inf] * count
