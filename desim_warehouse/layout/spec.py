@@ -201,6 +201,9 @@ class Bay(Places):
 
     places: Count | None = Field(None, description="a node; default: as many as robots start there")
     chargers: Whole | None = Field(None, description="a node; default: one a place")
+    total_chargers: Whole | None = Field(
+        None, description="instead of chargers: of all its nodes together, assigned to them round-robin"
+    )
 
 
 class Station(Places):

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field
 
+from desim_warehouse.findings import Acceptable  # noqa: TC001 - pydantic reads it
 from desim_warehouse.layout.spec import (
     Count,
     FrozenMap,
@@ -26,6 +27,9 @@ from desim_warehouse.layout.spec import (
 )
 from desim_warehouse.model.policy import Policies
 
+METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "dm": 0.1, "km": 1000.0}
+"""Metres in the units of length that are known by name."""
+
 
 class Units(Part):
     """Names of the units the file is written in, and the seconds in one time unit."""
@@ -33,6 +37,11 @@ class Units(Part):
     length: Name = Field("m", description="name of the length unit")
     time: Name = Field("s", description="name of the time unit")
     seconds: Positive = Field(1.0, description="seconds in one time unit, for reports and hourly rates")
+
+    @property
+    def metre(self) -> float | None:
+        """Metres in the length unit; None where its name does not say."""
+        return METRES.get(self.length)
 
     @property
     def hour(self) -> float:
@@ -56,6 +65,19 @@ class Kind(Part):
     speed: Positive | None = Field(None, description="default: fleet.robot.speed")
 
 
+Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+
+
+class SpreadEnergy(Part):
+    """`uniform: [a, b]`: for every robot drawn evenly between two parts of the capacity, by the run's seed."""
+
+    uniform: tuple[Share, Share] = Field(description="the least and the most, parts of the capacity")
+
+
+def _energy_form(value: Any) -> str:
+    return "\0spread" if isinstance(value, Mapping | SpreadEnergy) else "\0number"
+
+
 class Fleet(Part):
     """The robots and where they start."""
 
@@ -65,6 +87,11 @@ class Fleet(Part):
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
     first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
+    start_energy: Annotated[
+        Annotated[Share, tagged("number")] | Annotated[SpreadEnergy, tagged("spread")],
+        Discriminator(_energy_form),
+        Says("a part of the capacity from 0 to 1, or {uniform: [a, b]}"),
+    ] = Field(1.0, description="what the batteries hold at the start, as a part of the capacity")
 
     def robots(self) -> list[Robot]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
@@ -233,6 +260,14 @@ class Battery(Part):
         0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
     )
 
+    @property
+    def draws(self) -> Consumption:
+        """Energy per time unit in every state, also where the file has one number for all."""
+        one = self.consumption
+        if isinstance(one, Consumption):
+            return one
+        return Consumption(standing=one, empty=one, loaded=one, handling=one)
+
 
 class Traffic(Part):
     """Collision waiting."""
@@ -276,6 +311,9 @@ class Model(Part):
     run: Run = Run()
     cost: Cost = Cost()
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
+    accept: tuple[Acceptable, ...] = Field(
+        (), description="codes of errors of `desim check` to simulate in spite of; the report says so"
+    )
 
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values: equal models, equal content.
