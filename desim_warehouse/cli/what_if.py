@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.study_options import (
-    Execution,
-    Question,
+    ExecutionOptions,
+    ModelOptions,
     interruptible,
     read_vary,
     with_execution,
@@ -39,8 +39,8 @@ def command(
     cap: int | None,
     design: str,
     indicators: tuple[str, ...],
-    question: Question,
-    execution: Execution,
+    question: ModelOptions,
+    execution: ExecutionOptions,
 ) -> None:
     """What if MODEL were different? Run it with the values to vary, and show the indicators.
 
@@ -65,7 +65,7 @@ def command(
     )
     with interruptible(study, execution.out):
         study.run(**execution.where())
-    show_summary(study)
+    show_summary(study.results)
 
 
 def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:
