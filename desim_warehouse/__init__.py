@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.runfolder import load_run
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
 
 _HOME = {
@@ -46,6 +47,7 @@ _HOME = {
     "model": ("Model", "load"),
     "run": ("Run", "simulate"),
     "runfolder": ("load_run",),
+    "study.results": ("Results",),
     "study.study": ("Study",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -60,6 +62,7 @@ __all__ = [
     "ModelError",
     "PolicyError",
     "ReportError",
+    "Results",
     "Run",
     "SimulationError",
     "StallError",

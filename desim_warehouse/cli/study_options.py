@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from desim_warehouse.cli.options import with_overrides
+from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from desim_warehouse.model.places import Keys
@@ -169,7 +170,7 @@ def with_first_and_cap(cap: int) -> Callable[[F], F]:
     def add(function: F) -> F:
         few = click.option(
             "--first",
-            type=click.IntRange(min=2),
+            type=click.IntRange(2, MOST_REPLICATIONS),
             default=10,
             show_default=True,
             is_eager=True,  # --cap looks at it
@@ -177,7 +178,7 @@ def with_first_and_cap(cap: int) -> Callable[[F], F]:
         )
         many = click.option(
             "--cap",
-            type=click.IntRange(min=2),
+            type=click.IntRange(2, MOST_REPLICATIONS),
             default=cap,
             show_default=True,
             callback=_not_below_first,

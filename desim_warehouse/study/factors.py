@@ -15,6 +15,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from desim_warehouse.layout.spec import Part, tagged
 from desim_warehouse.model import outline
 from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
 
 Keys: TypeAlias = tuple[str | int, ...]
@@ -24,7 +25,6 @@ RESERVED = ("replication", "seed", "run_time", "error")
 """Columns of the table that are no factors."""
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")
-_MOST = 100_000  # values of one factor
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
 ABSOLUTE = "\0"
 """Before the keys of a problem that is told from the top of the file."""
@@ -182,7 +182,7 @@ def _between_ends(ends: Sequence[float]) -> Sequence[float]:
     if len(ends) not in {2, 3}:
         raise refused("not a range")
     first, last, step = (*ends, 1)[:3]
-    if not all(map(math.isfinite, ends)) or step <= 0 or last < first or (last - first) / step > _MOST:
+    if not all(map(math.isfinite, ends)) or step <= 0 or last < first or (last - first) / step > MOST_LEVELS:
         raise refused("an empty or endless range")
     values = (first + rank * step for rank in range(math.floor((last - first) / step + 1e-9) + 1))
     return [round(value, _DIGITS) if isinstance(value, float) else value for value in values]
@@ -209,7 +209,7 @@ class Range(Part):
 class Linspace(Part):
     """So many numbers at equal distances, both ends included."""
 
-    linspace: tuple[Finite, Finite, Annotated[int, Field(strict=True, ge=2, le=_MOST)]] = Field(
+    linspace: tuple[Finite, Finite, Annotated[int, Field(strict=True, ge=2, le=MOST_LEVELS)]] = Field(
         description="low, high and how many (at least 2), such as [5, 20, 4]"
     )
 

@@ -51,6 +51,7 @@ from pydantic import (
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     field_validator,
 )
 
@@ -76,15 +77,11 @@ from desim_warehouse.study.factors import (
     refused,
 )
 from desim_warehouse.study.indicators import INDICATORS
+from desim_warehouse.study.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MOST_POINTS = 1_000_000
-MOST_REPLICATIONS = 100_000
-"""Of one design; enough for a half-width of a thousandth of the standard deviation, nearly."""
-MOST_RUNS = 1_000_000
-"""Of one study."""
 _SHARE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*")
 
 
@@ -108,7 +105,13 @@ def _power_of_two(size: int) -> int:
     return size
 
 
-Share = Annotated[float, BeforeValidator(share), Field(strict=True, gt=0, lt=1)]
+Share = Annotated[
+    float,
+    BeforeValidator(share),
+    Field(strict=True, gt=0, lt=1),
+    WithJsonSchema({"type": ["number", "string"], "exclusiveMinimum": 0, "exclusiveMaximum": 1}),
+]
+"""A share of 1, given as 0.02 or as 2 %."""
 Indicator = Annotated[str, BeforeValidator(_indicator)]
 _Size = Annotated[int, Field(strict=True, ge=1, le=MOST_POINTS)]
 _Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
@@ -262,6 +265,13 @@ class StudyFile(Part):
     def rule(self) -> Rule:
         """How designs come from the factors."""
         return _rule(self.design)
+
+
+def study_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of study files, for editors."""
+    schema = StudyFile.model_json_schema()
+    title = "desim-warehouse study"
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
 
 
 def labels(baseline: Mapping[str, Any]) -> dict[str, Label]:

@@ -60,8 +60,8 @@ class Row(NamedTuple):
         Raises:
             StudyError: where the run has no such indicator.
         """
-        if indicator not in self.outcome.values:  # noqa: PD011
-            have = ", ".join(self.outcome.values)
+        if indicator not in self.indicators:
+            have = ", ".join(self.indicators)
             raise StudyError(f"indicator {indicator!r}: the runs have none; they have {have}")
         return self.value(indicator)
 

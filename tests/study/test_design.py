@@ -3,14 +3,12 @@
 import pytest
 
 from desim_warehouse.study.design import Rule, points
-from desim_warehouse.study.factors import read_factor
+from desim_warehouse.study.file import StudyFile
 from desim_warehouse.study.plan import run_seed
 
 
 def factor(key, spec):
-    problems = []
-    made = read_factor(key, spec, problems)
-    assert not problems
+    (made,) = StudyFile(model="m.yaml", factors={key: spec}, design={"sobol": 2}).varied()
     return made
 
 
