@@ -144,10 +144,10 @@ class Results:
         return chosen
 
     def usual(self, most: int = len(USUAL)) -> list[str]:
-        """The indicators that people look at first, as far as runs have them."""
+        """The indicators that people look at first, as far as all runs have them."""
         lifelong = any(map(is_lifelong, (self.base, *self.models.values())))
         names = USUAL_LIFELONG if lifelong else USUAL[:most]
-        return [name for name in names if not self.indicators or name in self.indicators]
+        return [name for name in names if all(name in row.indicators for row in self.rows if not row.outcome.error)]
 
     @cached_property
     def main(self) -> tuple[str, ...]:

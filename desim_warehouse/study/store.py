@@ -56,16 +56,16 @@ class Store:
     """The finished runs of a folder; without a folder, of this process only."""
 
     def __init__(
-        self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str = __version__
+        self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str | None = None
     ) -> None:
-        """Open a folder, made if need be, and read its journal: the runs of this version of the package.
+        """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
 
         Raises:
             StudyError: where another study is at work there, or it cannot be used.
         """
         self.folder = folder
         self.say = say
-        self.version = version
+        self.version = version or __version__
         self.runs: dict[tuple[str, int], Outcome] = {}
         self.again: set[tuple[str, int]] = set()  # runs whose error may not happen again
         self.foreign: dict[str, int] = {}  # runs of other versions, by version
