@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.run.folder import load_run
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
 
 _HOME = {
@@ -48,6 +49,7 @@ _HOME = {
     "model": ("Model", "load"),
     "run": ("Run", "simulate"),
     "run.folder": ("load_run",),
+    "study.results": ("Results",),
     "study.study": ("Study",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -63,6 +65,7 @@ __all__ = [
     "ModelError",
     "PolicyError",
     "ReportError",
+    "Results",
     "Run",
     "SimulationError",
     "StallError",

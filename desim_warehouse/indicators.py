@@ -44,6 +44,11 @@ class Indicator:
     compute: Callable[[History], float]
     applies: Callable[[History], bool] = lambda _: True
 
+    @property
+    def is_share(self) -> bool:
+        """Whether it lies from 0 to 1."""
+        return self.unit.startswith("share")
+
 
 def _total(tally: str) -> Callable[[History], float]:
     return lambda history: history.totals[tally]

@@ -197,7 +197,7 @@ def public() -> str:
 
     names = [name for name in dw.__all__ if not name.startswith("_")]
     lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
-    for name in ("Model", "Run", "Study"):
+    for name in ("Model", "Run", "Study", "Results"):
         members = ((member, _static(getattr(dw, name), member)) for member in vars(getattr(dw, name)))
         shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
         lines += [f"## {name}\n", table(("member", "what it is"), shown)]
@@ -257,7 +257,7 @@ def indicators() -> str:
 
 def study_keys() -> str:
     """The keys of a study file."""
-    from desim_warehouse.study.reading import KEYS
+    from desim_warehouse.study.file import StudyFile
 
     defaults = {
         "name": "the file's name",
@@ -271,7 +271,8 @@ def study_keys() -> str:
         "confidence": "`0.95`",
     }
     return table(
-        ("key", "expected", "default"), ((f"`{key}`", said, defaults.get(key, "none")) for key, said in KEYS.items())
+        ("key", "expected", "default"),
+        ((f"`{key}`", field.description, defaults.get(key, "none")) for key, field in StudyFile.model_fields.items()),
     )
 
 

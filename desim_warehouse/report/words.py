@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from typing import TYPE_CHECKING, Any, get_args
 
 from desim_warehouse.indicators import INDICATORS
 from desim_warehouse.states import TIMES
+from desim_warehouse.study.factors import readable
+from desim_warehouse.study.table import plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,15 +118,6 @@ def _section(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def plain(value: Any) -> Any:
-    """A value of a factor as it can be compared and sorted: a list or section read from a file as JSON text."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict | list | tuple):
-        return json.dumps(value, default=str)
-    return None if isinstance(value, float) and math.isnan(value) else value
-
-
 def level(value: Any) -> str:
     """A value of a factor, short enough for a label."""
     value = plain(value)
@@ -133,7 +125,7 @@ def level(value: Any) -> str:
         return "none"
     if isinstance(value, float):
         return f"{value:g}"
-    text = str(value)
+    text = readable(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 

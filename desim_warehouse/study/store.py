@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 JOURNAL = "runs.jsonl"
-RESULTS = "results.parquet"
 _SYNC = 0.5  # seconds: a power cut may lose so much, a kill nothing
 
 
@@ -56,14 +55,17 @@ class Entry(BaseModel, strict=True):
 class Store:
     """The finished runs of a folder; without a folder, of this process only."""
 
-    def __init__(self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False) -> None:
-        """Open a folder, made if need be, and read its journal.
+    def __init__(
+        self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str | None = None
+    ) -> None:
+        """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
 
         Raises:
             StudyError: where another study is at work there, or it cannot be used.
         """
         self.folder = folder
         self.say = say
+        self.version = version or __version__
         self.runs: dict[tuple[str, int], Outcome] = {}
         self.again: set[tuple[str, int]] = set()  # runs whose error may not happen again
         self.foreign: dict[str, int] = {}  # runs of other versions, by version
@@ -154,7 +156,7 @@ class Store:
         if torn:
             self.say(f"{path}: the last line was cut short when the study was stopped; that run is done again")
         for version, count in self.foreign.items():
-            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {__version__}); still kept")
+            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {self.version}); still kept")
 
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal; False if it is damaged."""
@@ -167,7 +169,7 @@ class Store:
             entry = Entry.model_validate(data)
         except (ValueError, RecursionError):
             return False
-        if entry.version != __version__:
+        if entry.version != self.version:
             self.foreign[entry.version] = self.foreign.get(entry.version, 0) + 1
             return True
         key, outcome = (entry.model, entry.seed), Outcome(entry.values, entry.time, entry.error, entry.final)

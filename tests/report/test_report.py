@@ -22,7 +22,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report import browser, notebook, words
 from desim_warehouse.report.notebook import report
 from desim_warehouse.report.sentences import conclusions
-from desim_warehouse.report.source import read_study
+from desim_warehouse.report.study_parts import read
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 
@@ -111,7 +111,7 @@ def test_the_results_are_those_of_the_table(page, study_folder):
 
 
 def test_the_conclusions_on_the_page_are_the_statistics(page, study_folder):
-    lines = conclusions(read_study(study_folder))
+    lines = conclusions(read(study_folder))
     assert len(lines) >= 2
     for line in lines:
         assert line in page.text
@@ -232,7 +232,7 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     table.to_parquet(tmp_path / "results.parquet")
     from desim_warehouse.report import study_parts
 
-    shown = Page(study_parts.method(read_study(tmp_path)).source)
+    shown = Page(study_parts.method(read(tmp_path)).source)
     assert "1 run failed and is left out everywhere above" in shown.text
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
@@ -271,7 +271,7 @@ def test_folders_without_anything_to_report_are_refused(tmp_path):
         report(tmp_path)
     (tmp_path / "study.json").write_text("{")
     with pytest.raises(ReportError, match="cannot be read"):
-        read_study(tmp_path)
+        read(tmp_path)
 
 
 def test_a_cell_that_fails_stops_the_report_with_its_message(study_folder, tmp_path):

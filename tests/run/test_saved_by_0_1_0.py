@@ -11,7 +11,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.report import run_parts
 from desim_warehouse.report.export import tables
-from desim_warehouse.report.source import read_study
+from desim_warehouse.report.study_parts import read as read_study
 
 RUN, STUDY = (Path(__file__).with_name(f"{kind}_by_0_1_0") for kind in ("saved", "study"))
 

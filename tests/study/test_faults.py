@@ -189,7 +189,7 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
 START_UP = [
     ("1", "study.Progress.__enter__"),
     ("1", "study.Store.__init__"),
-    ("1", "study.Laboratory.__init__"),
+    ("1", "study.StudyRunner.__init__"),
     ("1", "record.write_record"),
     ("1", "execution.work.Simulator.__init__"),
     ("1", "execution.work.simulate"),

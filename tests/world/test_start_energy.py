@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from desim_warehouse.report.states import energy_curves
 
 import desim_warehouse as dw
 from desim_warehouse import ModelError
@@ -18,7 +17,7 @@ def tutorial(changes):
 
 
 def first_energies(run):
-    return [levels[0] for _, levels in energy_curves(run)]
+    return [levels[0] for _, levels in run.history.energy_curves]
 
 
 def test_all_start_with_the_same_part_and_charge_before_they_work():

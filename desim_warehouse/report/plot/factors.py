@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.tables import cells, is_numeric
+from desim_warehouse.study.table import cells, is_numeric
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
     from desim_warehouse.model import Model
-    from desim_warehouse.report.tables import Cell
+    from desim_warehouse.study.table import Cell
 
 Kind = Literal["auto", "line", "bars", "points"]
 _MANY = 24

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.tables import cells, names
 from desim_warehouse.run import Run
+from desim_warehouse.study.table import cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +78,7 @@ def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
 
 def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, list[float]]]:
     by_state = {state: cells(table, [factor], f"share_{state}") for state in palette.STATE_COLOURS}
-    labels = [names(cell.levels) for cell in by_state["idle"]]
+    labels = [", ".join(map(words.level, cell.levels)) for cell in by_state["idle"]]
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 

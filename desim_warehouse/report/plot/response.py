@@ -9,7 +9,7 @@ import numpy as np
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.tables import cells, is_numeric
+from desim_warehouse.study.table import cells, is_numeric
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from desim_warehouse.model import Model
-    from desim_warehouse.report.tables import Cell
+    from desim_warehouse.study.table import Cell
 
 _WRITTEN = 64
 """Means are written in the cells if a row of them has no more characters than this."""

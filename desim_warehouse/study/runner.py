@@ -1,4 +1,4 @@
-"""Where the runs of a study are done: those that are missing, each written down as it finishes."""
+"""Doing the runs of a study: those that are missing, each written down as it finishes."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.work import Wanted
-from desim_warehouse.study.plan import Until, models, run_seed
+from desim_warehouse.study.file import Until
+from desim_warehouse.study.plan import models, run_seed
 from desim_warehouse.study.progress import Progress
-from desim_warehouse.study.results import Row, value_of
+from desim_warehouse.study.results import Row
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.execution.work import Outcome
-    from desim_warehouse.study.plan import Plan
+    from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Procedure
     from desim_warehouse.study.store import Store
 
@@ -29,14 +30,15 @@ class _MissingError(Exception):
     """A run is not there yet."""
 
 
-class Laboratory:
+class StudyRunner:
     """Runs designs by point and replication; what the store has already is not done again."""
 
     def __init__(
         self,
-        plan: Plan,
+        plan: StudyPlan,
         store: Store,
         points: Sequence[Point],
+        keys: Mapping[int, str] | None = None,
         executor: Executor | None = None,
         progress: Progress | None = None,
         write: Callable[[list[Row]], None] = lambda _: None,
@@ -47,7 +49,9 @@ class Laboratory:
         self.executor = executor  # None: only what is there already
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
-        self.keys = {number: model.digest() for number, model in models(plan, points).items()}
+        if keys is None:
+            keys = {number: model.digest() for number, model in models(plan, points).items()}
+        self.keys = keys  # what the model of a point is known by in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 
@@ -83,10 +87,10 @@ class Laboratory:
 
     def _value(self, number: int, replication: int, indicator: str) -> float:
         """The indicator of a run that must not have failed."""
-        outcome = self.outcome(number, replication)
-        if outcome.error is not None:
-            raise StudyError(f"{self.points[number]}, replication {replication} failed: {outcome.error}")
-        return value_of(outcome, indicator)
+        row = self.row(number, replication)
+        if row.outcome.error is not None:
+            raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
+        return row.measured(indicator)
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
         """Do those of these runs (point, replication) that are missing."""
@@ -115,22 +119,22 @@ class Laboratory:
         if missing:
             self.executor.run(list(missing.values()), done)
 
-    def outcome(self, number: int, replication: int) -> Outcome:
-        """What came out of a run that was asked for."""
-        outcome = self.store.get(self.keys[number], run_seed(self.plan.seed, replication))
-        assert outcome is not None
-        return outcome
+    def found(self, number: int, replication: int) -> Row | None:
+        """A run if it is finished."""
+        seed = run_seed(self.plan.seed, replication)
+        outcome = self.store.get(self.keys[number], seed)
+        return None if outcome is None else Row(self.points[number], replication, seed, outcome)
+
+    def row(self, number: int, replication: int) -> Row:
+        """A run that was asked for."""
+        row = self.found(number, replication)
+        assert row is not None
+        return row
 
     def finished(self) -> list[Row]:
         """The finished runs of the study, by point and replication."""
-        rows = []
-        for point in self.points:
-            for replication in range(self.replications[point.number]):
-                seed = run_seed(self.plan.seed, replication)
-                outcome = self.store.get(self.keys[point.number], seed)
-                if outcome is not None:
-                    rows.append(Row(point, replication, seed, outcome))
-        return rows
+        runs = (self.found(number, r) for number, many in self.replications.items() for r in range(many))
+        return [row for row in runs if row is not None]
 
     def _until(self, rule: Until) -> None:
         """Replicate each point until its mean is known well enough, or its cap is reached."""
@@ -143,10 +147,10 @@ class Laboratory:
             self.ask([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
             for number, count in list(more.items()):
                 have[number] += count
-                outcomes = [self.outcome(number, r) for r in range(have[number])]
-                good = [value_of(o, rule.indicator) for o in outcomes if o.error is None]
+                rows = [self.row(number, r) for r in range(have[number])]
+                good = [row.measured(rule.indicator) for row in rows if row.outcome.error is None]
                 next_ones = min(check_precision(good, precision).more, rule.cap - have[number])
-                hopeless = all(outcome.error is not None for outcome in outcomes[-count:])
+                hopeless = all(row.outcome.error is not None for row in rows[-count:])
                 if next_ones < 1 or hopeless:
                     del more[number]
                 else:
