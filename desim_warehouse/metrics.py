@@ -19,8 +19,9 @@ def kpis(log: Log, model: Model) -> dict[str, float]:
 
     T: time until the last robot is back with all goods delivered (lifelong demand: the length of the run).
     S: collisions, that is waiting episodes, in lanes (`rear_ends`) and before intersections (`crossings`).
-    C: chargings after which a robot went out again. `cost`: distance x w_d + T x w_t + S x w_c (the paper's
-    outlook). `cycle_time_*`: from a task's release to its delivery. `backlog`: tasks not delivered at the end.
+    C: chargings after which a robot went out again. `cost`: distance x w_d + counted time x w_t + S x w_c
+    (the paper's outlook; without a warm-up the counted time is T). `cycle_time_*`: from a task's release to its
+    delivery. `backlog`: tasks not delivered at the end.
     `share_*`: part of the fleet's time in each state, waiting in traffic counted apart; they add up to 1.
     """
     total = {key: math.fsum(robot[key] for robot in log.robots) for key in log.robots[0]}
@@ -36,7 +37,7 @@ def kpis(log: Log, model: Model) -> dict[str, float]:
         "distance": total["distance"],
         "energy": total["energy"],
         "waiting": total["waiting"],
-        "cost": total["distance"] * weights.distance + log.end * weights.time + collisions * weights.collisions,
+        "cost": total["distance"] * weights.distance + counted * weights.time + collisions * weights.collisions,
         "rear_ends": int(total["rear_ends"]),
         "crossings": int(total["crossings"]),
         "rotations": sum(1 for time, _, _ in log.rings if time >= log.begin),

@@ -44,7 +44,10 @@ INDICATORS = {
     "distance": ("length", "driven by all robots"),
     "energy": ("energy", "used by all robots"),
     "waiting": ("time", "waited in traffic, all robots together"),
-    "cost": ("-", "`w_d distance + w_t T + w_c S`, with the weights of the section `cost`"),
+    "cost": (
+        "-",
+        "`w_d distance + w_t time + w_c S`, with the weights of the section `cost`; time: what is counted of T",
+    ),
     "rear_ends": ("count", "collisions behind a robot on the same edge"),
     "crossings": ("count", "collisions before an intersection"),
     "rotations": ("count", "full rings that turned"),

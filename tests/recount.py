@@ -135,7 +135,9 @@ class Recount:
         goods = self.model.tasks.goods
         if isinstance(goods, tuple):
             listed = sorted(goods, key=lambda good: getattr(good, "release", 0.0))
-            return {number: due for number, good in enumerate(listed) if (due := getattr(good, "due", None)) is not None}
+            return {
+                number: due for number, good in enumerate(listed) if (due := getattr(good, "due", None)) is not None
+            }
         within = getattr(goods, "due_within", None)
         if within is None:
             return {}

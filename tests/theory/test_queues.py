@@ -25,7 +25,9 @@ ROUND = (100 + 50 * math.sqrt(2)) / FAST["speed"]
 def m_d_c_wait(rate, service, servers):
     """Mean wait of M/D/c, exactly: whoever is served now is gone one service time later (Crommelin 1932)."""
     most = servers + 400
-    arrivals = np.array([math.exp(n * math.log(rate * service) - rate * service - math.lgamma(n + 1)) for n in range(most)])
+    arrivals = np.array(
+        [math.exp(n * math.log(rate * service) - rate * service - math.lgamma(n + 1)) for n in range(most)]
+    )
     present = np.zeros(most)
     present[0] = 1.0
     for _ in range(5000):
@@ -160,7 +162,9 @@ def test_a_queue_is_as_long_as_its_rate_times_its_wait():
     def by_little(run):
         return run.kpis["throughput_per_hour"] / 3600 * run.kpis["cycle_time_mean"]
 
-    runs = means(robots_that_serve(0.7, 1000.0, 3, tasks=1500), lambda run: (open_on_average(run), by_little(run)), runs=3)
+    runs = means(
+        robots_that_serve(0.7, 1000.0, 3, tasks=1500), lambda run: (open_on_average(run), by_little(run)), runs=3
+    )
     for counted, told in runs:
         assert told == pytest.approx(counted, rel=0.03)
 
