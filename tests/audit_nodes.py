@@ -149,7 +149,7 @@ class Nodes:
             )
 
     def is_straight(self, visit):
-        """Whether its edge is as long as it is drawn; of another one it cannot be told where in the plane a robot is."""
+        """Whether its edge is as long as it is drawn; on another one nobody knows where in the plane a robot is."""
         ends = [self.run.layout.position(visit.edge, along) for along in (0.0, self.length(visit))]
         return abs(math.dist(*ends) - self.length(visit)) <= TOL
 

@@ -21,6 +21,10 @@ OFF = (0.0, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5)
 """How far lengths are off a multiple of D."""
 SPEEDS = (0.2, 0.5, 1.0, 1.5)
 ALLOCATION = ("in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware")
+PATIENCE = 1000
+"""Laps after which work that has an end is given up: it takes a few dozen."""
+CUT, WHOLE = "ends at an instant", "ends when the work is done"
+"""Names of the models: whether a run is cut off or has to come to its end."""
 CHOICES = ("each", "nearest", "least-loaded", "random")
 
 
@@ -263,9 +267,10 @@ class Draw:
     def run(self, goods, lap):
         """How long it lasts and from when on it counts: any instants."""
         lifelong = isinstance(goods, dict) and "random" not in goods
-        length = self.random.uniform(1, 25) * lap if lifelong or self.some(0.4) else None
-        warm_up = self.random.uniform(0, 0.9) * (length or 3 * lap) if self.some(0.5) else 0.0
-        return {"length": length, "warm_up": warm_up}
+        early = lifelong or self.some(0.4)
+        length = self.random.uniform(1, 25) * lap if early else PATIENCE * lap
+        warm_up = self.random.uniform(0, 0.9) * (length if early else 3 * lap) if self.some(0.5) else 0.0
+        return {"length": length, "warm_up": warm_up}, early
 
     def whole(self):
         """The model."""
@@ -290,7 +295,9 @@ class Draw:
                 places = pick.choice((1, 1, 2, 4))
                 stations[f"s{i}"] = {"at": [node], "places": places, "servers": pick.randint(1, min(2, places))}
         goods = self.goods(lap)
+        run, early = self.run(goods, lap)
         return {
+            "name": CUT if early else WHOLE,
             "layout": {**self.ground.layout, "bays": bays, "stations": stations},
             "fleet": {
                 "size": size,
@@ -311,7 +318,7 @@ class Draw:
             "battery": battery,
             "traffic": {"collision_angle": pick.choice((0, 30, 45, 90)), "node_time": node_time},
             "policies": self.policies(lap),
-            "run": self.run(goods, lap),
+            "run": run,
             "cost": {"distance": 0.5, "time": 2.0, "collisions": 30.0},
         }
 

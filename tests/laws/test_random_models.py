@@ -13,10 +13,10 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
 from tests.auditor import audit
-from tests.laws.random_models import model
+from tests.laws.random_models import WHOLE, model
 from tests.recount import differences
 
-DAILY, LONG, CHUNK = 200, 5000, 50
+DAILY, LONG, CHUNK = 200, 5000, 200
 
 
 @dataclass
@@ -33,7 +33,8 @@ class Found:
         except WarehouseError as error:
             self.unsound.append(f"{number}: {type(error).__name__}: {error}")
             return
-        self.unsound += [f"{number}: {problem}" for problem in [*audit(run), *standstill(run), *crowded(run)]]
+        problems = [*audit(run), *standstill(run), *crowded(run), *endless(run)]
+        self.unsound += [f"{number}: {problem}" for problem in problems]
         self.miscounted += [f"{number}: {line}" for line in differences(run)]
 
 
@@ -49,6 +50,13 @@ def standstill(run):
         patience += 5 * model.battery.capacity / model.battery.charge_rate
     if getattr(model.tasks.goods, "saturated", 0) and run.T - last > patience:
         return [f"nothing happened from {last:g} to {run.T:g}"]
+    return []
+
+
+def endless(run):
+    """Work that has an end is done long before the run is given up."""
+    if run.model.name == WHOLE and run.model.run.length == run.T:
+        return [f"{run.kpis['backlog']} tasks are not done by {run.T:g}"]
     return []
 
 
@@ -85,7 +93,7 @@ def found(request):
     return seen
 
 
-@pytest.mark.xfail(strict=True, reason="lengths at the tolerance; tasks taken and given back by different rules")
+@pytest.mark.xfail(strict=True, reason="rules that take tasks and give them back; saturated grows")
 def test_work_ends_and_nothing_impossible_happens(found):
     assert found.unsound == []
 
@@ -107,7 +115,7 @@ def test_models_are_of_every_kind():
     }
     assert {one.tasks.station_choice for one in drawn} == {"each", "nearest", "least-loaded", "random"}
     assert sum(1 for one in drawn if one.battery is not None) > DAILY / 3
-    assert sum(1 for one in drawn if one.run.length and one.run.warm_up) > DAILY / 5
+    assert sum(1 for one in drawn if one.name != WHOLE and one.run.warm_up) > DAILY / 5
     assert sum(1 for one in drawn if len({robot.speed for robot in one.fleet.robots()}) > 1) > DAILY / 4
 
 
