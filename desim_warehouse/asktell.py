@@ -94,7 +94,7 @@ class Steps:
         return (
             sum(robot.body.distance(now) for robot in robots),
             now,
-            sum(robot.body.rear_ends + robot.body.crossings for robot in robots),
+            sum(robot.body.rear_ends_by(now) + robot.body.crossings for robot in robots),
         )
 
     def _outcome(self) -> Run:

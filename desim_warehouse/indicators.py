@@ -63,9 +63,9 @@ def _collisions(history: History) -> int:
 
 
 def _cost(history: History) -> float:
-    """The paper's outlook: distance x w_d + T x w_t + S x w_c."""
+    """The paper's outlook: distance x w_d + time x w_t + S x w_c; the counted time, without a warm-up T."""
     weights, distance = history.model.cost, history.totals["distance"]
-    return distance * weights.distance + history.end * weights.time + _collisions(history) * weights.collisions
+    return distance * weights.distance + history.counted * weights.time + _collisions(history) * weights.collisions
 
 
 def _rotations(history: History) -> int:
@@ -167,7 +167,7 @@ INDICATORS = {
             "cost",
             "Cost",
             "weighted",
-            "`w_d distance + w_t T + w_c S`, with the weights of the section `cost`",
+            "`w_d distance + w_t time + w_c S`, with the weights of the section `cost`; time: what is counted of T",
             "less",
             _cost,
         ),

@@ -147,14 +147,14 @@ class Work:
 
     def check_tallies(self):
         """What is counted is what is logged."""
-        if self.run.record.begin:
-            return
         count = Counter()
-        for _, kind, robot, _, node, *_ in self.rows:
+        for time, kind, robot, _, node, *_ in self.rows:
+            if time < self.run.record.begin:
+                continue
             count[robot, ("rear_ends" if node is None else "crossings") if kind == "collision" else kind] += 1
         names = {"moves": "enter", "delivered": "delivered", "recharged": "recharged"}
         for number, robot in enumerate(self.run.record.robots):
             for key in ("moves", "delivered", "recharged", "rear_ends", "crossings"):
                 logged = count[number, names.get(key, key)]
-                if abs(robot[key] - logged) > 0 and not (key == "moves" and self.run.model.run.length):
+                if robot[key] != logged:
                     self.fault(self.run.record.end, f"robot {number} counts {robot[key]} {key}, {logged} are logged")

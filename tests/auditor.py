@@ -135,7 +135,7 @@ class Audit(Nodes, Work):
         for first, then in pairwise(visits):
             if first.leave > then.leave + TOL:
                 self.fault(then.leave, f"robot {then.robot} overtook robot {first.robot} on {then.edge}")
-            begin, end = then.enter, min(first.leave, then.leave)
+            begin, end = then.enter, min(first.leave, then.leave, self.run.record.end)
             if end <= begin + TOL:
                 continue
             end = min(end, max(first.times[-1], then.times[-1], begin))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from desim_warehouse.world.rules import EPS
 
@@ -27,6 +27,9 @@ class Driver(Protocol):
     def stands(self, waiting: bool) -> None:
         """It begins (or ends) to wait in traffic."""
 
+    def will_stand(self, begin: float, end: float) -> None:
+        """It is known that it will wait in traffic from `begin` to `end`."""
+
 
 class NoDriver:
     """For bodies that only follow routes."""
@@ -41,6 +44,18 @@ class NoDriver:
     def stands(self, waiting: bool) -> None:
         """Nothing to do."""
 
+    def will_stand(self, begin: float, end: float) -> None:
+        """Nothing to do."""
+
+
+class Delay(NamedTuple):
+    """A wait that is known beforehand: from `begin` to `end`, so as to come no nearer to a slower robot, `other`."""
+
+    lane: Lane
+    other: Body | None
+    begin: float
+    end: float
+
 
 class Body:
     """A robot on the floor.
@@ -53,6 +68,8 @@ class Body:
     It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
     lane (`waiting_behind`, the drive to go on with).
     `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
+    When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
+    `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
     """
 
@@ -62,9 +79,11 @@ class Body:
         "behind",
         "claim",
         "crossings",
+        "delay",
         "detours",
         "driven",
         "driver",
+        "entered_at",
         "goal",
         "granted",
         "held",
@@ -72,6 +91,8 @@ class Body:
         "mark",
         "moves",
         "number",
+        "out_at",
+        "out_pace",
         "pace",
         "pos",
         "rear_ends",
@@ -99,11 +120,13 @@ class Body:
         self.ahead: Body | None = None
         self.behind: Body | None = None
         self.pos = self.target = self.goal = 0.0
-        self.since = self.until = -math.inf
+        self.since = self.until = self.entered_at = self.out_at = -math.inf
+        self.out_pace = speed
         self.claim: Claim | None = None
         self.waiting_behind: Drive | None = None
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
+        self.delay: Delay | None = None
         self.recall_at = self.train_pace = math.inf
         self.mark = 0
         self.detours = 0
@@ -127,7 +150,7 @@ class Body:
 
     def distance(self, now: float) -> float:
         """Length driven so far."""
-        return self.driven + self.position(now)
+        return self.driven + self.position(now) - max(self.out_at - now, 0.0) * self.out_pace
 
     def place(self, now: float) -> str:
         """Where it is, in words."""
@@ -167,7 +190,20 @@ class Body:
 
     def waited_by(self, now: float) -> float:
         """Time waited in traffic so far, the present episode included."""
-        return self.waited + (now - self.waiting_since if self.is_waiting else 0.0)
+        return self.waited - self.delay_after(now) + (now - self.waiting_since if self.is_waiting else 0.0)
+
+    def delay_after(self, now: float) -> float:
+        """The part of its delay that is still to come."""
+        delay = self.delay
+        return 0.0 if delay is None or delay.end <= now else delay.end - max(delay.begin, now)
+
+    def moves_by(self, now: float) -> int:
+        """Lanes entered so far."""
+        return self.moves - (self.entered_at > now)
+
+    def rear_ends_by(self, now: float) -> int:
+        """Episodes behind other robots that have ended."""
+        return self.rear_ends - (self.delay is not None and self.delay.end > now)
 
     def wait_behind(self, drive: Drive, now: float) -> None:
         """Wait until the robot ahead makes way: `drive` goes on when this one has then moved up."""
@@ -185,8 +221,11 @@ class Body:
             self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
         return drive
 
-    def count_open_wait(self, now: float) -> None:
-        """At the end of a run: count the episode that is under way."""
+    def end_waits(self, now: float) -> None:
+        """At the end of a run: the episode that is under way ends here, and one that was to come does not begin."""
+        if self.delay is not None and self.delay.end > now:
+            self.delay.lane.cut_delay(self, self.delay, now)
+            self.delay = None
         if self.waiting_since >= now - EPS:
             return
         if self.claim is not None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.world.body import Delay
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
@@ -147,6 +148,8 @@ class Lane:
         until = clear + target / pace
         if mixed and (late := self.free_at(ahead, target, pace, clear) - until) > EPS:
             self.count_wait(robot, ahead, late, now + (clear + late - now))
+            robot.delay = Delay(self, ahead, clear, clear + late)
+            robot.driver.will_stand(clear, clear + late)
             clear += late
             until += late
         robot.lane = self
@@ -155,7 +158,7 @@ class Lane:
         robot.pace = pace
         robot.pos = 0.0
         robot.target = target
-        robot.since = clear
+        robot.since = robot.entered_at = clear
         robot.until = until
         robot.moves += 1
         self.last = robot
@@ -178,6 +181,8 @@ class Lane:
         """Take a robot off the queue; it leaves the lane's end at the time `out`."""
         front, behind = robot.ahead, robot.behind
         robot.driven += self.length
+        robot.out_at = out
+        robot.out_pace = robot.pace
         if self.rules.exits_matter and out > self.out_at:
             self.out_at = out
             self.out_pace = robot.pace
@@ -222,6 +227,8 @@ class Lane:
         rules = self.rules
         if rules.mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
             self.count_wait(robot, robot.ahead, late, now + late)
+            robot.delay = Delay(self, robot.ahead, since, since + late)
+            robot.driver.will_stand(since, since + late)
             since += late
             until += late
         robot.since = since
@@ -265,3 +272,14 @@ class Lane:
         robot.rear_ends += 1
         if self.rules.log.everything:
             self.rules.log.collision(end, robot, other, None, self.edge, duration)
+
+    def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
+        """The run ends before a delay that was counted is over: what is left of it does not count."""
+        left = robot.delay_after(now)
+        robot.waited -= left
+        self.blocked -= left
+        if delay.begin >= now - EPS:
+            self.waits -= 1
+            robot.rear_ends -= 1
+        elif self.rules.log.everything:
+            self.rules.log.collision(now, robot, delay.other, None, self.edge, now - delay.begin)

@@ -17,7 +17,7 @@ from desim_warehouse.policies import RobotView
 from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
-from desim_warehouse.world.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
@@ -491,13 +491,16 @@ class Robot:
     def tally(self, now: float) -> dict[str, float]:
         """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
         body = self.body
+        waited = body.waited_by(now)
+        worked = now - self.since_state - (waited - self.waited_before)
         return {
             **self.time_in,
-            "waiting": body.waited_by(now),
+            self.state: self.time_in[self.state] + worked,
+            "waiting": waited,
             "distance": body.distance(now),
             "energy": self.battery.drawn(now),
-            "moves": body.moves,
-            "rear_ends": body.rear_ends,
+            "moves": body.moves_by(now),
+            "rear_ends": body.rear_ends_by(now),
             "crossings": body.crossings,
             "delivered": self.delivered,
             "recharged": self.recharged,
@@ -535,3 +538,9 @@ class Robot:
             self._draw("waiting" if waiting else self.state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
+
+    def will_stand(self, begin: float, end: float) -> None:
+        """It waits for a time that is known beforehand, where standing may draw less than driving."""
+        if self.battery.varies:
+            Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))
+            Arrival(self.env, end).callbacks.append(lambda _: self._draw(self.state))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import simpy
 from simpy.events import URGENT, Timeout
@@ -27,6 +27,7 @@ from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
 from desim_warehouse.world.routes import Routes
 from desim_warehouse.world.stations import Stations
+from desim_warehouse.world.tallies import less, tallies
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Task
     from desim_warehouse.world.gridlock import Rule
+    from desim_warehouse.world.tallies import Rows
 
 PATIENCE = 300.0
 """Seconds that a robot may wait on two-way lanes before others stay in their bays for it."""
@@ -56,7 +58,7 @@ class World:
         self.log = Log(model.log)
         self.finished = simpy.Event(env)
         self.out = 0
-        self._before: list[dict[int, dict[str, Any]]] | None = None
+        self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
         kinds = set(fleet.robots())
@@ -166,41 +168,20 @@ class World:
         return False
 
     def close(self) -> None:
-        """Bring all tallies up to the present, less what was counted before the warm-up ended."""
+        """Log the waits under way, and tally what has happened since the warm-up ended."""
         log, now = self.log, self.env.now
         for robot in self.robots:
-            robot.body.count_open_wait(now)
-        for robot in self.robots:
-            robot.enter(robot.state)
-        before = self._before or [{} for _ in range(3)]
-        log.robots, log.edges, log.nodes = (
-            [_less(row, earlier.get(i)) for i, row in enumerate(rows)]
-            for rows, earlier in zip(self._tallies(), before, strict=True)
-        )
+            robot.body.end_waits(now)
+        found = tallies(self.robots, self.traffic, now)
+        if self._before is not None:
+            robots, edges, nodes = self._before
+            found = less(found[0], robots), less(found[1], edges), less(found[2], nodes)
+        log.robots, log.edges, log.nodes = found
         log.close(now)
 
     def _count_from_here(self) -> None:
-        for robot in self.robots:
-            robot.enter(robot.state)
         self.log.begin = self.env.now
-        self._before = [dict(enumerate(rows)) for rows in self._tallies()]
-
-    def _tallies(self) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any]]]:
-        now = self.env.now
-        edges = [
-            {"edge": ">".join(edge), "passages": lane.passages, "waits": lane.waits, "blocked": lane.blocked}
-            for edge, lane in self.traffic.lanes.items()
-        ]
-        nodes = [
-            {
-                "node": "+".join(node.nodes),
-                "passages": node.passages,
-                "waits": node.waits,
-                "blocked": node.blocked,
-            }
-            for node in dict.fromkeys(self.traffic.nodes.values())
-        ]
-        return [robot.tally(now) for robot in self.robots], edges, nodes
+        self._before = tallies(self.robots, self.traffic, self.env.now)
 
     def came_home(self) -> None:
         """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run."""
@@ -245,10 +226,3 @@ def _bays(env: simpy.Environment, layout: Layout, homes: list[str], *, keep: boo
         chargers = places if item.chargers is None else item.chargers
         bays.append(Bay(env, node, places, chargers))
     return Bays(env, bays, keep=keep)
-
-
-def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
-    """A row of tallies, less what it was earlier."""
-    if earlier is None:
-        return row
-    return {key: value if isinstance(value, str) else value - earlier[key] for key, value in row.items()}
