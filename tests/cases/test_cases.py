@@ -62,7 +62,7 @@ def test_a_robot_does_not_give_a_task_back_again_and_again(seed):
 
 
 def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
-    """What they give, 0.04 a second, is less than what the fleet draws, up to 0.06: it runs flat after some ten hours."""
+    """What they give, 0.04 a second, is less than what the fleet draws, up to 0.06: flat after some ten hours."""
     two = {
         "policies__charging": "four-thresholds",
         "layout__bays__chargers__at": ["A", "H"],
@@ -85,7 +85,7 @@ def test_parking_without_chargers_is_seen_before_the_run():
     strict=True, raises=dw.BatteryError, reason="a robot that has unloaded waits in the lane for a decision"
 )
 def test_decisions_at_intervals_do_not_block_the_lane():
-    """A robot that has unloaded keeps the lane until the next decision, up to 200 time units, and with it all behind."""
+    """A robot that has unloaded keeps the lane until the next decision, up to 200 time units."""
     paper = dw.load("models/multibots.yaml")
     busy = {
         "tasks.goods": {"poisson": 1500},

@@ -1,4 +1,4 @@
-"""On two-way lanes work ends, too: networks of every shape, with batteries that recall robots and routes that change."""
+"""On two-way lanes work ends, too: networks of every shape, batteries that recall robots, routes that change."""
 
 import random
 

@@ -18,49 +18,61 @@ from desim_warehouse.log import Log
 from desim_warehouse.world.body import Body
 from desim_warehouse.world.traffic import Traffic
 
-KINDS = ("tree", "bridges", "grid", "ring")
+
+def tree(_, draw, street):
+    for i in range(1, draw.randint(3, 30)):
+        street(f"n{draw.randrange(i)}", f"n{i}")
+
+
+def cores_with_bridges(graph, draw, street):
+    cores = draw.randint(2, 4)
+    for core in range(cores):
+        ring = [f"c{core}.{i}" for i in range(draw.randint(3, 6))]
+        one_way = draw.random() < 0.5
+        for a, b in pairwise([*ring, ring[0]]):
+            street(a, b, two_way=not one_way)
+        if core:
+            street(f"c{draw.randrange(core)}.0", f"c{core}.1")
+    spurs(graph, draw, street, draw.randint(0, 8))
+
+
+def grid(_, draw, street):
+    wide, high = draw.randint(2, 7), draw.randint(2, 7)
+    for x in range(wide):
+        for y in range(high):
+            if x:
+                street(f"{x - 1},{y}", f"{x},{y}")
+            if y:
+                street(f"{x},{y - 1}", f"{x},{y}")
+
+
+def one_way_ring(graph, draw, street):
+    ring = [f"r{i}" for i in range(draw.randint(3, 10))]
+    for a, b in pairwise([*ring, ring[0]]):
+        street(a, b, two_way=False)
+    spurs(graph, draw, street, draw.randint(1, 12))
+
+
+def spurs(graph, draw, street, count):
+    for i in range(count):
+        street(draw.choice([n for n in graph if not n.startswith("s")]), f"s{i}")
+
+
+SHAPES = {"tree": tree, "bridges": cores_with_bridges, "grid": grid, "ring": one_way_ring}
+KINDS = tuple(SHAPES)
 
 
 def network(kind, draw):
     """A digraph with places; two-way edges are marked."""
     graph = nx.DiGraph()
 
-    def street(a, b, *, two_way=True, unit=1.0):
-        length = draw.choice([1.0, 1.5, 2.0, 2.0 + 1e-9, 2.0 - 1e-7, 3.0, 4.0, 5.5, 8.0]) * unit
+    def street(a, b, *, two_way=True):
+        length = draw.choice([1.0, 1.5, 2.0, 2.0 + 1e-9, 2.0 - 1e-7, 3.0, 4.0, 5.5, 8.0])
         graph.add_edge(a, b, length=length, speed=math.inf, two_way=two_way)
         if two_way:
             graph.add_edge(b, a, length=length, speed=math.inf, two_way=True)
 
-    def spurs(count):
-        for i in range(count):
-            street(draw.choice([n for n in graph if not n.startswith("s")]), f"s{i}")
-
-    if kind == "tree":
-        for i in range(1, draw.randint(3, 30)):
-            street(f"n{draw.randrange(i)}", f"n{i}")
-    elif kind == "bridges":
-        cores = draw.randint(2, 4)
-        for core in range(cores):
-            ring = [f"c{core}.{i}" for i in range(draw.randint(3, 6))]
-            one_way = draw.random() < 0.5
-            for a, b in pairwise([*ring, ring[0]]):
-                street(a, b, two_way=not one_way)
-            if core:
-                street(f"c{draw.randrange(core)}.0", f"c{core}.1")
-        spurs(draw.randint(0, 8))
-    elif kind == "grid":
-        wide, high = draw.randint(2, 7), draw.randint(2, 7)
-        for x in range(wide):
-            for y in range(high):
-                if x:
-                    street(f"{x - 1},{y}", f"{x},{y}")
-                if y:
-                    street(f"{x},{y - 1}", f"{x},{y}")
-    else:
-        ring = [f"r{i}" for i in range(draw.randint(3, 10))]
-        for a, b in pairwise([*ring, ring[0]]):
-            street(a, b, two_way=False)
-        spurs(draw.randint(1, 12))
+    SHAPES[kind](graph, draw, street)
     for i, name in enumerate(graph):
         angle = 2 * math.pi * i / len(graph)
         graph.nodes[name].update(x=round(30 * math.cos(angle), 3), y=round(30 * math.sin(angle), 3))
@@ -158,13 +170,3 @@ class Slots:
     @property
     def stalled(self):
         return self.home < len(self.robots)
-
-
-if __name__ == "__main__":
-    import sys
-
-    first, last = int(sys.argv[1]), int(sys.argv[2])
-    rule = sys.argv[3] if len(sys.argv) > 3 else "avoid"
-    for kind in KINDS:
-        bad = [seed for seed in range(first, last) if Slots(kind, seed, rule=rule).run().stalled]
-        print(kind, len(bad), bad[:10], flush=True)
