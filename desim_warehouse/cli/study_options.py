@@ -16,7 +16,7 @@ import click
 from desim_warehouse.cli.options import with_overrides
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.places import Keys
+    from desim_warehouse.model.messages import Keys
     from desim_warehouse.study.plan import Plan
     from desim_warehouse.study.study import Study
 

@@ -2,119 +2,69 @@
 
 from __future__ import annotations
 
-import copy
+import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
-from pydantic_core import CoreSchema, core_schema
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.fields import (
+    SECTION,
+    Count,
+    Flag,
+    Forms,
+    FrozenMap,
+    Name,
+    Named,
+    NotNegative,
+    Number,
+    Part,
+    Positive,
+    Whole,
+    by_type,
+    form,
+    known,
+    wrong,
+)
+from desim_warehouse.layout.naming import block_nodes
 
 if TYPE_CHECKING:
-    from pydantic.annotated_handlers import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from collections.abc import Collection
 
-Key = TypeVar("Key")
-Value = TypeVar("Value")
-
-# Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
-Count = Annotated[int, Field(strict=True, ge=1)]
-Whole = Annotated[int, Field(strict=True, ge=0)]
-Integer = Annotated[int, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Flag = Annotated[bool, Field(strict=True)]
-Name = Annotated[str, Field(strict=True, min_length=1)]
-Text = Annotated[str, Field(strict=True)]
 Side = Literal["north", "south", "east", "west"]
 
-
-class Part(BaseModel):
-    """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    def content(self) -> Any:
-        """What it holds, defaults too, as plain JSON values."""
-        return {field.alias or name: as_json(getattr(self, name)) for name, field in type(self).model_fields.items()}
+_SHOWN = 12  # node names in a message
+_COMPARED = 1000  # node names in which one like another is looked for
 
 
-_EXACT = 2.0**53  # up to here every whole number is a float
+def _node(name: str, info: ValidationInfo) -> str:
+    """Refuse the name of a node that the layout does not have."""
+    nodes = known(info).nodes
+    if nodes and name not in nodes:
+        raise wrong(f"no such node (got {got(name)}), expected {_one_of(name, nodes)}")
+    return name
 
 
-def as_json(value: Any) -> Any:
-    """A value of a model as JSON knows it; 4.0 as 4, so that both are one."""
-    if isinstance(value, Part):
-        return value.content()
-    if isinstance(value, Mapping):
-        return {key: as_json(item) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return [as_json(item) for item in value]
-    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
-        return int(value)
-    return value
+NodeName = Annotated[Name, AfterValidator(_node)]
 
 
-class FrozenMap(dict[Key, Value]):
-    """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
-
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, FrozenMap):
-            return list(self.items()) == list(other.items())
-        return dict.__eq__(self, other)
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash(tuple(self.items()))
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read and written like a dict."""
-        return core_schema.no_info_after_validator_function(cls, handler.generate_schema(dict[Any, Any]))
-
-    def __reduce__(self) -> tuple[type[FrozenMap[Key, Value]], tuple[dict[Key, Value]]]:
-        return type(self), (dict(self),)
-
-    def __copy__(self) -> FrozenMap[Key, Value]:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenMap[Key, Value]:
-        return self
-
-
-Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
-"""Parts by name, in the order of the file."""
-
-
-class Says:
-    """What a key with several forms expects, in words, and forms that reading turns into the others.
-
-    The words go into the JSON Schema as `errorMessage`, which editors show, and from there into our messages.
-    """
-
-    def __init__(self, text: str, *forms: type[Part] | dict[str, Any]) -> None:
-        self.text = text
-        self.forms = forms
-
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Add the words and the other forms to the schema of the annotated type."""
-        schema = handler(core)
-        more = [
-            copy.deepcopy(form) if isinstance(form, dict) else handler(form.__pydantic_core_schema__)
-            for form in self.forms
-        ]
-        return {**({"anyOf": [schema, *more]} if more else schema), "errorMessage": f"expected {self.text}"}
-
-
-def tagged(tag: str) -> Tag:
-    """Mark one form of a key; the mark is taken out of the places of errors again."""
-    return Tag(f"\0{tag}")
+def _one_of(name: str, nodes: Collection[str]) -> str:
+    names = list(nodes)
+    if len(names) <= _SHOWN:
+        expected = f"one of {spoken(names, 'or')}"
+    else:
+        expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
+    near = nearest(name, names) if len(names) <= _COMPARED else None
+    return f"{expected}; did you mean '{near}'?" if near else expected
 
 
 class Directions(Part):
@@ -122,10 +72,6 @@ class Directions(Part):
 
     rows: tuple[Literal["east", "west"], ...] = Field(description="one for each row of nodes, top first")
     columns: tuple[Literal["north", "south"], ...] = Field(description="one for each column of nodes, left first")
-
-
-def _directions_form(value: Any) -> str:
-    return "\0hand" if isinstance(value, Mapping | Directions) else "\0rule"
 
 
 class Blocks(Part):
@@ -139,19 +85,47 @@ class Blocks(Part):
     aisle_width: Positive = Field(description="width of the aisles (columns)")
     cross_aisle_width: Positive | None = Field(None, description="width of the rows; default: aisle_width")
     directions: Annotated[
-        Annotated[Literal["alternating", "ring"], tagged("rule")] | Annotated[Directions, tagged("hand")],
-        Discriminator(_directions_form),
-        Says("'ring', 'alternating', or a section with rows and columns"),
+        Annotated[Literal["alternating", "ring"], form("rule")] | Annotated[Directions, form("hand")],
+        Forms("'ring', 'alternating', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)),
     ] = Field(
         "ring",
         description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
+
+    @field_validator("rows")
+    @classmethod
+    def _names(cls, rows: int, info: ValidationInfo) -> int:
+        if "columns" in info.data:
+            names = [name for row in block_nodes(info.data["columns"], rows) for name in row]
+            known(info).nodes = dict.fromkeys(names)
+        return rows
+
+    @field_validator("block_depth")
+    @classmethod
+    def _places(cls, depth: int, info: ValidationInfo) -> int:
+        data = info.data
+        if {"columns", "rows", "block_width"} <= data.keys():
+            known(info).places = data["columns"] * data["rows"] * data["block_width"] * depth
+        return depth
+
+    @field_validator("directions")
+    @classmethod
+    def _one_each(cls, directions: str | Directions, info: ValidationInfo) -> str | Directions:
+        if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
+            given = len(directions.rows), len(directions.columns)
+            nodes = info.data["rows"] + 1, info.data["columns"] + 1
+            if given != nodes:
+                said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
+                raise wrong(f"{said}, expected one for each: blocks and one more")
+        return directions
 
 
 def _short_edge(value: Any) -> Any:
     """Accept `[A, B]` for `{from: A, to: B}`."""
     if isinstance(value, list | tuple) and len(value) == 2:  # noqa: PLR2004 - a pair
         return {"from": value[0], "to": value[1]}
+    if not isinstance(value, SECTION):
+        raise wrong(f"not an edge (got {got(value)}), expected {_EDGE}")
     return value
 
 
@@ -163,14 +137,33 @@ class Edge(Part):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
-    source: Name = Field(alias="from", description="the node it leaves")
-    target: Name = Field(alias="to", description="the node it leads to")
+    source: NodeName = Field(alias="from", description="the node it leaves")
+    target: NodeName = Field(alias="to", description="the node it leads to")
     length: Positive | None = Field(None, description="default: the straight distance")
     speed: Positive | None = Field(None, description="speed limit; default: none")
     two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
     side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
 
+    @model_validator(mode="after")
+    def _only_once(self, info: ValidationInfo) -> Edge:
+        edge, edges = (self.source, self.target), known(info).edges
+        if self.source == self.target:
+            raise wrong(f"from a node to itself (got {got(edge)}), expected two nodes")
+        if edge in edges:
+            raise wrong(f"the same edge as one before (got {got(edge)}), expected every edge once")
+        edges[edge] = self.length or _straight(*((known(info).nodes or {}).get(node) for node in edge))
+        return self
 
+
+def _straight(*ends: Any) -> float | None:
+    """The distance between two nodes, if both have coordinates."""
+    try:
+        return math.dist(*ends)
+    except (TypeError, ValueError):
+        return None
+
+
+_EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
 
@@ -180,6 +173,24 @@ class Storage(Part):
     edge: tuple[Name, Name] = Field(description="[from, to]: the edge it is picked from")
     offset: Positive = Field(description="distance from the edge's start")
     popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
+
+    @field_validator("edge")
+    @classmethod
+    def _known(cls, edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
+        edges = known(info).edges
+        if edges and edge not in edges:
+            turned = ", such as the one the other way" if edge[::-1] in edges else ""
+            raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
+        return edge
+
+    @field_validator("offset")
+    @classmethod
+    def _on_the_edge(cls, offset: float, info: ValidationInfo) -> float:
+        length = known(info).edges.get(info.data.get("edge", ("", "")))
+        if length is not None and offset >= length:
+            expected = f"an offset below the edge's length, {got(length)}"
+            raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
+        return offset
 
 
 class StorageFile(Part):
@@ -191,23 +202,45 @@ class StorageFile(Part):
 class Places(Part):
     """Nodes by name (`at`), or every n-th node along a side of the layout (`along`, `every`)."""
 
-    at: tuple[Name, ...] = Field((), description="nodes by name")
+    at: tuple[NodeName, ...] = Field((), description="nodes by name")
     along: Side | None = Field(None, description="all nodes along this side")
     every: Count = Field(1, description="with along: every n-th node")
+
+    @field_validator("every")
+    @classmethod
+    def _of_a_side(cls, every: int, info: ValidationInfo) -> int:
+        if every > 1 and info.data.get("along", "wrong") is None:
+            raise wrong(f"every n-th node of no side (got {every}), expected along (a side) beside it")
+        return every
+
+    @model_validator(mode="after")
+    def _somewhere(self) -> Places:
+        if not self.at and self.along is None:
+            raise wrong("at no node, expected at (a list of nodes) or along (a side)")
+        return self
+
+
+def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
+    places = info.data.get("places")
+    if count is not None and places is not None and count > places:
+        raise wrong(f"too many (got {count}), expected at most one for each of the {places} places")
+    return count
 
 
 class Bay(Places):
     """Parking places beside a node, entered and left through it; `chargers` of them have a charger."""
 
     places: Count | None = Field(None, description="a node; default: as many as robots start there")
-    chargers: Whole | None = Field(None, description="a node; default: one a place")
+    chargers: Annotated[Whole | None, AfterValidator(_one_a_place)] = Field(
+        None, description="a node; default: one a place"
+    )
 
 
 class Station(Places):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
     places: Count = Field(4, description="robots that can be inside, a node")
-    servers: Count = Field(1, description="robots served at a time, a node")
+    servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(1, description="robots served at a time, a node")
 
 
 class LayoutSpec(Part):
@@ -215,13 +248,43 @@ class LayoutSpec(Part):
 
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Number, Number]] = Field(FrozenMap(), description="name: [x, y], y downwards")
-    edges: tuple[
-        Annotated[Edge, BeforeValidator(_short_edge), Says("an edge: [A, B] or a section with from and to", _PAIR)],
-        ...,
-    ] = Field((), description="edges between the nodes")
+    edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
+        (), description="edges between the nodes"
+    )
     storage: Annotated[
         tuple[Storage, ...],
-        Says("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
+        Forms("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
     bays: Named[Bay] = Field(FrozenMap(), description="departure, parking and charging zones by name")
     stations: Named[Station] = Field(FrozenMap(), description="stations beside nodes by name")
+
+    @field_validator("blocks", mode="before")
+    @classmethod
+    def _generated(cls, blocks: Any, info: ValidationInfo) -> Any:
+        known(info).blocks = blocks is not None
+        return blocks
+
+    @field_validator("nodes", "edges", "storage", mode="before")
+    @classmethod
+    def _not_beside_blocks(cls, value: Any, info: ValidationInfo) -> Any:
+        if known(info).blocks and value:
+            raise wrong(f"blocks make their own {info.field_name}, expected either blocks, or nodes, edges and storage")
+        if info.field_name == "nodes" and isinstance(value, Mapping) and value:
+            known(info).nodes = value
+        return value
+
+    @field_validator("nodes")
+    @classmethod
+    def _apart(cls, nodes: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
+        first: dict[tuple[float, float], str] = {}
+        for name, at in nodes.items():
+            if first.setdefault(at, name) != name:
+                raise wrong(f"at the same place as node '{first[at]}' (got {got(at)}), expected another", name)
+        return nodes
+
+    @field_validator("storage")
+    @classmethod
+    def _count(cls, storage: tuple[Storage, ...], info: ValidationInfo) -> tuple[Storage, ...]:
+        if storage:
+            known(info).places = len(storage)
+        return storage

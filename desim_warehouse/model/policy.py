@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from desim_warehouse.layout.spec import FrozenMap, Name, NotNegative, Part, Says, as_json
+from desim_warehouse.errors import got
+from desim_warehouse.fields import SECTION, Forms, FrozenMap, Name, NotNegative, Part, as_json, wrong
 from desim_warehouse.policies.catalogue import user_source
 
 
@@ -36,20 +38,38 @@ class PolicySpec(Part):
         """As a model file has it: the name alone where no parameter is given."""
         return {"name": self.name, **as_json(self.params)} if self.params else self.name
 
+    @model_validator(mode="after")
+    def _finite(self) -> PolicySpec:
+        for keys, value in _leaves((), self.params):
+            if isinstance(value, float) and not math.isfinite(value):
+                raise wrong(f"should be a finite number (got {got(value)})", *keys)
+        return self
+
     def model_post_init(self, _context: Any, /) -> None:
         """Freeze the parameters."""
         object.__setattr__(self, "__pydantic_extra__", _frozen(self.__pydantic_extra__ or {}))
 
 
+def _leaves(keys: tuple[str | int, ...], value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    if isinstance(value, Mapping | tuple):
+        for key, item in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _leaves((*keys, key), item)
+    else:
+        yield keys, value
+
+
+_POLICY = "the name of a policy, or a section with name and parameters"
+
+
 def _named_policy(value: Any) -> Any:
-    return {"name": value} if isinstance(value, str) else value
+    if isinstance(value, SECTION):
+        return value
+    if isinstance(value, str):
+        return {"name": value}
+    raise wrong(f"should be {_POLICY} (got {got(value)})")
 
 
-Policy = Annotated[
-    PolicySpec,
-    BeforeValidator(_named_policy),
-    Says("the name of a policy, or a section with name and parameters", {"type": "string", "minLength": 1}),
-]
+Policy = Annotated[PolicySpec, BeforeValidator(_named_policy), Forms(_POLICY, {"type": "string", "minLength": 1})]
 
 
 KINDS = ("allocation", "routing", "charging", "parking")

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.layout.spec import Part, StorageFile
-from desim_warehouse.model.outline import nearest, spoken
-from desim_warehouse.model.places import Keys, Place, Places
-from desim_warehouse.model.problems import Problem, from_pydantic
-from desim_warehouse.model.schema import WeightsFile
+from desim_warehouse.errors import nearest, spoken
+from desim_warehouse.fields import Part
+from desim_warehouse.layout.spec import StorageFile
+from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
+from desim_warehouse.model.schema import OUTLINE, WeightsFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -87,7 +87,7 @@ def _form(kind: type[_Form], named: dict[str, Any], keys: Keys) -> _Form:
     try:
         return kind.model_validate(named)
     except ValidationError as error:
-        raise _RefusedError(*from_pydantic(error, keys)) from None
+        raise _RefusedError(*from_pydantic(error, OUTLINE, keys)) from None
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class _Table:
             with path.open(encoding="utf-8-sig", newline="") as lines:
                 reader = csv.reader(lines, strict=True)
                 header = tuple(name.strip() for name in next(reader, ()))
-                rows = tuple(_rows(reader, header, str(path), places.table()))
+                rows = tuple(_rows(reader, header, str(path), next(places.ranks)))
         except OSError as error:
             text = f"cannot be read (got '{path}': {error.strerror}), expected a CSV file"
             raise _RefusedError(Problem(keys, text)) from None
@@ -130,7 +130,7 @@ class _Table:
             raise _RefusedError(Problem(keys, text)) from None
         for row in rows:
             if len(row.cells) < len(header):
-                where = next(iter(row.at.values())).said
+                where = next(iter(row.at.values())).text
                 text = f"a row without all columns (got {where}), expected {spoken(header)} in every row"
                 raise _RefusedError(Problem(keys, text))
         return cls(str(path), header, rows)

@@ -9,14 +9,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from desim_warehouse.model import outline
-from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.model.messages import Problem
+from desim_warehouse.model.schema import OUTLINE
 
 Keys: TypeAlias = tuple[str | int, ...]
 Label: TypeAlias = str | int | float | bool | None
 
 FORMS = ("named", "cases", "range", "linspace", "between")
-EXPECTED = "a list of values, a range such as 1..6, or a section with " + outline.spoken(FORMS, "or")
+EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _MOST = 100_000  # values of one factor
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
@@ -81,7 +82,7 @@ def read_factor(key: str, spec: Any, problems: list[Problem]) -> Factor | None:
         return None
     if form == "cases":
         return _cases(key, spec["cases"], problems)
-    if not outline.known(tuple(_steps(key))):
+    if not OUTLINE.known(tuple(_steps(key))):
         problems.append(_no_such_key(here, key))
         return None
     if form == "between":
@@ -102,14 +103,14 @@ def _steps(key: str) -> Iterator[str | int]:
 def _not_a_form(here: Keys, spec: Any) -> Problem:
     if isinstance(spec, Mapping) and len(spec) == 1:
         word = str(next(iter(spec)))
-        near = outline.nearest(word, FORMS)
-        hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(FORMS, 'or')}"
+        near = nearest(word, FORMS)
+        hint = f"did you mean '{near}'?" if near else f"expected {spoken(FORMS, 'or')}"
         return Problem((*here, word), f"unknown key, {hint}", at_key=True)
     return Problem.of(here, "not understood", spec, EXPECTED)
 
 
 def _no_such_key(here: Keys, key: str) -> Problem:
-    near = outline.meant(tuple(_steps(key)))
+    near = OUTLINE.meant(tuple(_steps(key)))
     hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
     return Problem(here, f"no key of a model, {hint}", at_key=True)
 
@@ -220,7 +221,7 @@ def _cases(name: str, given: Any, problems: list[Problem]) -> Factor | None:
             problems.append(Problem.of((*where, case), "not a section", changes, expected))
             continue
         problems += [
-            _no_such_key((*where, case, key), key) for key in changes or {} if not outline.known(tuple(_steps(key)))
+            _no_such_key((*where, case, key), key) for key in changes or {} if not OUTLINE.known(tuple(_steps(key)))
         ]
         levels.append(Level(case, dict(changes or {}), (*where, case)))
     return Factor(name, tuple(levels)) if levels else None

@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ModelError, StudyError, WarehouseError
+from desim_warehouse.errors import ModelError, StudyError, WarehouseError, got
 from desim_warehouse.model.policy import PolicySpec
-from desim_warehouse.model.problems import got
 from desim_warehouse.study.design import GRID, Point, Rule, points
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.places import Places
+    from desim_warehouse.model.messages import Places
     from desim_warehouse.study.factors import Factor, Label
 
 

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError
-from desim_warehouse.model import Model, load, outline
+from desim_warehouse.errors import ModelError, got, nearest, spoken
+from desim_warehouse.model import Model, load
+from desim_warehouse.model.messages import Places, Problem, report
 from desim_warehouse.model.parse import Document, plain
-from desim_warehouse.model.places import Places
-from desim_warehouse.model.problems import Problem, got, report
-from desim_warehouse.model.reading import kind_of, read_document
+from desim_warehouse.model.read import kind_of, read_document
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.design import RULES, SAMPLED, Rule
 from desim_warehouse.study.factors import RESERVED, Factor, Keys, label, read_factor
@@ -117,8 +116,6 @@ class _Reader:
         self.data: dict[str, Any] = document.data
         self.places = document.places
         self.problems = document.problems
-        if not self.places.values:
-            self.places.number(self.data)  # given from Python: no lines, but an order
 
     def plan(self, base: Callable[[Mapping[str, Any]], Model | None], name: str) -> Plan:
         """The plan, or every problem.
@@ -128,8 +125,8 @@ class _Reader:
         """
         for key in self.data:
             if key not in KEYS:
-                near = outline.nearest(key, KEYS)
-                hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(KEYS, 'or')}"
+                near = nearest(key, KEYS)
+                hint = f"did you mean '{near}'?" if near else f"expected {spoken(KEYS, 'or')}"
                 self.problems.append(Problem((key,), f"unknown key, {hint}", at_key=True))
         changes = self.section("set")
         fields: dict[str, Any] = {
@@ -241,8 +238,8 @@ class _Reader:
         if isinstance(value, Mapping) and len(value) == 1:
             name, size = next(iter(value.items()))
             if name not in SAMPLED:
-                near = outline.nearest(name, SAMPLED)
-                hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(SAMPLED, 'or')}"
+                near = nearest(name, SAMPLED)
+                hint = f"did you mean '{near}'?" if near else f"expected {spoken(SAMPLED, 'or')}"
                 self.problems.append(Problem(("design", name), f"unknown key, {hint}", at_key=True))
             elif not is_number(size, whole=True) or not 1 <= size <= _MOST_POINTS:
                 self.wrong(("design", name), "not a number of points", size, "a whole number of at least 1")
@@ -269,7 +266,7 @@ class _Reader:
         for factor in factors:
             if factor.between and not sampled:
                 keys: Keys = ("factors", factor.key, "between")
-                said = f"a range to draw from needs a sampled design, expected design {outline.spoken(SAMPLED, 'or')}"
+                said = f"a range to draw from needs a sampled design, expected design {spoken(SAMPLED, 'or')}"
                 self.problems.append(Problem(keys, f"{said}, or a list of values"))
         if sampled and len(factors) < (2 if rule.name == "saltelli" else 1):
             self.wrong(("design", rule.name), "too few factors", len(factors), "factors to draw values for")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from desim_warehouse.errors import StudyError
-from desim_warehouse.model import outline
+from desim_warehouse.errors import StudyError, nearest
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design import saltelli
 from desim_warehouse.study.factors import label
@@ -32,7 +31,7 @@ def shown_indicators(study: Study, wanted: Sequence[str] | None = None) -> list[
     chosen = list(wanted or study.plan.indicators or have)
     for name in chosen:
         if have and name not in have:
-            near = outline.nearest(name, have)
+            near = nearest(name, have)
             hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(have)}"
             raise StudyError(f"indicator {name!r}: no run has it, {hint}")
     return chosen

@@ -6,9 +6,9 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.indicators import INDICATORS
-from desim_warehouse.model import outline
-from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.model.messages import Problem
 from desim_warehouse.study.plan import Until
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ def read_until(section: Mapping[str, Any], problems: list[Problem]) -> Until | N
     before = len(problems)
     for key in section:
         if key not in _KEYS:
-            near = outline.nearest(key, _KEYS)
-            hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(_KEYS, 'or')}"
+            near = nearest(key, _KEYS)
+            hint = f"did you mean '{near}'?" if near else f"expected {spoken(_KEYS, 'or')}"
             problems.append(Problem(("replications", key), f"unknown key, {hint}", at_key=True))
 
     def part(key: str, expected: str, reads: Callable[[Any], Any], default: Any = None) -> Any:
@@ -58,7 +58,7 @@ def is_indicator(keys: Keys, name: Any, problems: list[Problem]) -> bool:
     """See that there is such an indicator."""
     if name in INDICATORS:
         return True
-    near = outline.nearest(str(name), INDICATORS)
+    near = nearest(str(name), INDICATORS)
     hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
     problems.append(Problem(keys, f"unknown indicator (got {got(name)}), {hint}"))
     return False

@@ -153,7 +153,7 @@ def test_warm_up_writes_a_plot(tmp_path):
     [
         (["--vary", "fleet.size"], "--vary fleet.size: nothing to vary, expected KEY=VALUES"),
         (["--vary", "fleet.size=1", "--vary", "fleet.size=2"], "fleet.size given twice"),
-        (["--vary", "fleet.size=0"], "--vary fleet.size: too small (got 0), expected a whole number of at least 1"),
+        (["--vary", "fleet.size=0"], "--vary fleet.size: should be greater than or equal to 1 (got 0)"),
         (["--vary", "fleet.sise=1,2"], "--vary fleet.sise: no key of a model, did you mean 'fleet.size'?"),
         (["--vary", "fleet.size={rang: [1, 2]}"], "--vary fleet.size: rang: unknown key, did you mean 'range'?"),
         (["--vary", "policies.charging={name: threshold, lvl: 1}"], "--vary policies.charging: policies.charging.lvl:"),
@@ -191,7 +191,7 @@ def test_options_that_make_no_sense_are_refused(arguments, message):
 
 
 def test_size_names_its_range_and_its_key():
-    with pytest.raises(WarehouseError, match=re.escape("--range 0..2 --key fleet.size: too small (got 0)")):
+    with pytest.raises(WarehouseError, match=re.escape("--range 0..2 --key fleet.size: should be greater than or equal to 1 (got 0)")):
         call("size", MULTIBOTS, "--range", "0..2", "--target", "T <= 9")
     with pytest.raises(WarehouseError, match=re.escape("--range {named: 3} --key fleet.size: ")):
         call("size", MULTIBOTS, "--range", "{named: 3}", "--target", "T <= 9")
@@ -250,7 +250,7 @@ def test_a_change_to_a_study_is_named_by_its_option():
         call("study", ROOT / "studies" / "charging.yaml", "--set", "fleet.sise=2", "--set", "tasks.load_time=-1")
     assert str(refused.value).splitlines() == [
         "--set fleet.sise: unknown key, did you mean 'fleet.size'?",
-        "--set tasks.load_time: too small (got -1), expected a number of at least 0",
+        "--set tasks.load_time: should be greater than or equal to 0 (got -1)",
     ]
 
 

@@ -47,13 +47,13 @@ BAD = {
     ),
     "value out of range": (
         "model: MODEL\nfactors:\n  fleet.size: [1, 0]\n",
-        "3:19: factors.fleet.size.1: too small (got 0), expected a whole number of at least 1",
+        "3:19: factors.fleet.size.1: should be greater than or equal to 1 (got 0)",
     ),
     "no such policy": (
         "model: MODEL\nfactors:\n  policies.charging:\n    - threshold\n    - treshold\n",
         "5:7: factors.policies.charging.1: ",
     ),
-    "value in set": ("model: MODEL\nset: {fleet.size: 0}\n", "2:19: set.fleet.size: too small (got 0)"),
+    "value in set": ("model: MODEL\nset: {fleet.size: 0}\n", "2:19: set.fleet.size: should be greater than or equal to 1 (got 0)"),
     "draws in a grid": (
         "model: MODEL\nfactors:\n  fleet.size: {between: [1, 6]}\n",
         "3:25: factors.fleet.size.between: a range to draw from needs a sampled design",
@@ -153,5 +153,5 @@ def test_studies_log_what_they_are_told_to():
 
 
 def test_problems_of_arguments_are_told_by_key():
-    with pytest.raises(dw.ModelError, match=r"study: factors\.fleet\.size\.1: too small"):
+    with pytest.raises(dw.ModelError, match=r"study: factors\.fleet\.size\.1: should be greater than or equal to 1"):
         dw.Study(MULTIBOTS, {"fleet.size": [1, 0]})
