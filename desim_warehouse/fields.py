@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from desim_warehouse.errors import got
+from desim_warehouse.units import EXAMPLES, TABLE, UnitNames, converted
 
 if TYPE_CHECKING:
     from pydantic import ValidationInfo
@@ -17,16 +21,108 @@ if TYPE_CHECKING:
 Key = TypeVar("Key")
 Value = TypeVar("Value")
 
+LIMITS: dict[str, tuple[int, str]] = {
+    "number": (10**12, "any number"),
+    "robots": (10_000, "robots, and places or chargers at a node"),
+    "nodes": (100_000, "nodes of a layout"),
+    "places": (1_000_000, "storage places"),
+    "tasks": (1_000_000, "tasks: listed, random, or arriving in run.length on average"),
+    "open": (100_000, "tasks open at once (saturated)"),
+    "hourly": (100_000, "tasks arriving per hour (poisson)"),
+    "bytes": (10_000_000, "bytes of a model, study or CSV file"),
+    "values": (1_000_000, "values in a file, aliases counted at every use"),
+    "deep": (30, "lists and sections inside one another"),
+}
+"""What a file may hold at most, and of what: far more than a warehouse has, and still read within seconds."""
+SMALLEST = 1e-9
+"""The smallest number where one above 0 is expected."""
+
+
+def wrong(text: str, *below: str | int) -> PydanticCustomError:
+    """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
+    return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
+
+
+def at_most(limit: str, value: float, *below: str) -> None:
+    """Refuse more than a limit."""
+    most, what = LIMITS[limit]
+    if abs(value) > most:
+        raise wrong(f"too large (got {got(value)}), expected at most {most:,} ({what})", *below)
+
+
+Checked = TypeVar("Checked", int, float)
+
+
+def limited(limit: str = "number") -> AfterValidator:
+    """Keep a number within a limit."""
+
+    def check(value: Checked) -> Checked:
+        at_most(limit, value)
+        return value
+
+    return AfterValidator(check)
+
+
+def _not_tiny(value: float) -> float:
+    if value < SMALLEST:
+        raise wrong(f"too small (got {got(value)}), expected at least {got(SMALLEST)}")
+    return value
+
+
+above_tiny = AfterValidator(_not_tiny)
+
+
+def writable(text: str) -> str:
+    """Refuse halves of surrogate pairs, which no file and no terminal can hold."""
+    if not text.isascii() and re.search("[\ud800-\udfff]", text):
+        raise wrong(f"not text (got {got(text)}), expected characters that can be written in UTF-8")
+    return text
+
+
 # Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
-Count = Annotated[int, Field(strict=True, ge=1)]
-Whole = Annotated[int, Field(strict=True, ge=0)]
-Integer = Annotated[int, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Whole = Annotated[int, Field(strict=True, ge=0), limited()]
+Count = Annotated[int, Field(strict=True, ge=1), limited()]
+Integer = Annotated[int, Field(strict=True), limited()]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), limited()]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), limited(), above_tiny]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), limited()]
 Flag = Annotated[bool, Field(strict=True)]
-Name = Annotated[str, Field(strict=True, min_length=1)]
-Text = Annotated[str, Field(strict=True)]
+Name = Annotated[str, Field(strict=True, min_length=1), AfterValidator(writable)]
+Text = Annotated[str, Field(strict=True), AfterValidator(writable)]
+
+
+class Quantity:
+    """A number that may be written with a unit, as in `8 h`; in the model it is a number in the model's units."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Convert before the number is checked."""
+
+        def convert(value: Any, info: ValidationInfo) -> Any:
+            try:
+                number = converted(value, self.kind, known(info).units) if isinstance(value, str) else None
+            except ValueError as error:
+                raise wrong(str(error)) from None
+            return value if number is None else number
+
+        return core_schema.with_info_before_validator_function(convert, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Text with a unit is as good as a number."""
+        units = "|".join(re.escape(unit) for unit in TABLE[self.kind]).replace("/", " ?/ ?")
+        written = {"type": "string", "pattern": rf"^\s*[+-]?[\d.]+\s*({units})\s*$", "examples": [EXAMPLES[self.kind]]}
+        return {"anyOf": [handler(core), written]}
+
+
+Time = Annotated[NotNegative, Quantity("time")]
+Duration = Annotated[Positive, Quantity("time")]
+Coordinate = Annotated[Number, Quantity("length")]
+Length = Annotated[Positive, Quantity("length")]
+Distance = Annotated[NotNegative, Quantity("length")]
+Speed = Annotated[Positive, Quantity("speed")]
+Rate = Annotated[Positive, Quantity("rate")]
 
 
 @dataclass
@@ -37,8 +133,10 @@ class Known:
     known before the fleet and the work on it.
     """
 
+    units: UnitNames = field(default_factory=UnitNames)
     blocks: bool = False  # the layout is generated
-    nodes: Mapping[str, Any] | None = None  # by name
+    nodes: Mapping[str, Any] | None = None  # positions by name
+    zones: dict[str, dict[str, tuple[str, ...]]] = field(default_factory=dict)  # nodes of bays and stations by name
     edges: dict[tuple[str, str], float | None] = field(default_factory=dict)  # lengths, if they can be told
     places: int | None = None  # storage places
     robots: int | None = None
@@ -47,11 +145,6 @@ class Known:
 def known(info: ValidationInfo) -> Known:
     """What is known where a value is checked; nothing for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
-
-
-def wrong(text: str, *below: str | int) -> PydanticCustomError:
-    """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
-    return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
 
 
 class Part(BaseModel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -19,26 +19,26 @@ from pydantic import (
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
     SECTION,
+    Coordinate,
     Count,
     Flag,
     Forms,
     FrozenMap,
+    Length,
     Name,
     Named,
     NotNegative,
-    Number,
     Part,
-    Positive,
+    Speed,
     Whole,
+    at_most,
     by_type,
     form,
     known,
+    limited,
     wrong,
 )
 from desim_warehouse.layout.naming import block_nodes
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
 
 Side = Literal["north", "south", "east", "west"]
 
@@ -46,25 +46,55 @@ _SHOWN = 12  # node names in a message
 _COMPARED = 1000  # node names in which one like another is looked for
 
 
+Positions = Mapping[str, tuple[float, float]]
+
+
 def _node(name: str, info: ValidationInfo) -> str:
     """Refuse the name of a node that the layout does not have."""
-    nodes = known(info).nodes
-    if nodes and name not in nodes:
-        raise wrong(f"no such node (got {got(name)}), expected {_one_of(name, nodes)}")
+    _known_node(name, info)
     return name
 
 
 NodeName = Annotated[Name, AfterValidator(_node)]
 
 
-def _one_of(name: str, nodes: Collection[str]) -> str:
-    names = list(nodes)
-    if len(names) <= _SHOWN:
-        expected = f"one of {spoken(names, 'or')}"
-    else:
+def _node_or(zones: str) -> AfterValidator:
+    """Refuse what names neither a node nor a bay or station."""
+
+    def check(name: str, info: ValidationInfo) -> str:
+        _known_node(name, info, zones)
+        return name
+
+    return AfterValidator(check)
+
+
+def _nodes(zones: str) -> AfterValidator:
+    """Put the nodes of a bay or station in the place of its name; a node of the same name comes first."""
+
+    def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        here, there = known(info).nodes or {}, known(info).zones.get(zones, {})
+        return tuple(node for name in names for node in ((name,) if name in here else there.get(name, (name,))))
+
+    return AfterValidator(nodes)
+
+
+NodesOfBays = Annotated[tuple[Annotated[Name, _node_or("bays")], ...], _nodes("bays")]
+NodesOfStations = Annotated[tuple[Annotated[Name, _node_or("stations")], ...], _nodes("stations")]
+
+
+def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
+    nodes, there = known(info).nodes, known(info).zones.get(zones, {})
+    if not nodes or name in nodes or name in there:
+        return
+    names, kind = list(nodes), f"node or {zones[:-1]}" if there else "node"
+    expected = f"one of {spoken(names, 'or')}"
+    if len(names) > _SHOWN:
         expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
-    near = nearest(name, names) if len(names) <= _COMPARED else None
-    return f"{expected}; did you mean '{near}'?" if near else expected
+    if there:
+        expected += f", or {zones[:-1]} {spoken(list(there)[:_SHOWN], 'or')}"
+    near = nearest(name, [*there, *names]) if len(names) <= _COMPARED else None
+    hint = f"; did you mean '{near}'?" if near else ""
+    raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
 
 
 class Directions(Part):
@@ -81,9 +111,9 @@ class Blocks(Part):
     rows: Count = Field(description="blocks one below the other")
     block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
     block_depth: Count = Field(description="goods in a block's depth")
-    goods_size: Positive = Field(description="side of a good's square")
-    aisle_width: Positive = Field(description="width of the aisles (columns)")
-    cross_aisle_width: Positive | None = Field(None, description="width of the rows; default: aisle_width")
+    goods_size: Length = Field(description="side of a good's square")
+    aisle_width: Length = Field(description="width of the aisles (columns)")
+    cross_aisle_width: Length | None = Field(None, description="width of the rows; default: aisle_width")
     directions: Annotated[
         Annotated[Literal["alternating", "ring"], form("rule")] | Annotated[Directions, form("hand")],
         Forms("'ring', 'alternating', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)),
@@ -96,8 +126,9 @@ class Blocks(Part):
     @classmethod
     def _names(cls, rows: int, info: ValidationInfo) -> int:
         if "columns" in info.data:
-            names = [name for row in block_nodes(info.data["columns"], rows) for name in row]
-            known(info).nodes = dict.fromkeys(names)
+            at_most("nodes", (info.data["columns"] + 1) * (rows + 1))
+            names = enumerate(block_nodes(info.data["columns"], rows))
+            known(info).nodes = {name: (c, r) for r, row in names for c, name in enumerate(row)}
         return rows
 
     @field_validator("block_depth")
@@ -105,7 +136,9 @@ class Blocks(Part):
     def _places(cls, depth: int, info: ValidationInfo) -> int:
         data = info.data
         if {"columns", "rows", "block_width"} <= data.keys():
-            known(info).places = data["columns"] * data["rows"] * data["block_width"] * depth
+            places = data["columns"] * data["rows"] * data["block_width"] * depth
+            at_most("places", places)
+            known(info).places = places
         return depth
 
     @field_validator("directions")
@@ -139,8 +172,8 @@ class Edge(Part):
 
     source: NodeName = Field(alias="from", description="the node it leaves")
     target: NodeName = Field(alias="to", description="the node it leads to")
-    length: Positive | None = Field(None, description="default: the straight distance")
-    speed: Positive | None = Field(None, description="speed limit; default: none")
+    length: Length | None = Field(None, description="default: the straight distance")
+    speed: Speed | None = Field(None, description="speed limit; default: none")
     two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
     side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
 
@@ -171,7 +204,7 @@ class Storage(Part):
     """A storage place beside an edge, `offset` from the edge's start; its number is its rank in the list."""
 
     edge: tuple[Name, Name] = Field(description="[from, to]: the edge it is picked from")
-    offset: Positive = Field(description="distance from the edge's start")
+    offset: Length = Field(description="distance from the edge's start")
     popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
 
     @field_validator("edge")
@@ -206,6 +239,16 @@ class Places(Part):
     along: Side | None = Field(None, description="all nodes along this side")
     every: Count = Field(1, description="with along: every n-th node")
 
+    def nodes(self, positions: Positions) -> list[str]:
+        """The nodes it stands at: those named, then every n-th along its side (west to east, north to south)."""
+        found = list(self.at)
+        if self.along is not None:
+            axis, pick = {"north": (1, min), "south": (1, max), "west": (0, min), "east": (0, max)}[self.along]
+            outermost = pick(at[axis] for at in positions.values())
+            side = [name for name, at in positions.items() if at[axis] == outermost]
+            found += sorted(side, key=lambda name: positions[name][1 - axis])[:: self.every]
+        return found
+
     @field_validator("every")
     @classmethod
     def _of_a_side(cls, every: int, info: ValidationInfo) -> int:
@@ -230,8 +273,10 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
 class Bay(Places):
     """Parking places beside a node, entered and left through it; `chargers` of them have a charger."""
 
-    places: Count | None = Field(None, description="a node; default: as many as robots start there")
-    chargers: Annotated[Whole | None, AfterValidator(_one_a_place)] = Field(
+    places: Annotated[Count, limited("robots")] | None = Field(
+        None, description="a node; default: as many as robots start there"
+    )
+    chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="a node; default: one a place"
     )
 
@@ -239,7 +284,7 @@ class Bay(Places):
 class Station(Places):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
-    places: Count = Field(4, description="robots that can be inside, a node")
+    places: Annotated[Count, limited("robots")] = Field(4, description="robots that can be inside, a node")
     servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(1, description="robots served at a time, a node")
 
 
@@ -247,7 +292,7 @@ class LayoutSpec(Part):
     """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
 
     blocks: Blocks | None = Field(None, description="a layout to generate")
-    nodes: Named[tuple[Number, Number]] = Field(FrozenMap(), description="name: [x, y], y downwards")
+    nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")
     edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
         (), description="edges between the nodes"
     )
@@ -269,18 +314,39 @@ class LayoutSpec(Part):
     def _not_beside_blocks(cls, value: Any, info: ValidationInfo) -> Any:
         if known(info).blocks and value:
             raise wrong(f"blocks make their own {info.field_name}, expected either blocks, or nodes, edges and storage")
+        at_most(
+            "places" if info.field_name == "storage" else "nodes",
+            len(value) if isinstance(value, list | Mapping) else 0,
+        )
         if info.field_name == "nodes" and isinstance(value, Mapping) and value:
             known(info).nodes = value
         return value
 
     @field_validator("nodes")
     @classmethod
-    def _apart(cls, nodes: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
+    def _apart(
+        cls, nodes: Mapping[str, tuple[float, float]], info: ValidationInfo
+    ) -> Mapping[str, tuple[float, float]]:
         first: dict[tuple[float, float], str] = {}
         for name, at in nodes.items():
             if first.setdefault(at, name) != name:
                 raise wrong(f"at the same place as node '{first[at]}' (got {got(at)}), expected another", name)
+        known(info).nodes = nodes or known(info).nodes
         return nodes
+
+    @field_validator("bays", "stations", mode="before")
+    @classmethod
+    def _named(cls, zones: Any, info: ValidationInfo) -> Any:
+        known(info).zones[str(info.field_name)] = dict.fromkeys(zones, ()) if isinstance(zones, Mapping) else {}
+        return zones
+
+    @field_validator("bays", "stations")
+    @classmethod
+    def _placed(cls, zones: Mapping[str, Places], info: ValidationInfo) -> Mapping[str, Places]:
+        nodes = known(info).nodes
+        if nodes:
+            known(info).zones[str(info.field_name)] = {name: tuple(zone.nodes(nodes)) for name, zone in zones.items()}
+        return zones
 
     @field_validator("storage")
     @classmethod

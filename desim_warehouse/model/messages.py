@@ -134,6 +134,7 @@ _OURS = {
     "float_type": "should be a number",
     "string_type": "should be text",
     "string_too_short": "should not be empty",
+    "string_unicode": "should be text that can be written in UTF-8",
     "tuple_type": "should be a list",
     "too_short": "should not be empty",
 }
@@ -170,8 +171,9 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
         said = "too large a number"
     else:
         said = _OURS.get(kind, error["msg"].removeprefix("Input "))
+    shown = repr(value) if kind == "int_type" and isinstance(value, float) else got(value)  # 2.0, not 2
     at_key = bool(keys) and keys[-1] == "[key]"
-    return Problem(keys[:-1] if at_key else keys, f"{said} (got {got(value)}){_cure(kind, value, context)}", at_key)
+    return Problem(keys[:-1] if at_key else keys, f"{said} (got {shown}){_cure(kind, value, context)}", at_key)
 
 
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
@@ -184,6 +186,8 @@ def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
             return "; write it without quotes"
         if kind == "tuple_type" and value:
             return f"; write [{value}]"
+    elif kind == "int_type" and isinstance(value, float) and got(value).isdecimal():
+        return f"; write {got(value)}"
     elif kind == "string_type" and isinstance(value, bool | int | float):
         return f"; write it in quotes: '{got(value)}'"
     return ""

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.fields import Part
+from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.model.messages import Keys, Place, Places, Problem
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {f"{_TAG}{name}" for name in ("str", "timestamp", "merge", "value")}
-_DEEPEST = 30  # lists and sections inside one another; a model needs about 6
+_DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
+_NESTED = re.compile(rf"(?:[\[{{]\s*){{{_DEEPEST + 1}}}")
 _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST} at most"
-_MOST = 1_000_000  # values in a file, aliases counted at every use
 
 
 @dataclass
@@ -40,6 +41,9 @@ def read_yaml(text: str, source: str) -> Document:
     from ruamel.yaml.error import MarkedYAMLError
     from ruamel.yaml.reader import ReaderError
 
+    if nested := _NESTED.search(text):  # the YAML reader needs seconds for them
+        before = text[: nested.start()]
+        _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
     yaml = YAML(typ="safe", pure=True)
     try:
         return _Reader(source, yaml.constructor).document(yaml.compose(text))
@@ -94,6 +98,8 @@ class _Reader:
         self.count += 1
         if node in self.around or self.count > _MOST:
             said = "an alias that repeats itself without end, expected every value to end"
+            if node not in self.around:
+                said = f"too many values, expected {_MOST:,} at most, with those of aliases counted at every use"
             raise ModelError([f"{self.place(node).text}: {said}"])
         if len(keys) > _DEEPEST:
             raise ModelError([f"{self.place(node).text}: {_TOO_DEEP}"])

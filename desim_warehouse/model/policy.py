@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import SECTION, Forms, FrozenMap, Name, NotNegative, Part, as_json, wrong
+from desim_warehouse.fields import SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 from desim_warehouse.policies.catalogue import user_source
 
 
@@ -29,10 +29,22 @@ class PolicySpec(Part):
 
     name: Name = Field(description="a policy of ours, module:Class or file.py:Class")
 
+    @field_validator("name")
+    @classmethod
+    def _no_nul(cls, name: str) -> str:
+        if "\0" in name:
+            raise wrong(f"not a name (got {got(name)}), expected no character 0x00")
+        return name
+
     @property
     def params(self) -> Mapping[str, Any]:
         """The parameters: every key but the name."""
         return self.__pydantic_extra__ or FrozenMap()
+
+    @property
+    def own(self) -> bool:
+        """Whether it is the user's own, whose code we know nothing of."""
+        return ":" in self.name
 
     def content(self) -> Any:
         """As a model file has it: the name alone where no parameter is given."""
@@ -43,6 +55,8 @@ class PolicySpec(Part):
         for keys, value in _leaves((), self.params):
             if isinstance(value, float) and not math.isfinite(value):
                 raise wrong(f"should be a finite number (got {got(value)})", *keys)
+            if isinstance(value, str):
+                writable(value)
         return self
 
     def model_post_init(self, _context: Any, /) -> None:
@@ -82,10 +96,14 @@ class Policies(Part):
     routing: Policy = Field(PolicySpec(name="highways"), description="which way a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
-    interval: NotNegative = Field(
+    interval: Time = Field(
         0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
     )
 
+    def specs(self) -> dict[str, PolicySpec]:
+        """The policies by kind."""
+        return {kind: getattr(self, kind) for kind in KINDS}
+
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
-        return b"".join(user_source(getattr(self, kind).name) for kind in KINDS)
+        return b"".join(user_source(spec.name) for spec in self.specs().values())

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, plain, read_yaml
@@ -24,6 +25,7 @@ def load(
     overrides: Mapping[str, Any] | None = None,
     *,
     named: str = "override",
+    run_code: bool = False,
 ) -> Model:
     """Read a model and check it.
 
@@ -33,6 +35,8 @@ def load(
             order: sections are set before what lies in them. An entry of a list is named by its rank, as in
             `fleet.start.0`, a parameter of a policy by its name, as in `policies.charging.margin`.
         named: how messages call an override; the command line says `--set`.
+        run_code: import the user's own policies as well and ask them about their parameters. Without it none of
+            their code is run, and what is wrong with them is found when they are made: by `simulate` or `check`.
 
     Returns:
         The model, complete by itself: tables it names are read here, relative to the model file.
@@ -47,12 +51,12 @@ def load(
         if kind_of(document.data) == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
         folder = Path(source).parent
-    return _made(document, overrides or {}, folder, named)
+    return _made(document, overrides or {}, folder, named, run_code)
 
 
-def changed(model: Model, overrides: Mapping[str, Any]) -> Model:
+def changed(model: Model, overrides: Mapping[str, Any], run_code: bool) -> Model:
     """A copy of the model with overrides; see `Model.replace`."""
-    return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override")
+    return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override", run_code)
 
 
 def kind_of(data: Mapping[str, Any]) -> str | None:
@@ -85,13 +89,16 @@ def read_document(path: Path, name: str, whole: str) -> Document:
     """
     kind = " ".join(whole.split()[:2])
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LIMITS["bytes"][0] + 1)
     except FileNotFoundError:
         near = nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
         hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
         raise ModelError([f"{name}: no such file, expected {kind} file{hint}"]) from None
     except (OSError, ValueError) as error:
         raise ModelError([f"{name}: cannot be read ({reason(error)}), expected {kind} file"]) from None
+    if len(content) > LIMITS["bytes"][0]:
+        raise ModelError([f"{name}: too large, expected {kind} file of at most {LIMITS['bytes'][0]:,} bytes"])
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -107,7 +114,7 @@ def read_document(path: Path, name: str, whole: str) -> Document:
     return document
 
 
-def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named: str) -> Model:
+def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named: str, run_code: bool) -> Model:
     data, places, problems = document.data, document.places, document.problems
     problems += override(data, overrides, places, named)
     unread = resolve(data, folder, places)
@@ -120,7 +127,7 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
         problems += [problem for problem in from_pydantic(error, OUTLINE) if problem.keys[:2] not in missing]
     else:
         if not problems:
-            problems += check_policies(model)
+            problems += check_policies(model, run_code)
     if problems:
         raise ModelError(report(problems, places))
     return model
@@ -139,15 +146,11 @@ def _policy_files(data: dict[str, Any], folder: Path) -> None:
             named["name"] = catalogue.resolved(named["name"], folder)
 
 
-def check_policies(model: Model) -> list[Problem]:
-    """Ask the policies whether they can be made with the parameters of the model."""
+def check_policies(model: Model, run_code: bool = False) -> list[Problem]:
+    """Ask the policies whether they can be made with the parameters of the model; the user's own only if told so."""
     return [
         Problem(("policies", kind, *([parameter] if parameter else ())), text)
-        for kind in KINDS
-        for parameter, text in catalogue.problems(kind, *_named(model, kind))
+        for kind, spec in model.policies.specs().items()
+        if run_code or not spec.own
+        for parameter, text in catalogue.problems(kind, spec.name, spec.params)
     ]
-
-
-def _named(model: Model, kind: str) -> tuple[str, Mapping[str, Any]]:
-    spec = getattr(model.policies, kind)
-    return spec.name, spec.params

@@ -15,25 +15,36 @@ from desim_warehouse.fields import (
     NUMBER,
     SECTION,
     Count,
+    Distance,
+    Duration,
     Forms,
     FrozenMap,
     Integer,
     Known,
+    Length,
     Name,
     Named,
     NotNegative,
     Part,
     Positive,
+    Quantity,
+    Rate,
+    Speed,
     Text,
+    Time,
     Whole,
+    above_tiny,
+    at_most,
     by_type,
     form,
     known,
+    limited,
     wrong,
 )
-from desim_warehouse.layout.spec import LayoutSpec, NodeName
+from desim_warehouse.layout.spec import LayoutSpec, NodesOfBays, NodesOfStations
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
+from desim_warehouse.units import UnitNames
 
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
 
@@ -54,30 +65,30 @@ class Units(Part):
 class Robot(Part):
     """A robot's size and speed."""
 
-    radius: Positive = Field(description="half of its diameter")
-    speed: Positive = Field(description="length units per time unit")
-    margin: NotNegative = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+    radius: Length = Field(description="half of its diameter")
+    speed: Speed = Field(description="length units per time unit")
+    margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
 
 
 class Kind(Part):
     """Some robots of the fleet that differ in size or speed (the first `count`, then the next kind's)."""
 
-    count: Count = Field(description="robots of this kind")
-    radius: Positive | None = Field(None, description="default: fleet.robot.radius")
-    speed: Positive | None = Field(None, description="default: fleet.robot.speed")
+    count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
+    radius: Length | None = Field(None, description="default: fleet.robot.radius")
+    speed: Speed | None = Field(None, description="default: fleet.robot.speed")
 
 
 class Fleet(Part):
     """The robots and where they start."""
 
-    size: Count = Field(description="number of robots")
-    start: tuple[NodeName, ...] = Field(
-        (), description="nodes with bays, dealt out in turn; default: all nodes with bays"
+    size: Annotated[Count, limited("robots")] = Field(description="number of robots")
+    start: NodesOfBays = Field(
+        (), description="nodes with bays, or names of bays, dealt out in turn; default: all nodes with bays"
     )
     robot: Robot
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
-    first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
-    exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
+    first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
+    exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
 
     @field_validator("size")
     @classmethod
@@ -136,8 +147,8 @@ class Good(Part):
     """A task in the list: the good, and when it is released, due, and how urgent (higher first)."""
 
     good: GoodNumber = Field(description="number of the storage place")
-    release: NotNegative = Field(0.0, description="time at which the task becomes known")
-    due: NotNegative | None = Field(None, description="time by which it should be delivered")
+    release: Time = Field(0.0, description="time at which the task becomes known")
+    due: Time | None = Field(None, description="time by which it should be delivered")
     priority: Integer = Field(0, description="higher first")
 
     @field_validator("due")
@@ -153,21 +164,21 @@ class Good(Part):
 class RandomGoods(Part):
     """`random: n`: n goods drawn by the run's seed, without repetition while they last."""
 
-    random: Count = Field(description="number of goods")
+    random: Annotated[Count, limited("tasks")] = Field(description="number of goods")
 
 
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
-    saturated: Count = Field(description="number of open tasks")
-    due_within: Positive | None = Field(None, description="due so long after release")
+    saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
+    due_within: Duration | None = Field(None, description="due so long after release")
 
 
 class PoissonGoods(Part):
     """`poisson: n`: lifelong; tasks arrive at random, n per hour on average."""
 
-    poisson: Positive = Field(description="tasks per hour")
-    due_within: Positive | None = Field(None, description="due so long after release")
+    poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
+    due_within: Duration | None = Field(None, description="due so long after release")
 
 
 def _goods_form(value: Any) -> str | None:
@@ -182,8 +193,8 @@ def _goods_form(value: Any) -> str | None:
 class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
-    share: Annotated[float, Field(strict=True, gt=0, le=1)] = Field(description="part of all places")
-    demand: Annotated[float, Field(strict=True, ge=0, le=1)] = Field(description="part of all tasks")
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="part of all places")
+    demand: Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")] = Field(description="part of all tasks")
 
 
 class Popularity(Part):
@@ -260,15 +271,24 @@ class Tasks(Part):
             pick=by_type(rule=str, given=SECTION),
         ),
     ] = Field("uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights")
-    unload_at: tuple[NodeName, ...] = Field(min_length=1, description="nodes: one for all robots, or one each")
+    unload_at: NodesOfStations = Field(
+        min_length=1, description="nodes, or names of stations: one node for all robots, or one each"
+    )
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
         "each", description="each: one for all or one each; else any of unload_at, chosen for every task"
     )
-    load_time: NotNegative = Field(description="at the storage place")
-    unload_time: NotNegative = Field(description="at the station")
-    clear_time: NotNegative = Field(
+    load_time: Time = Field(description="at the storage place")
+    unload_time: Time = Field(description="at the station")
+    clear_time: Time = Field(
         0.0, description="after unloading, before driving on; the next good is given out before it"
     )
+
+    @field_validator("goods", mode="before")
+    @classmethod
+    def _not_too_many(cls, goods: Any) -> Any:
+        if isinstance(goods, list | tuple):
+            at_most("tasks", len(goods))
+        return goods
 
     @field_validator("popularity")
     @classmethod
@@ -298,13 +318,14 @@ class Consumption(Part):
     handling: NotNegative = Field(description="loading and unloading")
 
 
+Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
+
+
 class Taper(Part):
     """A charge curve: full rate up to `start`, then falling linearly to `end_rate` when full."""
 
-    start: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(description="fraction of capacity")
-    end_rate: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
-        0.1, description="fraction of charge_rate at full"
-    )
+    start: Fraction = Field(description="fraction of capacity")
+    end_rate: Fraction = Field(0.1, description="fraction of charge_rate at full")
 
 
 class Battery(Part):
@@ -339,7 +360,7 @@ class Traffic(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
-    node_time: NotNegative = Field(0.0, description="turning and re-planning at every node reached")
+    node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
@@ -350,8 +371,8 @@ class Traffic(Part):
 class Run(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
-    length: Positive | None = Field(None, description="default: until all work is done")
-    warm_up: NotNegative = Field(0.0, description="indicators count from here on")
+    length: Duration | None = Field(None, description="default: until all work is done")
+    warm_up: Time = Field(0.0, description="indicators count from here on")
 
     @field_validator("warm_up")
     @classmethod
@@ -391,6 +412,12 @@ class Model(Part):
         """Check values against one another, too: each against what was read before it."""
         return super().model_validate(obj, **{"context": Known(), **options})
 
+    @field_validator("units")
+    @classmethod
+    def _convert(cls, units: Units, info: ValidationInfo) -> Units:
+        known(info).units = UnitNames(units.length, units.time, units.seconds)
+        return units
+
     @field_validator("layout")
     @classmethod
     def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
@@ -409,6 +436,8 @@ class Model(Part):
             kind, number = next(iter(goods.content().items()))
             without_end = f"as tasks.goods {{{kind}: {number}}} goes on for ever"
             raise wrong(f"missing, expected the time at which the run ends, {without_end}", "length")
+        if isinstance(goods, PoissonGoods) and run.length is not None and "units" in info.data:
+            at_most("tasks", round(goods.poisson * run.length / info.data["units"].hour), "length")
         return run
 
     def content(self) -> dict[str, Any]:
@@ -425,18 +454,19 @@ class Model(Part):
         content = json.dumps(self.content(), separators=(",", ":")).encode()
         return hashlib.sha256(content + self.policies.sources()).hexdigest()
 
-    def replace(self, overrides: Mapping[str, Any]) -> Model:
+    def replace(self, overrides: Mapping[str, Any], *, run_code: bool = False) -> Model:
         """Make a changed copy, checked like a file.
 
         Args:
             overrides: dotted keys and their values, such as `{"fleet.size": 3}`.
+            run_code: ask the user's own policies about their parameters, too; see `load`.
 
         Raises:
             ModelError: with every problem of the changed model.
         """
         from desim_warehouse.model.read import changed
 
-        return changed(self, overrides)
+        return changed(self, overrides, run_code)
 
 
 OUTLINE = Outline(Model)

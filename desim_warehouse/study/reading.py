@@ -106,7 +106,9 @@ def _base(given: Any, changes: Mapping[str, Any]) -> Model | None:
     if given is None:
         return None
     changes = {"log": "tasks", **changes}
-    return given.replace(changes) if isinstance(given, Model) else load(given, changes, named="set")
+    if isinstance(given, Model):
+        return given.replace(changes, run_code=True)
+    return load(given, changes, named="set", run_code=True)
 
 
 class _Reader:
@@ -159,7 +161,7 @@ class _Reader:
         if wrong:
             self.problems.append(Problem(("baseline",), wrong))
         try:
-            models(plan, plan.points(), self.places)
+            models(plan, plan.points(), self.places, run_code=True)
         except ModelError as error:
             raise ModelError([*self.lines(), *error.problems]) from None
 

@@ -179,3 +179,46 @@ def test_importing_the_schema_and_reading_needs_no_yaml_reader_yet():
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
+
+
+def test_the_name_of_a_station_or_bay_stands_for_its_nodes():
+    zones = {
+        "layout.bays.home": {"along": "north", "every": 2},
+        "layout.stations": {"pack": {"along": "south"}, "D": {"at": ["A"]}},
+        "tasks.station_choice": "nearest",
+    }
+    named = load(SMALL, {**zones, "fleet.start": ["home"], "tasks.unload_at": ["pack", "D"]})
+    assert named.fleet.start == ("A", "C")
+    assert named.tasks.unload_at == ("D", "E", "F", "D")  # a node of that name comes first
+    assert load(named.content()) == named
+    assert problems(SMALL, {**zones, "tasks.unload_at": ["pak"]}) == [
+        (
+            "override tasks.unload_at: tasks.unload_at.0: no such node or station (got 'pak'), "
+            "expected one of A, B, C, D, E or F, or station pack or D; did you mean 'pack'?"
+        )
+    ]
+
+
+def test_sides_of_a_drawn_layout_are_told_by_the_outermost_nodes():
+    layout = {
+        "nodes": {"a": [0, 0], "b": [9, 0], "c": [9, 9], "d": [0, 9]},
+        "edges": [["a", "b"], ["b", "c"], ["c", "d"], ["d", "a"]],
+        "storage": [{"edge": ["a", "b"], "offset": 4.5}],
+        "bays": {"home": {"at": ["a"]}},
+        "stations": {"east": {"along": "east"}, "south": {"along": "south"}},
+    }
+    changes = {"tasks.goods": [0], "tasks.unload_at": ["east", "south"], "tasks.station_choice": "nearest"}
+    assert load({**SMALL, "layout": layout}, changes).tasks.unload_at == ("b", "c", "d", "c")
+
+
+def test_problems_of_one_section_do_not_hide_those_of_another():
+    bad = {
+        "layout.blocks.goods_size": -1,
+        "fleet.start": ["Q"],
+        "fleet.robot.speed": "fast",
+        "tasks.goods": [0, 99],
+        "tasks.load_time": -1,
+        "tasks.unload_at": ["Z"],
+        "run": {"length": 5, "warm_up": 6},
+    }
+    assert [line.partition(": ")[0] for line in problems(SMALL, bad)] == [f"override {key}" for key in sorted(bad)]

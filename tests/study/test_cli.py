@@ -191,7 +191,9 @@ def test_options_that_make_no_sense_are_refused(arguments, message):
 
 
 def test_size_names_its_range_and_its_key():
-    with pytest.raises(WarehouseError, match=re.escape("--range 0..2 --key fleet.size: should be greater than or equal to 1 (got 0)")):
+    with pytest.raises(
+        WarehouseError, match=re.escape("--range 0..2 --key fleet.size: should be greater than or equal to 1 (got 0)")
+    ):
         call("size", MULTIBOTS, "--range", "0..2", "--target", "T <= 9")
     with pytest.raises(WarehouseError, match=re.escape("--range {named: 3} --key fleet.size: ")):
         call("size", MULTIBOTS, "--range", "{named: 3}", "--target", "T <= 9")

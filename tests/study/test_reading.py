@@ -53,7 +53,10 @@ BAD = {
         "model: MODEL\nfactors:\n  policies.charging:\n    - threshold\n    - treshold\n",
         "5:7: factors.policies.charging.1: ",
     ),
-    "value in set": ("model: MODEL\nset: {fleet.size: 0}\n", "2:19: set.fleet.size: should be greater than or equal to 1 (got 0)"),
+    "value in set": (
+        "model: MODEL\nset: {fleet.size: 0}\n",
+        "2:19: set.fleet.size: should be greater than or equal to 1 (got 0)",
+    ),
     "draws in a grid": (
         "model: MODEL\nfactors:\n  fleet.size: {between: [1, 6]}\n",
         "3:25: factors.fleet.size.between: a range to draw from needs a sampled design",
