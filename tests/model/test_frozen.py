@@ -12,7 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.layout.spec import FrozenMap, Part
+from desim_warehouse.fields import FrozenMap, Part
 from desim_warehouse.model import load
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
