@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from desim_warehouse.asktell import steps
     from desim_warehouse.errors import (
         BatteryError,
+        CheckError,
         GridlockError,
         LayoutError,
         ModelError,
@@ -33,6 +34,7 @@ _HOME = {
     "asktell": ("steps",),
     "errors": (
         "BatteryError",
+        "CheckError",
         "GridlockError",
         "LayoutError",
         "ModelError",
@@ -54,6 +56,7 @@ _PACKAGES = {"plot": "report.plot"}
 
 __all__ = [
     "BatteryError",
+    "CheckError",
     "GridlockError",
     "LayoutError",
     "Model",

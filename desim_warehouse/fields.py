@@ -147,14 +147,22 @@ def known(info: ValidationInfo) -> Known:
     return info.context if isinstance(info.context, Known) else Known()
 
 
+LATER: dict[str, Any] = {"since": "0.2"}
+"""Marks a key that version 0.1.0 did not have: a model that does not use it is still the same model."""
+
+
 class Part(BaseModel):
     """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """What it holds, defaults too, as plain JSON values."""
-        return {field.alias or name: as_json(getattr(self, name)) for name, field in type(self).model_fields.items()}
+        """What it holds as plain JSON values: defaults too, but of later keys only what differs from them."""
+        return {
+            field.alias or name: as_json(getattr(self, name))
+            for name, field in type(self).model_fields.items()
+            if field.json_schema_extra != LATER or getattr(self, name) != field.default
+        }
 
 
 _EXACT = 2.0**53  # up to here every whole number is a float

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.log import NONE, STATES, LogRow
 from desim_warehouse.model import energy
+from desim_warehouse.streams import Streams
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -99,10 +100,11 @@ class Rotation(NamedTuple):
 class History:
     """The history of a run, from the start at 0 to `end`; indicators count from `begin`, the end of the warm-up, on."""
 
-    def __init__(self, log: Log, model: Model, layout: Layout) -> None:
+    def __init__(self, log: Log, model: Model, layout: Layout, seed: int) -> None:
         self.log = log
         self.model = model
         self.layout = layout
+        self.seed = seed
         self.begin: float = log.begin
         self.end: float = log.end
 
@@ -189,9 +191,13 @@ class History:
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
         """For each robot all its states in order of time, those of no length included; at the start it is idle."""
-        full = None if self.model.battery is None else self.model.battery.capacity
+        batteries = self.model.battery is not None
+        levels = energy.start_levels(self.model, Streams(self.seed))
         homes = self.model.fleet.homes(self.layout.bays)
-        now = [StateSpan(robot, "idle", 0.0, 0.0, NONE, full, home) for robot, home in enumerate(homes)]
+        now = [
+            StateSpan(robot, "idle", 0.0, 0.0, NONE, level if batteries else None, home)
+            for robot, (level, home) in enumerate(zip(levels, homes, strict=True))
+        ]
         found: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
             found[row.robot].append(now[row.robot]._replace(end=row.time))

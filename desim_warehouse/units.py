@@ -11,7 +11,13 @@ from fractions import Fraction
 
 from desim_warehouse.errors import got, nearest, spoken
 
-METRES = {"mm": Fraction(1, 1000), "cm": Fraction(1, 100), "m": Fraction(1), "km": Fraction(1000)}
+METRES = {
+    "mm": Fraction(1, 1000),
+    "cm": Fraction(1, 100),
+    "dm": Fraction(1, 10),
+    "m": Fraction(1),
+    "km": Fraction(1000),
+}
 SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)}
 SPEEDS = {f"{length}/{time}": METRES[length] / SECONDS[time] for length in METRES for time in SECONDS}
 RATES = {f"/{time}": 3600 / SECONDS[time] for time in SECONDS}

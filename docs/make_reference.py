@@ -297,6 +297,22 @@ def study_keys() -> str:
     )
 
 
+# What desim check says
+
+
+def codes() -> str:
+    """The codes of findings, errors first."""
+    from typing import get_args
+
+    from desim_warehouse.findings import CODES, Acceptable
+
+    rows = (
+        (f"`{code}`", level, "yes" if code in get_args(Acceptable) else "", meaning)
+        for code, (level, meaning) in CODES.items()
+    )
+    return table(("code", "severity", "can be accepted", "meaning"), rows)
+
+
 # The paper's experiment
 
 
@@ -320,6 +336,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "policies": policies,
     "cli": commands,
     "python": public,
+    "codes": codes,
     "log-columns": log_columns,
     "log-kinds": log_kinds,
     "indicators": indicators,

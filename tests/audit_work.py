@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from itertools import groupby
 
+from desim_warehouse.model.energy import start_levels
+from desim_warehouse.streams import Streams
+
 TOL = 1e-6
 WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
 STATES = WORKING | {"idle", "queueing", "charging"}
@@ -118,13 +121,14 @@ class Work:
         most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
         swapped = self.run.model.policies.charging.name == "swap"
         tol = TOL * battery.capacity
+        begins = start_levels(self.run.model, Streams(self.run.seed))
         before, state = {}, {}
         for time, kind, robot, _, _, _, energy, *_ in self.rows:
             if robot < 0 or kind in NO_ENERGY or energy is None:
                 continue
             if energy < -battery.reserve - tol or energy > battery.capacity + tol:
                 self.fault(time, f"robot {robot} has {energy} energy")
-            since, had = before.get(robot, (0.0, battery.capacity))
+            since, had = before.get(robot, (0.0, begins[robot]))
             passed = time - since
             gained = energy - had
             charged = 0 if state.get(robot) in WORKING else battery.charge_rate * passed

@@ -13,7 +13,9 @@ from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
 
 if TYPE_CHECKING:
-    from desim_warehouse.layout.spec import LayoutSpec, Places, Storage
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout.spec import Bay, LayoutSpec, Places, Storage
 
 
 @lru_cache(maxsize=4)
@@ -30,11 +32,7 @@ def build(spec: LayoutSpec) -> Layout:
         graph = _drawn(spec)
         storage = tuple(_place(graph, number, item) for number, item in enumerate(spec.storage))
         size = 0.0
-    bays = {
-        node: BayPlaces(name, node, bay.places, bay.chargers)
-        for name, bay in spec.bays.items()
-        for node in places_of(graph, bay)
-    }
+    bays = {bay.node: bay for name, item in spec.bays.items() for bay in _bays(name, item, places_of(graph, item))}
     stations = {
         node: StationPlaces(name, node, station.places, station.servers)
         for name, station in spec.stations.items()
@@ -44,6 +42,17 @@ def build(spec: LayoutSpec) -> Layout:
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
     return Layout(graph, storage, bays, stations, size)
+
+
+def _bays(name: str, bay: Bay, nodes: list[str]) -> Iterator[BayPlaces]:
+    """The bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
+    total = bay.total_chargers
+    if total is not None and bay.places is not None and total > bay.places * len(nodes):
+        most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
+        raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
+    for rank, node in enumerate(nodes):
+        chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
+        yield BayPlaces(name, node, bay.places, chargers)
 
 
 def places_of(graph: nx.DiGraph, places: Places) -> list[str]:

@@ -18,6 +18,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
+    LATER,
     SECTION,
     Coordinate,
     Count,
@@ -174,8 +175,12 @@ class Edge(Part):
     target: NodeName = Field(alias="to", description="the node it leads to")
     length: Length | None = Field(None, description="default: the straight distance")
     speed: Speed | None = Field(None, description="speed limit; default: none")
-    two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
-    side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
+    two_way: Flag = Field(
+        False, description="one lane for both directions, used in one at a time", json_schema_extra=LATER
+    )
+    side_by_side: Flag = Field(
+        False, description="with an edge back: two lanes side by side, not one for both", json_schema_extra=LATER
+    )
 
     @model_validator(mode="after")
     def _only_once(self, info: ValidationInfo) -> Edge:
@@ -279,6 +284,18 @@ class Bay(Places):
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="a node; default: one a place"
     )
+    total_chargers: Whole | None = Field(
+        None,
+        description="instead of chargers: of all its nodes together, assigned to them round-robin",
+        json_schema_extra=LATER,
+    )
+
+    @model_validator(mode="after")
+    def _each_or_total(self) -> Bay:
+        if self.chargers is not None and self.total_chargers is not None:
+            text = f"both this and chargers (got {self.total_chargers}), expected one of the two (chargers: a node)"
+            raise wrong(text, "total_chargers")
+        return self
 
 
 class Station(Places):
@@ -302,6 +319,17 @@ class LayoutSpec(Part):
     ] = Field((), description="places of goods, numbered from 0 as listed")
     bays: Named[Bay] = Field(FrozenMap(), description="departure, parking and charging zones by name")
     stations: Named[Station] = Field(FrozenMap(), description="stations beside nodes by name")
+
+    @property
+    def two_way(self) -> bool:
+        """Whether any edge is, or two edges together are, a two-way lane."""
+        drawn = {(edge.source, edge.target) for edge in self.edges}
+        beside = {frozenset((edge.source, edge.target)) for edge in self.edges if edge.side_by_side}
+        return any(
+            (edge.two_way or (edge.target, edge.source) in drawn)
+            and frozenset((edge.source, edge.target)) not in beside
+            for edge in self.edges
+        )
 
     @field_validator("blocks", mode="before")
     @classmethod

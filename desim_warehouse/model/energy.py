@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.schema import Consumption
+from desim_warehouse.model.schema import Consumption, SpreadEnergy
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import Battery
+    from desim_warehouse.model.schema import Battery, Model
+    from desim_warehouse.streams import Streams
 
 RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
 """Which consumption of the model file holds in which state; a charging robot draws nothing."""
@@ -24,6 +25,22 @@ def rates(spec: Battery | None) -> dict[str, float]:
         return dict.fromkeys(RATE_OF, 0.0)
     drawn = spec.consumption
     return {state: getattr(drawn, name) if isinstance(drawn, Consumption) else drawn for state, name in RATE_OF.items()}
+
+
+def start_levels(model: Model, streams: Streams) -> list[float]:
+    """What the battery of each robot holds at the start of a run; inf without battery.
+
+    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
+    """
+    if model.battery is None:
+        return [math.inf] * model.fleet.size
+    capacity, given = model.battery.capacity, model.fleet.start_energy
+    if isinstance(given, SpreadEnergy):
+        return [
+            capacity * float(streams.stream("start-energy", robot).uniform(*given.uniform))
+            for robot in range(model.fleet.size)
+        ]
+    return [capacity * given] * model.fleet.size
 
 
 def charge_time(spec: Battery, start: float, end: float) -> float:

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from desim_warehouse.errors import got
 from desim_warehouse.fields import (
+    LATER,
     NUMBER,
     SECTION,
     Count,
@@ -41,10 +42,11 @@ from desim_warehouse.fields import (
     limited,
     wrong,
 )
+from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout.spec import LayoutSpec, NodesOfBays, NodesOfStations
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
-from desim_warehouse.units import UnitNames
+from desim_warehouse.units import METRES, UnitNames
 
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
 
@@ -55,6 +57,11 @@ class Units(Part):
     length: Name = Field("m", description="name of the length unit")
     time: Name = Field("s", description="name of the time unit")
     seconds: Positive = Field(1.0, description="seconds in one time unit, for reports and hourly rates")
+
+    @property
+    def metre(self) -> float | None:
+        """Metres in the length unit; None where its name does not say."""
+        return float(METRES[self.length]) if self.length in METRES else None
 
     @property
     def hour(self) -> float:
@@ -78,6 +85,22 @@ class Kind(Part):
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
 
 
+Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
+
+
+class SpreadEnergy(Part):
+    """`uniform: [a, b]`: for every robot drawn evenly between two parts of the capacity, by the run's seed."""
+
+    uniform: tuple[Share, Share] = Field(description="the least and the most, parts of the capacity")
+
+    @field_validator("uniform")
+    @classmethod
+    def _in_order(cls, uniform: tuple[float, float]) -> tuple[float, float]:
+        if uniform[0] > uniform[1]:
+            raise wrong(f"turned round (got {got(uniform)}), expected the least first, then the most")
+        return uniform
+
+
 class Fleet(Part):
     """The robots and where they start."""
 
@@ -89,6 +112,15 @@ class Fleet(Part):
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
     first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
+    start_energy: Annotated[
+        Annotated[Share, form("number")] | Annotated[SpreadEnergy, form("spread")],
+        Forms(
+            "a part of the capacity from 0 to 1, or {uniform: [a, b]}",
+            pick=by_type(number=(*NUMBER, str), spread=SECTION),
+        ),
+    ] = Field(
+        1.0, description="what the batteries hold at the start, as a part of the capacity", json_schema_extra=LATER
+    )
 
     @field_validator("size")
     @classmethod
@@ -194,7 +226,7 @@ class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
     share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="part of all places")
-    demand: Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")] = Field(description="part of all tasks")
+    demand: Share = Field(description="part of all tasks")
 
 
 class Popularity(Part):
@@ -355,6 +387,14 @@ class Battery(Part):
             raise wrong(f"too large (got {got(threshold)}), expected {expected}")
         return threshold
 
+    @property
+    def draws(self) -> Consumption:
+        """Energy per time unit in every state, also where the file has one number for all."""
+        one = self.consumption
+        if isinstance(one, Consumption):
+            return one
+        return Consumption(standing=one, empty=one, loaded=one, handling=one)
+
 
 class Traffic(Part):
     """Collision waiting."""
@@ -406,6 +446,11 @@ class Model(Part):
     run: Run = Field(Run(), validate_default=True)
     cost: Cost = Cost()
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
+    accept: tuple[Acceptable, ...] = Field(
+        (),
+        description="codes of errors of `desim check` to simulate in spite of; the report says so",
+        json_schema_extra=LATER,
+    )
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Model:
@@ -443,6 +488,8 @@ class Model(Part):
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values: equal models, equal content.
 
+        Keys that came after version 0.1.0 stand there only where they differ from their default.
+
         Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
         the order of the file, which numbers them. `load` reads it back.
         """
@@ -451,8 +498,10 @@ class Model(Part):
 
     def digest(self) -> str:
         """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
-        content = json.dumps(self.content(), separators=(",", ":")).encode()
-        return hashlib.sha256(content + self.policies.sources()).hexdigest()
+        content = self.content()
+        if self.traffic.gridlock == "auto" and not self.layout.two_way:
+            content["traffic"]["gridlock"] = "rotate"  # which is the same, and what version 0.1.0 has there
+        return hashlib.sha256(json.dumps(content, separators=(",", ":")).encode() + self.policies.sources()).hexdigest()
 
     def replace(self, overrides: Mapping[str, Any], *, run_code: bool = False) -> Model:
         """Make a changed copy, checked like a file.

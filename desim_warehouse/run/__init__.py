@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from desim_warehouse.feasibility import Estimate
+    from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.checks import Finding
     from desim_warehouse.log import Log
     from desim_warehouse.model import Model
     from desim_warehouse.report.replay import Replay
@@ -33,7 +34,7 @@ class Run:
         self.seed = seed
         self.record = log
         self.layout = layout
-        self.history = History(log, model, layout)
+        self.history = History(log, model, layout, seed)
         self.kpis = indicators.kpis(self.history)
 
     @property
@@ -126,32 +127,58 @@ class Run:
 
 @dataclass(frozen=True)
 class Check:
-    """What `check` found: `facts` about the layout in words, `findings` worst first."""
+    """What `check` found.
+
+    Attributes:
+        facts: about the layout, in words.
+        findings: worst first, accepted errors too.
+        calculation: the hand calculation; None where the layout has errors.
+        accepted: codes of the errors that the model accepts.
+        lines: the hand calculation in words.
+    """
 
     facts: list[str]
     findings: list[Finding]
+    calculation: Estimate | None
+    accepted: tuple[str, ...]
+    lines: list[str]
+
+    @property
+    def errors(self) -> list[Finding]:
+        """What `simulate` refuses."""
+        return [item for item in self.findings if item.level == "error" and item.code not in self.accepted]
+
+    @property
+    def verdict(self) -> str:
+        """All in a line: how many errors and warnings there are."""
+        errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
+        waived = sum(item.level == "error" for item in self.findings) - errors
+        said = f"{errors} error{'s' * (errors > 1)}" if errors else "no errors"
+        said += f", {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
+        said += f", {waived} error{'s' * (waived > 1)} accepted" if waived else ""
+        return said + (": this model would be refused" if errors else "")
 
 
 def check(model: Model) -> Check:
-    """Look at a model's layout as traffic will: what would be refused, what holds robots up, where rings can form."""
+    """Look at a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
+    from desim_warehouse.feasibility import examine
     from desim_warehouse.layout import build, checks
 
     layout = build(model.layout)
-    use = checks.Use(
-        model.fleet.contact, model.fleet.size, model.fleet.start, model.tasks.unload_at, model.traffic.gridlock
-    )
     graph = layout.graph
+    contact = model.fleet.contact
     length, speed = model.units.length, max(robot.speed for robot in model.fleet.robots())
-    holds = checks.capacity(layout, use.contact)
     facts = [
         f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
-        f"robots keep D = {use.contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {holds} robots at once, the fleet has {use.robots}",
+        f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
+        f"the lanes hold {checks.capacity(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
-    return Check(facts, checks.examine(layout, use))
+    findings, calculation = examine(model, layout)
+    lines = [] if calculation is None else calculation.lines(model.units)
+    return Check(facts, findings, calculation, model.accept, lines)
 
 
 @contextmanager
@@ -169,8 +196,8 @@ def _no_collector() -> Iterator[None]:
 def simulate(model: Model, seed: int = 0) -> Run:
     """Simulate a model once; the same model and seed give the same log.
 
-    Raises LayoutError for layouts on which work could stop for good, SimulationError and PolicyError for what
-    goes wrong on the way.
+    Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
+    and the model does not accept, SimulationError and PolicyError for what goes wrong on the way.
     """
     from desim_warehouse.world import World
 

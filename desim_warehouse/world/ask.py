@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from desim_warehouse.errors import PolicyError, WarehouseError
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
-from desim_warehouse.world.streams import stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.travel import Travel
     from desim_warehouse.model import Model
     from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.streams import Streams
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.reach import Reach
     from desim_warehouse.world.routes import Routes
@@ -131,16 +131,16 @@ class Situations:
         routes: Routes,
         reach: Reach,
         open_tasks: Mapping[int, Task],
-        seed: int,
+        streams: Streams,
     ) -> None:
         self.env = env
         self.travel = travel
         self.routes = routes
         self.reach = reach
         self.open_tasks = open_tasks
-        self.seed = seed
+        self.streams = streams
         self._edges = layout.graph.edges
-        self._streams: dict[str, Generator] = {}
+        self._generators: dict[str, Generator] = {}
         self.handling = Handling(
             model.tasks.load_time,
             model.tasks.unload_time,
@@ -171,6 +171,6 @@ class Situations:
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""
-        if kind not in self._streams:
-            self._streams[kind] = stream(self.seed, kind)
-        return self._streams[kind]
+        if kind not in self._generators:
+            self._generators[kind] = self.streams.stream(kind)
+        return self._generators[kind]

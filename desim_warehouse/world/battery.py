@@ -34,6 +34,10 @@ class Battery:
             or len(set(self.rates.values())) > 1
         )
 
+    def start(self, level: float) -> None:
+        """Hold so much at the start of the run."""
+        self._level = level
+
     def level(self, now: float) -> float:
         """Energy left at `now`."""
         if self.charging:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, RandomGoods, SaturatedGoods
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
-from desim_warehouse.world.streams import stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.streams import Streams
 
 BATCH = 1024
 """Goods drawn at a time."""
@@ -25,10 +26,10 @@ BATCH = 1024
 class Demand:
     """Releases tasks; `total` is how many there will be, None if they never end."""
 
-    def __init__(self, env: Environment, model: Model, layout: Layout, seed: int) -> None:
+    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.storage = layout.storage
-        self.seed = seed
+        self.streams = streams
         self.goods = model.tasks.goods
         self.popularity = model.tasks.popularity
         self.hour = model.units.hour
@@ -76,7 +77,7 @@ class Demand:
 
     def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
         mean = self.hour / goods.poisson
-        gaps = stream(self.seed, "arrivals")
+        gaps = self.streams.stream("arrivals")
         while True:
             yield Timeout(self.env, float(gaps.exponential(mean)))
             self._release(Good(good=self._draw()), goods.due_within)
@@ -85,7 +86,7 @@ class Demand:
 
     def _generator(self) -> Any:
         if self._stream is None:
-            self._stream = stream(self.seed, "goods")
+            self._stream = self.streams.stream("goods")
         return self._stream
 
     def _draw(self) -> int:
@@ -105,21 +106,4 @@ class Demand:
 
     def _weights(self) -> Any:
         """The share of every storage place in the demand; None: all alike."""
-        import numpy as np
-
-        popularity, storage = self.popularity, self.storage
-        if popularity == "uniform":
-            return None
-        if isinstance(popularity, Popularity) and popularity.classes:
-            weights = np.empty(len(storage))
-            begin, share = 0, 0.0
-            for item in popularity.classes:
-                share += item.share
-                end = round(share * len(storage))
-                weights[begin:end] = item.demand / max(end - begin, 1)
-                begin = end
-        elif isinstance(popularity, Popularity):
-            weights = np.array(popularity.weights, dtype=float)
-        else:
-            weights = np.array([place.popularity for place in storage])
-        return weights / weights.sum()
+        return shares(self.popularity, self.storage)

@@ -87,6 +87,8 @@ class Robot:
     def life(self) -> Steps:
         """Work as long as there is any; rest and charge in a bay in between."""
         exit_time = self.world.model.fleet.first_exit_time
+        if not self.battery.is_full(self.env.now):
+            yield from self.charge()
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 
 from simpy import Resource
 
-from desim_warehouse.world.streams import stream
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -22,6 +20,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.travel import Travel
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.streams import Streams
 
 
 class Servers(Resource):
@@ -56,12 +55,12 @@ class Station:
 class Stations:
     """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane."""
 
-    def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: Travel, seed: int) -> None:
+    def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: Travel, streams: Streams) -> None:
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
         self.by_node = {node: Station(env, node, item.places, item.servers) for node, item in layout.stations.items()}
         self._travel = travel
-        self._seed = seed
+        self._streams = streams
         self._drawn: dict[int, str] = {}
         self._of_task: dict[int, str] = {}
         self._bound: Counter[str] = Counter()
@@ -90,7 +89,7 @@ class Stations:
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
         if node is None:
-            drawn = int(stream(self._seed, "station", task.number).integers(len(self.nodes)))
+            drawn = int(self._streams.stream("station", task.number).integers(len(self.nodes)))
             node = self._drawn[task.number] = self.nodes[drawn]
         return node
 

@@ -10,11 +10,13 @@ import simpy
 from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
-from desim_warehouse.errors import LayoutError, StallError
-from desim_warehouse.layout import checks
+from desim_warehouse.errors import StallError
+from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.log import Log
+from desim_warehouse.model import energy
 from desim_warehouse.policies import create
+from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.bays import Bay, Bays
@@ -48,7 +50,7 @@ class World:
 
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
-        self.seed = seed
+        self.streams = streams = Streams(seed)
         self.env = env = simpy.Environment()
         self.layout = layout = floor.build(model.layout)
         self.log = Log(model.log)
@@ -56,9 +58,7 @@ class World:
         self.out = 0
         self._before: list[dict[int, dict[str, Any]]] | None = None
         fleet, policies = model.fleet, model.policies
-        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at, model.traffic.gridlock)
-        if problems := checks.faults(layout, use):
-            raise LayoutError(problems)
+        refuse(model, layout)
         kinds = set(fleet.robots())
         self.traffic = Traffic(
             env,
@@ -80,8 +80,8 @@ class World:
             (*layout.bays, *layout.stations, *model.tasks.unload_at),
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
-        self.stations = Stations(env, model.tasks, layout, self.travel, seed)
-        homes = _homes(model, layout)
+        self.stations = Stations(env, model.tasks, layout, self.travel, streams)
+        homes = fleet.homes(layout.bays)
         self.bays = _bays(env, layout, homes, keep=self.traffic.rules.guard is not None)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self.reach = Reach(
@@ -96,7 +96,7 @@ class World:
         )
         parking = create("parking", policies.parking.name, policies.parking.params)
         self.bay_choice = BayChoice(env, parking, self.travel, self.reach)
-        self.demand = Demand(env, model, layout, seed)
+        self.demand = Demand(env, model, layout, streams)
         self.robots: list[Robot] = []
         allocation = create("allocation", policies.allocation.name, policies.allocation.params)
         self.dispatcher = Dispatcher(
@@ -117,12 +117,14 @@ class World:
                 routes=self.routes,
                 reach=self.reach,
                 open_tasks=open_tasks,
-                seed=seed,
+                streams=streams,
             ),
             on_assigned=self.demand.refill,
         )
-        for number, (shape, home) in enumerate(zip(fleet.robots(), homes, strict=True)):
+        levels = energy.start_levels(model, streams)
+        for number, (shape, home, level) in enumerate(zip(fleet.robots(), homes, levels, strict=True)):
             robot = Robot(self, number, home, shape.speed)
+            robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
 
@@ -233,12 +235,6 @@ def _rule(model: Model, layout: Layout) -> Rule:
     if rule == "auto":
         return "avoid" if layout.two_way else "rotate"
     return rule
-
-
-def _homes(model: Model, layout: Layout) -> list[str]:
-    """The home of every robot: the start nodes in turn."""
-    start = model.fleet.start or tuple(layout.bays)
-    return [start[number % len(start)] for number in range(model.fleet.size)]
 
 
 def _bays(env: simpy.Environment, layout: Layout, homes: list[str], *, keep: bool) -> Bays:

@@ -44,10 +44,10 @@ def test_answers_that_cannot_be_carried_out(tmp_path, body, message):
 
 def test_a_robot_whose_energy_does_not_last_gets_no_task(tmp_path):
     name = mine(tmp_path, "return [(r.number, t.number) for r, t in zip(situation.robots, situation.tasks)]")
+    reach_aware = {"policies.charging": {"name": "reach-aware", "margin": 0.99}}
+    model = load(MULTIBOTS, {"policies.allocation": name, "accept": ["BATTERY_TOO_SMALL"], **reach_aware})
     with pytest.raises(PolicyError, match=r"robot 0 may not take task 0: its energy, 10, .*charging \(reach-aware\)"):
-        simulate(
-            load(MULTIBOTS, {"policies.allocation": name, "policies.charging": {"name": "reach-aware", "margin": 0.99}})
-        )
+        simulate(model)
 
 
 @pytest.mark.parametrize(

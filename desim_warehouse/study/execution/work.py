@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import LayoutError, SimulationError
+from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.run import simulate
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -80,7 +80,7 @@ class Simulator:
         except BaseException as error:  # noqa: BLE001 - one failing run, by sys.exit too, is a row with its error
             text = " ".join(str(error)[:_SAID].split()) or "no message"
             text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
-            return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | LayoutError))
+            return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
         return Outcome(values, _since(begin))
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
