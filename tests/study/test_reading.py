@@ -83,7 +83,7 @@ BAD = {
     ),
     "a range with a dash in a list": (
         "model: MODEL\nfactors:\n  fleet.size: [8-12]\n",
-        f"3:16: factors.fleet.size.0: should be a whole number (got '8-12'); write 8..12 for a range",
+        "3:16: factors.fleet.size.0: should be a whole number (got '8-12'); write 8..12 for a range",
     ),
     "numbers for a section": (
         "model: MODEL\nfactors:\n  fleet: [2, 4]\n",
