@@ -66,6 +66,10 @@ class Policies(Part):
         0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
     )
 
+    def own(self) -> list[str]:
+        """The policies that are the user's own, whose code we know nothing of."""
+        return sorted(name for kind in KINDS if ":" in (name := getattr(self, kind).name))
+
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
         return b"".join(user_source(getattr(self, kind).name) for kind in KINDS)

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from desim_warehouse.report.source import StudyFacts
     from desim_warehouse.study.statistics import Comparison, Difference
 
+VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
+"""Indicators that rise with demand, whatever the warehouse does."""
+
 
 def conclusions(study: StudyFacts) -> list[str]:
     """What the study shows: each indicator's significant falls and rises, and where more robots stop paying."""
@@ -24,7 +27,7 @@ def conclusions(study: StudyFacts) -> list[str]:
 
 def against_baseline(study: StudyFacts, indicator: str, comparison: Comparison) -> list[str]:
     """One sentence on the designs significantly below the baseline, and one on those above, with the farthest."""
-    told = [row for row in comparison.differences if row.differs]
+    told = [row for row in comparison.differences if row.differs and not _follows(study, indicator, row)]
     sides = (
         ("lower", [row for row in told if row.estimate.mean < 0]),
         ("higher", [row for row in told if row.estimate.mean > 0]),
@@ -44,6 +47,13 @@ def against_baseline(study: StudyFacts, indicator: str, comparison: Comparison) 
                 f"most with {_name(study, most)}: {by}."
             )
     return lines
+
+
+def _follows(study: StudyFacts, indicator: str, row: Difference) -> bool:
+    """Whether a difference is only that more was ordered: no finding."""
+    assert isinstance(row.design, tuple)
+    ours, base = study.models.get(row.design), study.models.get(study.baseline)
+    return indicator in VOLUMES and ours is not None and base is not None and ours.tasks.goods != base.tasks.goods
 
 
 def _name(study: StudyFacts, row: Difference) -> str:

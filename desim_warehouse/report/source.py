@@ -38,7 +38,7 @@ class StudyFacts:
     """A study and its runs: `table` has a row per run, its columns are factors, replication, seed and indicators.
 
     `designs` are the points in the order of the study, `models` what was simulated there. `baseline` is one of
-    the designs. `deterministic`: chance plays no part in any of the models.
+    the designs. `deterministic`: no run used random numbers or a policy of the user's own.
     """
 
     name: str
@@ -172,7 +172,7 @@ def read_study(folder: str | Path) -> StudyFacts:
         seed=plan.seed,
         rule=plan.rule.name,
         replications=_replications(plan),
-        deterministic=bool(made) and all(plans.is_deterministic(model) for model in made.values()),
+        deterministic="deterministic" in table and bool(table.loc[table["error"].isna(), "deterministic"].all()),
         versions=versions,
         folder=str(folder),
     )

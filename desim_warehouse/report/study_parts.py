@@ -11,6 +11,7 @@ from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.tables import is_numeric
+from desim_warehouse.study.indicators import within
 from desim_warehouse.study.statistics import estimate, first_order, main_effects
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.report.source import Design, StudyFacts
     from desim_warehouse.run import Run
+    from desim_warehouse.study.statistics import Estimate
 
 _ROWS = 60
 """Designs in a table; the rest is in results.parquet."""
@@ -96,8 +98,8 @@ def results(study: StudyFacts) -> Html:
     note = (
         "The models are deterministic: replications cannot differ, so there are no intervals."
         if study.deterministic
-        else f"Mean ± half-width of the {100 * study.confidence:g} % t interval of each mean; "
-        "without ± where all replications agree, or there is only one."
+        else f"Mean ± half-width, which holds the {100 * study.confidence:g} % interval of each mean; "
+        "without ± where there is only one replication."
     )
     if len(study.designs) > _ROWS:
         note += f" The first {_ROWS} of {len(study.designs)} designs; all are in results.parquet."
@@ -109,8 +111,12 @@ def _result(study: StudyFacts, design: Design) -> list[str]:
     cells = [*(words.level(value) for value in design), str(len(runs))]
     for indicator in study.main:
         values = runs[indicator].dropna().astype(float).tolist()
-        cells.append(words.mean_text(estimate(values, study.confidence)) if values else "failed")
+        cells.append(words.mean_text(_estimate(study, indicator, values)) if values else "failed")
     return cells
+
+
+def _estimate(study: StudyFacts, indicator: str, values: list[float]) -> Estimate:
+    return estimate(values, study.confidence, deterministic=study.deterministic, within=within(indicator))
 
 
 def result_figures(study: StudyFacts) -> list[Axes]:
@@ -147,16 +153,18 @@ def effects(study: StudyFacts) -> Html:
     varied = [key for key in study.factors if len(study.levels(key)) > 1]
     if len(varied) < 2 or study.rule == "paired":  # noqa: PLR2004 - one factor is all there is
         return html.paragraph("One factor, or factors varied together: their effects cannot be told apart.", "note")
-    rows = []
+    rows, doubts = [], []
     for indicator in study.moving:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
-        shares = first_order(study.table, varied, indicator).shares
+        found = first_order(study.table, varied, indicator, confidence=study.confidence)
         rows += [
-            [words.indicator_name(indicator), key, words.number(swings[key]), f"{words.number(100 * share, 0)} %"]
-            for key, share in shares.items()
+            [words.indicator_name(indicator), key, words.number(swings[key]), found.text(key)] for key in found.shares
         ]
+        if found.warning:
+            doubts.append(f"{words.indicator_name(indicator)}: {found.warning}.")
     head = ["indicator", "factor", "largest − smallest mean", "share of variance"]
     note = "Share of the variance between designs that each factor explains alone (first-order Sobol index)."
+    note = " ".join([note, *doubts])
     return html.table(head, rows, words=2, name="effects") + html.paragraph(note, "note")
 
 
@@ -244,7 +252,11 @@ def method(study: StudyFacts) -> Html:
     ]
     steps = [
         "Each run is a discrete-event simulation; its seed is in the column seed of results.parquet.",
-        "A mean's interval is Student's t over independent replications (Law 2015, section 4.5).",
+        (
+            "A mean's interval is Student's t over independent replications (Law 2015, section 4.5), from ten on "
+            "corrected for skewness (Hall 1992). Values of 0 and 1 have that of a proportion (Clopper-Pearson), and "
+            "where all replications agree, a share of runs that the rule of three leaves open may differ."
+        ),
         (
             "Designs are compared replication by replication under common random numbers, intervals by Bonferroni "
             "(Law 2015, sections 10.2 and 10.3)."

@@ -41,17 +41,20 @@ def cells(
     Raises:
         ReportError: an unknown column, or no run with a value.
     """
+    from desim_warehouse.study.indicators import within
     from desim_warehouse.study.statistics import estimate
 
+    low, high = (scale * end for end in within(indicator))
     rows = usable(table, factors, indicator)
     found = []
     for key in order(rows, factors):
         chosen = _where(rows, factors, key)
         values = _by_replication(chosen, indicator) * scale
+        fixed = "deterministic" in chosen and bool(chosen["deterministic"].all())
         found.append(
             Cell(
                 key,
-                estimate(values.tolist(), confidence),
+                estimate(values.tolist(), confidence, deterministic=fixed, within=(low, high)),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )

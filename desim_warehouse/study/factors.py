@@ -20,7 +20,7 @@ EXPECTED = "a list of values, a range such as 1..6, or a section with " + outlin
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _MOST = 100_000  # values of one factor
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
-RESERVED = ("replication", "seed", "run_time", "error")
+RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from desim_warehouse.metrics import STATES
 
 INDICATORS = (
@@ -27,3 +29,10 @@ INDICATORS = (
     *(f"share_{state}" for state in STATES),
 )
 """`tardiness_mean` and `on_time` only where tasks have due times."""
+
+
+def within(indicator: str) -> tuple[float, float]:
+    """What an indicator of ours can be: a share 0 to 1, any other at least 0."""
+    if indicator not in INDICATORS:
+        return -math.inf, math.inf
+    return 0.0, 1.0 if indicator.startswith("share_") or indicator == "on_time" else math.inf

@@ -144,8 +144,10 @@ class Laboratory:
             for number, count in list(more.items()):
                 have[number] += count
                 outcomes = [self.outcome(number, r) for r in range(have[number])]
-                good = [value_of(o, rule.indicator) for o in outcomes if o.error is None]
-                next_ones = min(check_precision(good, precision).more, rule.cap - have[number])
+                good = [outcome for outcome in outcomes if outcome.error is None]
+                values = [value_of(outcome, rule.indicator) for outcome in good]
+                fixed = bool(good) and all(outcome.deterministic for outcome in good)
+                next_ones = min(check_precision(values, precision, deterministic=fixed).more, rule.cap - have[number])
                 hopeless = all(outcome.error is not None for outcome in outcomes[-count:])
                 if next_ones < 1 or hopeless:
                     del more[number]

@@ -26,7 +26,7 @@ class Until:
     indicator: str
     half_width: float
     confidence: float = 0.95
-    minimum: int = 10
+    minimum: int = 30
     cap: int = 200
 
 
@@ -137,9 +137,9 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
 
 
 def is_deterministic(model: Model) -> bool:
-    """Whether chance plays no part in a model, so that every seed gives the same run.
+    """Whether chance can play no part in a model, so that one run of it is enough.
 
-    Chance enters by goods that are drawn or that arrive at random, by stations chosen at random, and by
+    What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are drawn or that arrive at random, by stations chosen at random, and by
     policies that say so (`random = True`); of policies that are not ours nothing is known.
     """
     from desim_warehouse.policies.catalogue import find
@@ -147,15 +147,14 @@ def is_deterministic(model: Model) -> bool:
     tasks = model.tasks
     if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random":
         return False
-    return all(
-        ":" not in spec.name and not getattr(find(kind, spec.name), "random", False)
-        for kind, spec in _specs(model).items()
+    return not model.policies.own() and not any(
+        getattr(find(kind, spec.name), "random", False) for kind, spec in _specs(model).items()
     )
 
 
 def own_policies(model: Model) -> list[str]:
     """The policies of a model that are the user's own, whose code we know nothing of."""
-    return sorted(spec.name for spec in _specs(model).values() if ":" in spec.name)
+    return model.policies.own()
 
 
 def check_baseline(plan: Plan) -> str | None:

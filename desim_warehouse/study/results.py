@@ -29,7 +29,7 @@ class Row(NamedTuple):
 
 
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
-    """The table by columns: factors, replication, seed, indicators, run_time, error.
+    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
 
     `indicators`: those to show; none given, all that any run has. A failed run has none.
     """
@@ -37,6 +37,7 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
     table: dict[str, list[Any]] = {key: [row.point.labels[key] for row in rows] for key in factors}
     table |= {"replication": [row.replication for row in rows], "seed": [row.seed for row in rows]}
     table |= {name: [row.outcome.values.get(name) for row in rows] for name in shown}
+    table["deterministic"] = [row.outcome.deterministic for row in rows]
     table["run_time"] = [row.outcome.run_time for row in rows]
     table["error"] = [row.outcome.error for row in rows]
     return table

@@ -152,7 +152,8 @@ class Store:
             if entry["version"] != __version__:
                 self.foreign[entry["version"]] = self.foreign.get(entry["version"], 0) + 1
                 return True
-            outcome = Outcome(entry["values"], entry["time"], entry.get("error"), entry.get("final", True))
+            error, final = entry.get("error"), entry.get("final", True)
+            outcome = Outcome(entry["values"], entry["time"], error, final, entry.get("deterministic", False))
             self.runs[key] = outcome
             (self.again.discard if outcome.final else self.again.add)(key)
         except (ValueError, KeyError, TypeError):
@@ -191,6 +192,8 @@ def _line(model: str, seed: int, outcome: Outcome) -> bytes:
         "values": outcome.values,
         "time": outcome.run_time,
     }
+    if outcome.deterministic:
+        entry["deterministic"] = True
     if outcome.error is not None:
         entry |= {"error": outcome.error, "final": outcome.final}
     text = json.dumps(entry, separators=(",", ":")).encode()

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study import plan as plans
 from desim_warehouse.study.laboratory import Laboratory
 from desim_warehouse.study.progress import Progress
 from desim_warehouse.study.results import Row, arrow, columns, is_damaged, write_results
@@ -248,7 +247,7 @@ class Study:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One row per run: factors under their key, replication, seed, indicators, run_time, error.
+        """One row per run: factors under their key, replication, seed, indicators, deterministic, run_time, error.
 
         Raises:
             StudyError: where the study has not been run.
@@ -256,11 +255,11 @@ class Study:
         frame: pd.DataFrame = self._arrow(self.plan.indicators).to_pandas()
         return frame
 
-    @cached_property
+    @property
     def deterministic(self) -> bool:
-        """Whether chance plays no part in any design: then one replication says it all."""
-        made = plans.models(self.plan, self.points)
-        return all(plans.is_deterministic(model) for model in made.values())
+        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        outcomes = [row.outcome for row in self.rows if row.outcome.error is None]
+        return bool(outcomes) and all(outcome.deterministic for outcome in outcomes)
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """Mean, half-width, median and quantiles of each indicator at each design point, as a tidy table."""
@@ -286,7 +285,8 @@ class Study:
         """The share of the indicator's variance that each factor explains alone, from any design."""
         from desim_warehouse.study.statistics import first_order
 
-        return first_order(self._arrow([indicator]).to_pandas(), self._factors, indicator)
+        table = self._arrow([indicator]).to_pandas()
+        return first_order(table, self._factors, indicator, confidence=self.plan.confidence)
 
     def sobol(self, indicator: str) -> SobolIndices:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""

@@ -10,6 +10,7 @@ from desim_warehouse.model import outline
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design import saltelli
 from desim_warehouse.study.factors import label
+from desim_warehouse.study.indicators import within
 from desim_warehouse.study.results import value_of
 
 if TYPE_CHECKING:
@@ -48,11 +49,19 @@ def by_point(study: Study) -> dict[int, list[Row]]:
 
 def estimates(study: Study, indicator: str) -> dict[int, statistics.Estimate | None]:
     """Mean and interval of an indicator at each point; None where no run gave a value."""
-    confidence, fixed = study.plan.confidence, study.deterministic
     found: dict[int, statistics.Estimate | None] = {}
     for number, rows in by_point(study).items():
-        values = [value for row in rows if math.isfinite(value := _value(row, indicator))]
-        found[number] = statistics.estimate(values, confidence, deterministic=fixed) if values else None
+        good = [row for row in rows if math.isfinite(_value(row, indicator))]
+        found[number] = (
+            statistics.estimate(
+                [_value(row, indicator) for row in good],
+                study.plan.confidence,
+                deterministic=all(row.outcome.deterministic for row in good),
+                within=within(indicator),
+            )
+            if good
+            else None
+        )
     return found
 
 
@@ -64,9 +73,10 @@ def _value(row: Row, indicator: str) -> float:
 def summary(study: Study, indicators: Sequence[str] | None = None) -> pd.DataFrame:
     """A row for each design point and indicator.
 
-    Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (t
-    interval with the study's confidence), median, q05, q25, q75, q95, deterministic. Where `deterministic` is
-    true the mean is exact, and there is no half-width; with a single random run there is none either.
+    Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
+    half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75,
+    q95, deterministic. Where `deterministic` is true the mean is exact, and there is no interval; with a single
+    random run there is none either.
     """
     import pandas as pd
 
@@ -80,12 +90,16 @@ def summary(study: Study, indicators: Sequence[str] | None = None) -> pd.DataFra
 
 def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
     if found is None:
-        return {"n": 0, "failed": runs, "mean": math.nan, "half_width": math.nan, "deterministic": False}
+        nothing = dict.fromkeys(("mean", "half_width", "low", "high"), math.nan)
+        return {"n": 0, "failed": runs, **nothing, "deterministic": False}
+    low, high = found.interval or (math.nan, math.nan)
     return {
         "n": found.n,
         "failed": runs - found.n,
         "mean": found.mean,
         "half_width": math.nan if found.half_width is None else found.half_width,
+        "low": low,
+        "high": high,
         "median": found.median,
         **{f"q{round(100 * share):02d}": value for share, value in found.quantiles.items()},
         "deterministic": found.deterministic,

@@ -39,12 +39,13 @@ def read_until(section: Mapping[str, Any], problems: list[Problem]) -> Until | N
             problems.append(Problem.of(keys, "not understood", value, expected))
         return made
 
+    cap = part("cap", "a whole number of at least 2", _at_least_two, 200)
     made = Until(
         indicator=part("indicator", "the name of an indicator", _text),
         half_width=part("half_width", "a share of the mean, such as 2 % or 0.02", _share),
         confidence=part("confidence", "a number between 0 and 1, such as 0.95", _share, 0.95),
-        minimum=part("minimum", "a whole number of at least 2", _at_least_two, 10),
-        cap=part("cap", "a whole number of at least 2", _at_least_two, 200),
+        minimum=part("minimum", "a whole number of at least 2", _at_least_two, min(30, cap)),
+        cap=cap,
     )
     if made.indicator is not None:
         is_indicator(("replications", "indicator"), made.indicator, problems)

@@ -8,7 +8,6 @@ from simpy.events import Event, Timeout
 
 from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
-from desim_warehouse.world.streams import stream
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -69,7 +68,7 @@ class Demand:
 
     def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
         mean = self.world.model.units.hour / goods.poisson
-        gaps = stream(self.world.seed, "arrivals")
+        gaps = self.world.streams.stream("arrivals")
         while True:
             yield Timeout(self.world.env, float(gaps.exponential(mean)))
             self._release(Good(good=self._draw()), goods.due_within)
@@ -78,7 +77,7 @@ class Demand:
 
     def _generator(self) -> Any:
         if self._stream is None:
-            self._stream = stream(self.world.seed, "goods")
+            self._stream = self.world.streams.stream("goods")
         return self._stream
 
     def _draw(self) -> int:

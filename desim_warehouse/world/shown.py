@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.policies import Handling, RobotView, Situation
 from desim_warehouse.world.energy import Energy
 from desim_warehouse.world.lanes import EPS
-from desim_warehouse.world.streams import stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,7 +86,7 @@ class Shown:
     def random(self, kind: str) -> Generator:
         """A policy's own stream."""
         if kind not in self._streams:
-            self._streams[kind] = stream(self.world.seed, kind)
+            self._streams[kind] = self.world.streams.stream(kind)
         return self._streams[kind]
 
     # Stations
@@ -102,7 +101,7 @@ class Shown:
         if choice == "each":
             return nodes[robot.number % len(nodes)]
         if choice == "random":
-            return nodes[int(stream(world.seed, "station", task.number).integers(len(nodes)))]
+            return nodes[int(world.streams.stream("station", task.number).integers(len(nodes)))]
         stations = world.stations
         open_ones = [node for node in nodes if node not in stations or stations[node].free > 0] or nodes
         if len(open_ones) == 1:

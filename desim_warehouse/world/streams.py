@@ -9,8 +9,16 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
 
-def stream(seed: int, purpose: str, entity: int = 0) -> Generator:
-    """The random stream for a purpose (and the entity, such as a robot, that it is for) in a run of `seed`."""
-    from numpy.random import PCG64, Generator, SeedSequence
+class Streams:
+    """The random streams of one run; `used` says whether any was asked for, so whether chance could play a part."""
 
-    return Generator(PCG64(SeedSequence(seed, spawn_key=(zlib.crc32(purpose.encode()), entity))))
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
+        self.used = False
+
+    def stream(self, purpose: str, entity: int = 0) -> Generator:
+        """A new stream for a purpose and the entity, such as a robot, that it is for."""
+        from numpy.random import PCG64, Generator, SeedSequence
+
+        self.used = True
+        return Generator(PCG64(SeedSequence(self.seed, spawn_key=(zlib.crc32(purpose.encode()), entity))))

@@ -20,6 +20,7 @@ from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.dispatch import Dispatcher
 from desim_warehouse.world.robot import Robot
 from desim_warehouse.world.shown import Shown
+from desim_warehouse.world.streams import Streams
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class World:
 
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
-        self.seed = seed
+        self.streams = Streams(seed)
         self.env = simpy.Environment()
         self.layout = floor.build(model.layout)
         self.log = Log(model.log)

@@ -35,13 +35,15 @@ class Wanted(NamedTuple):
 class Outcome(NamedTuple):
     """What came out of a run: indicators, or an error.
 
-    `final` is False for an error that may not happen again (a time-out, a worker that died).
+    `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
+    random stream and no policy of the user's own was used.
     """
 
     values: dict[str, float]
     run_time: float
     error: str | None = None
     final: bool = True
+    deterministic: bool = False
 
 
 class TimeOutError(BaseException):
@@ -133,10 +135,10 @@ class Bench:
             model = self.model(wanted)
             begin = perf_counter()
             if timeout is None:
-                values = simulate(model, wanted.seed).kpis
+                run = simulate(model, wanted.seed)
             else:
                 with Limit(timeout):
-                    values = simulate(model, wanted.seed).kpis
+                    run = simulate(model, wanted.seed)
         except TimeOutError:
             taken = _since(begin)
             return Outcome({}, taken, f"{TIME_OUT}: not finished after {timeout:g} s", final=False)
@@ -151,7 +153,7 @@ class Bench:
                 f"{type(error).__name__}: {said}",
                 final=isinstance(error, SimulationError | LayoutError),
             )
-        return Outcome(values, _since(begin))
+        return Outcome(run.kpis, _since(begin), deterministic=run.deterministic)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
         """Simulate several runs, one after the other; fewer where they take longer than was thought."""
