@@ -90,9 +90,8 @@ def _show(study: Study, found: Best) -> None:
     click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
     if found.within:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
-        click.echo(
-            f"less than {selection.delta:g} from it{percent}: {outline.spoken([str(point) for point in found.within])}; take any"
-        )
+        names = outline.spoken([str(point) for point in found.within])
+        click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
 
 
 def _verdict(selection: Selection, design: int) -> str:

@@ -139,8 +139,9 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
 def is_deterministic(model: Model) -> bool:
     """Whether chance can play no part in a model, so that one run of it is enough.
 
-    What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are drawn or that arrive at random, by stations chosen at random, and by
-    policies that say so (`random = True`); of policies that are not ours nothing is known.
+    What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are
+    drawn or that arrive at random, by stations chosen at random, and by policies that say so (`random = True`); of
+    policies that are not ours nothing is known.
     """
     from desim_warehouse.policies.catalogue import find
 

@@ -182,7 +182,8 @@ def _error(array: NDArray[np.float64]) -> tuple[float, float]:
     se = float(array.std(ddof=1)) / math.sqrt(n)
     if n < SKEWED_FROM:
         return se, 0.0
-    return se, float((((array - array.mean()) / array.std()) ** 3).mean()) / math.sqrt(n)
+    z = (array - array.mean()) / array.std()
+    return se, float((z * z * z).mean()) / math.sqrt(n)
 
 
 def _to_symmetric(t: float, a: float) -> float:

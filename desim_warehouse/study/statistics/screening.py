@@ -198,7 +198,7 @@ def _classes(column: pd.Series[Any], bins: int | None) -> NDArray[np.int64]:
     if pd.api.types.is_numeric_dtype(column) and column.nunique() > LEVELS:
         x = column.to_numpy(dtype=float)
         edges = np.quantile(x, np.linspace(0.0, 1.0, (bins or max(2, x.size // PER_BIN)) + 1))
-        return np.digitize(x, np.unique(edges)[1:-1], right=True)
+        return np.asarray(np.digitize(x, np.unique(edges)[1:-1], right=True))
     return pd.factorize(column, use_na_sentinel=False)[0]
 
 

@@ -90,8 +90,9 @@ def smallest_meeting(
         StudyError: no or repeated values, arguments out of range, a bad target, a run whose value is not
             finite.
 
-    Source: one-sided bounds (`intervals.bounds`), exact for values of 0 and 1. Looking several times and at several designs would add
-    up the chances to err, so each bound is held at 1 - α / (designs on the path · looks), Bonferroni.
+    Source: one-sided bounds (`intervals.bounds`), exact for values of 0 and 1. Looking several times and at
+    several designs would add up the chances to err, so each bound is held at 1 - α / (designs on the path ·
+    looks), Bonferroni.
     Assumes: as `bounds`; for "bisection" that a larger design never does worse (congestion breaks this: see
     `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided, and so does a target
     that only "never" or "always" would meet, such as a share of at least 1.
