@@ -101,4 +101,6 @@ def _verdict(selection: Selection, design: int) -> str:
         return "best"
     if design in selection.within:
         return f"within {selection.delta:g}"
-    return "not told from the best" if out_at is None else f"out after {out_at}"
+    near = abs(selection.means[design] - selection.means[selection.best]) < selection.delta
+    parts = [f"perhaps within {selection.delta:g}"] if near else []
+    return ", ".join([*parts, *([] if out_at is None else [f"out after {out_at}"])]) or "not told from the best"

@@ -106,6 +106,12 @@ class StudyFacts:
         """The runs of a design, by replication."""
         return self._rows[design]
 
+    def is_deterministic(self, design: Design) -> bool:
+        """Whether chance played no part in the runs of a design."""
+        runs = self.runs(design)
+        known = "deterministic" in runs and bool(runs.loc[runs["error"].isna(), "deterministic"].all())
+        return self.deterministic or known
+
     def values(self, design: Design, indicator: str) -> NDArray[np.float64]:
         """An indicator by replication number; nan for runs that failed or are missing."""
         runs = self.runs(design)
@@ -126,7 +132,8 @@ class StudyFacts:
                 table[design] = ours
         if len(table) == 1:
             return None
-        return compare(table, self.baseline, confidence=self.confidence, deterministic=self.deterministic)
+        exact = [design for design in table if self.is_deterministic(design)]
+        return compare(table, self.baseline, confidence=self.confidence, deterministic=exact)
 
 
 def _constant(column: pd.Series[Any]) -> bool:

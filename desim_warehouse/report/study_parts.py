@@ -111,12 +111,13 @@ def _result(study: StudyFacts, design: Design) -> list[str]:
     cells = [*(words.level(value) for value in design), str(len(runs))]
     for indicator in study.main:
         values = runs[indicator].dropna().astype(float).tolist()
-        cells.append(words.mean_text(_estimate(study, indicator, values)) if values else "failed")
+        cells.append(words.mean_text(_estimate(study, design, indicator, values)) if values else "failed")
     return cells
 
 
-def _estimate(study: StudyFacts, indicator: str, values: list[float]) -> Estimate:
-    return estimate(values, study.confidence, deterministic=study.deterministic, within=within(indicator))
+def _estimate(study: StudyFacts, design: Design, indicator: str, values: list[float]) -> Estimate:
+    fixed = study.is_deterministic(design)
+    return estimate(values, study.confidence, deterministic=fixed, within=within(indicator))
 
 
 def result_figures(study: StudyFacts) -> list[Axes]:

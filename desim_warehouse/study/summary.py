@@ -56,13 +56,18 @@ def estimates(study: Study, indicator: str) -> dict[int, statistics.Estimate | N
             statistics.estimate(
                 [_value(row, indicator) for row in good],
                 study.plan.confidence,
-                deterministic=all(row.outcome.deterministic for row in good),
+                deterministic=_deterministic(good),
                 within=within(indicator),
             )
             if good
             else None
         )
     return found
+
+
+def _deterministic(rows: Sequence[Row]) -> bool:
+    """Whether chance played no part in any of the runs that were finished."""
+    return all(row.outcome.deterministic for row in rows if row.outcome.error is None)
 
 
 def _value(row: Row, indicator: str) -> float:
@@ -112,8 +117,9 @@ def comparison(study: Study, indicator: str, baseline: Mapping[str, Any] | None,
     base = baseline_point(study, baseline)
     rows = by_point(study)
     table = {str(point): _by_replication(rows[point.number], indicator) for point in study.points}
+    exact = [str(point) for point in study.points if _deterministic(rows[point.number])]
     kind = cast("Literal['bonferroni', 'holm']", method)
-    return statistics.compare(table, str(base), kind, study.plan.confidence, deterministic=study.deterministic)
+    return statistics.compare(table, str(base), kind, study.plan.confidence, deterministic=exact)
 
 
 def baseline_point(study: Study, baseline: Mapping[str, Any] | None) -> Point:

@@ -83,6 +83,14 @@ def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_coun
     )
 
 
+def test_that_throughput_rises_with_demand_is_no_finding(model):
+    table = runs(throughput_per_hour={1: [99.0, 101, 100], 2: [198.0, 203, 200]}, S={1: [3, 4, 5], 2: [30, 41, 39]})
+    more = {(1,): model, (2,): model.replace({"tasks.goods": [1, 2, 3, 4]})}
+    (line,) = conclusions(facts(model, table, models=more))
+    assert line.startswith("Collisions S is higher")
+    assert len(conclusions(facts(model, table, models={(1,): model, (2,): model}))) == 2
+
+
 def test_an_indicator_that_never_changes_is_not_mentioned(model):
     assert conclusions(facts(model, runs(T={1: [5.0, 5.0], 2: [5.0, 5.0]}))) == []
 
@@ -96,7 +104,7 @@ def test_failed_runs_are_left_out_pair_by_pair(model):
 
 def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     rates = {1: 100, 2: 200, 3: 300, 4: 310, 5: 315, 6: 318}
-    rising = {size: [rate + noise for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
+    rising = {size: [rate + noise * (1 + (size - 3) / 50) for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
     lines = conclusions(facts(model, runs(throughput_per_hour=rising)))
     assert lines[-1].startswith("Throughput has its knee at fleet.size = 3, with 300.2 tasks per hour")
     wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}

@@ -12,7 +12,7 @@ from desim_warehouse.study.statistics.checks import check_confidence, finite
 from desim_warehouse.study.statistics.intervals import Estimate, bounds, described, gaps, p_value
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Collection, Hashable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -95,7 +95,7 @@ def compare(
     method: Method = "bonferroni",
     confidence: float = 0.95,
     *,
-    deterministic: bool = False,
+    deterministic: bool | Collection[D] = False,
 ) -> Comparison:
     """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
 
@@ -106,7 +106,8 @@ def compare(
         method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in
             both, as Holm's step-down has no two-sided ones of its own.
         confidence: that all statements are right.
-        deterministic: the runs used no random numbers, so that one replication gives exact differences.
+        deterministic: the designs whose runs used no random numbers (True: all): between two such designs one
+            replication gives the exact difference.
 
     Raises:
         StudyError: unknown baseline or method, no other design, no replication in common.
@@ -127,7 +128,10 @@ def compare(
     m = len(others)
     each = 1.0 - (1.0 - confidence) / m
     pairs = {d: _common(d, table[d], table[baseline]) for d in others}
-    estimates = {d: paired(ours, base, each, deterministic=deterministic) for d, (ours, base, _) in pairs.items()}
+    exact = set(table if deterministic is True else deterministic or ())
+    if baseline not in exact:
+        exact = set()
+    estimates = {d: paired(ours, base, each, deterministic=d in exact) for d, (ours, base, _) in pairs.items()}
     p_values = {d: p_value(*gaps(*pairs[d][:2])) for d, e in estimates.items() if e.interval}
     adjusted = _adjusted(p_values, method, m)
     differences = tuple(
@@ -137,7 +141,7 @@ def compare(
             missing=pairs[d][2],
             p_value=p_values.get(d),
             p_adjusted=adjusted.get(d),
-            differs=adjusted[d] <= 1.0 - confidence if d in adjusted else e.mean != 0.0 if deterministic else None,
+            differs=adjusted[d] <= 1.0 - confidence if d in adjusted else e.mean != 0.0 if d in exact else None,
         )
         for d, e in estimates.items()
     )
