@@ -27,7 +27,7 @@ A study file, such as studies/fleet_size.yaml; only `model` must be there:
                                            #   {between: [2.0, 5.0]} is continuous)
                                            # {saltelli: 64}: for Sobol indices, 64 x (factors + 2) points
     replications: 20                       # a number; or until the mean is known well enough:
-    # replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 10, cap: 200}
+    # replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
     seed: 0                                # replication r has the same run seed at every point
     indicators: [T, S, C]                  # columns of the table; default: all
     baseline: {fleet.size: 3}              # the design that others are compared with; default: the first

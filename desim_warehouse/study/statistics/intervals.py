@@ -187,10 +187,12 @@ def _error(array: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _to_symmetric(t: float, a: float) -> float:
-    """Hall's cubic: makes a t statistic with skewness over sqrt(n) of `a` nearly symmetric."""
-    return t + a * t**2 / 3 + a**2 * t**3 / 27 + a / 6
+    """Hall's cubic: makes a t statistic with skewness over sqrt(n) of `a` nearly symmetric; not below half of it."""
+    made = t + a * t**2 / 3 + a**2 * t**3 / 27 + a / 6
+    return max(made, t / 2) if t > 0 else min(made, t / 2)
 
 
 def _from_symmetric(x: float, a: float) -> float:
-    """The t statistic that `_to_symmetric` makes into x."""
-    return x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
+    """The t statistic that `_to_symmetric` makes into x: at most twice as far, whatever one value far out says."""
+    made = x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
+    return min(made, 2 * x) if x > 0 else max(made, 2 * x)

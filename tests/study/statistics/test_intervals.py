@@ -35,16 +35,18 @@ def test_the_example_of_the_textbook():
 
 
 def test_ten_values_worked_by_hand():
-    # deviations -2 (8 times), 8, 8: mean 2, sd sqrt(160 / 9), skewness (8 (-8) + 2 * 512) / 10 / 64 = 1.5;
-    # a = 1.5 / sqrt(10) = 0.474342; t(9 df, 0.975) = 2.262157.
-    # 3/a (cbrt(1 + a (2.262157 - a/6)) - 1) = 1.692963, and with -2.262157: -6.324555 (cbrt(-0.110538) = -0.479907)
-    result = estimate([0.0] * 8 + [10, 10])
-    a, t, se = 1.5 / math.sqrt(10), 2.262157, math.sqrt(160 / 9 / 10)
-    ends = [
-        2 - se * 3 / a * (math.copysign(abs(c) ** (1 / 3), c) - 1) for c in (1 + a * (t - a / 6), 1 - a * (t + a / 6))
-    ]
-    assert result.interval == pytest.approx(ends, abs=1e-5)
-    assert result.half_width == pytest.approx(ends[1] - 2, abs=1e-5)
+    # deviations -3 (6 times) and 4.5 (4 times): mean 3, sd sqrt(15), skewness (6 (-27) + 4 * 91.125) / 10 / 13.5^1.5
+    # = 0.40825, a = 0.12910, t(9 df, 0.975) = 2.262157; 3/a (cbrt(1 + a (2.262157 - a/6)) - 1) = 2.0538,
+    # with -2.262157: -2.5541; times sqrt(15 / 10) = 1.224745
+    result = estimate([0.0] * 6 + [7.5] * 4)
+    assert result.interval == pytest.approx((3 - 2.0538 * 1.224745, 3 + 2.5541 * 1.224745), abs=1e-3)
+    assert result.half_width == pytest.approx(2.5541 * 1.224745, abs=1e-3)
+
+
+def test_one_value_far_out_at_most_doubles_what_student_says():
+    # mean 1, standard error 1: the cubic alone would reach 3.2 times as far as t
+    result = estimate([0.0] * 9 + [10.0])
+    assert result.interval[1] == pytest.approx(1 + 2 * 2.262157, abs=1e-5)
 
 
 def test_a_rare_event_has_the_interval_of_a_proportion():
