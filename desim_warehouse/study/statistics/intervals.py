@@ -131,9 +131,10 @@ def bounds(array: NDArray[np.float64], level: float, within: Range = ANYTHING, *
         off = differing_share(n, level) * (max(1.0, abs(mean)) if reach is None else reach)
         low, high = mean - off, mean + off
     elif reach is None and np.isin(array, (0.0, 1.0)).all():
-        from scipy.stats import binomtest
+        from scipy.special import betaincinv
 
-        low, high = binomtest(int(array.sum()), n).proportion_ci(2.0 * level - 1.0)
+        ones = int(array.sum())  # neither none nor all: these agree
+        low, high = float(betaincinv(ones, n - ones + 1, 1.0 - level)), float(betaincinv(ones + 1, n - ones, level))
     else:
         (se, skew), t = _error(array), t_quantile(n - 1, level)
         low, high = mean - se * _from_symmetric(t, skew), mean - se * _from_symmetric(-t, skew)

@@ -5,6 +5,7 @@ import math
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.stats import binomtest
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import estimate
@@ -52,6 +53,8 @@ def test_one_value_far_out_at_most_doubles_what_student_says():
 def test_a_rare_event_has_the_interval_of_a_proportion():
     # Clopper & Pearson (1934): 1 of 10, 95 %: 0.0025 to 0.4450
     assert estimate([0.0] * 9 + [1.0]).interval == pytest.approx((0.0025, 0.4450), abs=1e-4)
+    test = binomtest(3, 17).proportion_ci(0.9)
+    assert estimate([1.0] * 3 + [0.0] * 14, 0.9).interval == pytest.approx((test.low, test.high))
     # none of 10: 1 - 0.025^(1/10) = 0.3085
     assert estimate([0.0] * 10, within=(0, 1)).interval == pytest.approx((0.0, 0.3085), abs=1e-4)
 
