@@ -29,7 +29,7 @@ from desim_warehouse.world.body import Body
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.lanes import Lane
+    from desim_warehouse.world.lane import Lane
 
 ROOT = Path(__file__).parents[1]
 
@@ -142,7 +142,7 @@ def whole() -> None:
     begin = time.process_time()
     world = World(model).run()
     spent = time.process_time() - begin
-    moves, bare = sum(robot.moves for robot in world.robots), bare_timeouts()
+    moves, bare = sum(robot.body.moves for robot in world.robots), bare_timeouts()
     print(
         f"{'medium model, all included':<46} {moves / spent:>9,.0f} moves/s  {bare:>10,.0f} timeouts/s  "
         f"ratio {moves / spent / bare:.3f}  ({world.env.now / spent:,.0f} x real time)"
@@ -198,7 +198,7 @@ def shift() -> None:
     world.run()
     spent = time.process_time() - begin
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
-    moves = sum(robot.moves for robot in world.robots)
+    moves = sum(robot.body.moves for robot in world.robots)
     print(
         f"large model, 8 h, 1,000 robots: {spent:.1f} s = {world.env.now / spent:,.0f} x real time, "
         f"{moves:,} moves, {peak:.2f} GiB at most"

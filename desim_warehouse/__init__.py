@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from desim_warehouse.asktell import steps
     from desim_warehouse.errors import (
         BatteryError,
+        CheckError,
         GridlockError,
         LayoutError,
         ModelError,
@@ -26,13 +27,15 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model, load
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
-    from desim_warehouse.runfolder import load_run
+    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
 
 _HOME = {
     "asktell": ("steps",),
     "errors": (
         "BatteryError",
+        "CheckError",
         "GridlockError",
         "LayoutError",
         "ModelError",
@@ -45,7 +48,8 @@ _HOME = {
     ),
     "model": ("Model", "load"),
     "run": ("Run", "simulate"),
-    "runfolder": ("load_run",),
+    "run.folder": ("load_run",),
+    "study.results": ("Results",),
     "study.study": ("Study",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -54,12 +58,14 @@ _PACKAGES = {"plot": "report.plot"}
 
 __all__ = [
     "BatteryError",
+    "CheckError",
     "GridlockError",
     "LayoutError",
     "Model",
     "ModelError",
     "PolicyError",
     "ReportError",
+    "Results",
     "Run",
     "SimulationError",
     "StallError",

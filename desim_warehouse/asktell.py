@@ -69,7 +69,7 @@ class Steps:
         if self._run is not None or not self._world.go_on():
             self._run = self._run or self._outcome()
             raise StopIteration
-        self._pending = Decision(self._world.shown.situation())
+        self._pending = Decision(self._world.dispatcher.situation())
         return self._pending
 
     def tell(self, pairs: Iterable[tuple[int, int]]) -> Self:
@@ -92,9 +92,9 @@ class Steps:
         now = self._world.env.now
         robots = self._world.robots
         return (
-            sum(robot.distance(now) for robot in robots),
+            sum(robot.body.distance(now) for robot in robots),
             now,
-            sum(robot.rear_ends + robot.crossings for robot in robots),
+            sum(robot.body.rear_ends_by(now) + robot.body.crossings for robot in robots),
         )
 
     def _outcome(self) -> Run:

@@ -75,9 +75,9 @@ class _Contract:
 
     def test_a_run_ends_with_all_work_done(self) -> None:
         """Every task is delivered, once."""
-        log = self.played().record
-        done = [row[3] for row in log.rows if row[1] == "delivered"]
-        released = [row[3] for row in log.rows if row[1] == "released"]
+        history = self.played().history
+        done = [row.task for row in history.rows("delivered")]
+        released = [row.task for row in history.rows("released")]
         assert sorted(done) == sorted(released), "tasks released and tasks delivered are not the same"
 
     def test_the_same_seed_gives_the_same_log(self) -> None:
@@ -130,7 +130,7 @@ class RoutingContract(_Contract):
         from desim_warehouse.world import World
 
         world = World(self.given(), 1)
-        roads, graph, policy = world.decisions.roads(), world.layout.graph, self.make()
+        roads, graph, policy = world.routes.roads, world.layout.graph, self.make()
         for origin in graph:
             for goal in graph:
                 way = list(policy.route(origin, goal, roads))

@@ -2,7 +2,8 @@
 
     WarehouseError
     ├── ModelError        the model or study file: all problems of a file at once
-    ├── LayoutError       the Highways: unreachable places, stops that void the liveness guarantee
+    ├── CheckError        a model that cannot work, by a check before it runs
+    │   └── LayoutError       the Highways: unreachable places, stops that void the liveness guarantee
     ├── PolicyError       a decision that cannot be carried out, with the policy that made it
     ├── SimulationError   a run that cannot go on
     │   ├── GridlockError     a full ring where the model forbids turning
@@ -32,15 +33,19 @@ class ModelError(WarehouseError):
         return type(self), (self.problems,)
 
 
-class LayoutError(WarehouseError):
-    """A layout on which work could stop for good: `problems` lists them all, one line each."""
+class CheckError(WarehouseError):
+    """A model that cannot work, by a check before it runs: `problems` lists them all, one line each, with its code."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("\n".join(problems))
         self.problems = list(problems)
 
-    def __reduce__(self) -> tuple[type[LayoutError], tuple[list[str]]]:
+    def __reduce__(self) -> tuple[type[CheckError], tuple[list[str]]]:
         return type(self), (self.problems,)
+
+
+class LayoutError(CheckError):
+    """A layout on which work could stop for good: `problems` lists them all, one line each."""
 
 
 class PolicyError(WarehouseError):

@@ -1,31 +1,80 @@
 """What leaves a run: one row per event, and the tallies that hold whatever the level of detail.
 
-Rows are plain tuples while the simulation runs and become a DataFrame when somebody looks. Kinds of rows:
-
-    released                                a task is known; `value` is the number of its good
-    assigned returned delivered             its life (`returned`: given back by a robot that was called home)
-    the STATES                              a robot begins to do this; `value` is its energy
-    recharged                               a robot that was charged goes out again: counts in C
-    parked docked                           a robot is back in a bay, or in a station beside a node
-    rotation                                a full ring of `value` robots turned; `ring` tells which, where
-    enter                                   a robot enters an edge (levels `moves` and `all`)
-    drive                                   it sets off on an edge for position `value`, there `until` (`all`)
-    collision                               it has waited `value` for robot `other` on an edge or at a node (`all`)
+A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nobody else takes rows apart by position:
+`desim_warehouse.history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its
+meaning in `COLUMNS`, and to the methods of `Log` that write it; a kind of row has a line in `KINDS`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+
+from desim_warehouse import states
 
 if TYPE_CHECKING:
     import pandas as pd
 
-COLUMNS = ("time", "kind", "robot", "task", "node", "edge", "value", "until", "other")
-STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging")
+Detail = Literal["all", "moves", "tasks"]
+STATES = tuple(states.STATES)
 """What a robot is doing; the time it waits in traffic meanwhile is kept apart. It queues for a server or a charger."""
 NONE = -1
 """Stands for no robot or no task."""
+
+
+class LogRow(NamedTuple):
+    """A row by the names of its columns."""
+
+    time: float
+    kind: str
+    robot: int
+    task: int
+    node: str | None
+    edge: tuple[str, str] | None
+    value: float | None
+    until: float | None
+    other: int
+
+
+COLUMNS = {
+    "time": "when, in the model's time unit",
+    "kind": "what happened: see below",
+    "robot": "number of the robot, from 0; -1: none",
+    "task": "number of the task, in order of release; -1: none",
+    "node": "the node it happened at, or that the robot comes to next",
+    "edge": "the edge as `A>B`",
+    "value": "a number that depends on the kind",
+    "until": "`drive`: when the robot will be there",
+    "other": "`collision`: the robot that was waited for; -1: none",
+}
+"""What the columns mean, in their order."""
+
+
+class RowKind(NamedTuple):
+    """The least detailed `level` of the log that has a kind of row, what happened, and what its `value` is."""
+
+    level: Detail
+    meaning: str
+    value: str
+
+
+KINDS = {
+    "released": RowKind("tasks", "a task becomes known", "number of the good"),
+    "assigned": RowKind("tasks", "a robot gets a task, now or into its queue", "energy"),
+    "returned": RowKind("tasks", "a robot called to charge gives its task back, to the front of the list", "energy"),
+    "delivered": RowKind("tasks", "a task is unloaded", "energy"),
+    **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "recharged": RowKind("tasks", "a robot that was charged goes out again: counts in C", "energy"),
+    "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
+    "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),
+    "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
+    "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
+    "drive": RowKind(
+        "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
+    ),
+    "collision": RowKind("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
+}
+"""The kinds of rows (energy: the robot's)."""
 
 
 class _Lane(Protocol):
@@ -51,7 +100,7 @@ class Log:
     each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks.
     """
 
-    level: Literal["all", "moves", "tasks"] = "all"
+    level: Detail = "all"
     rows: list[tuple[Any, ...]] = field(default_factory=list)
     rings: list[tuple[float, tuple[int, ...], tuple[str, ...]]] = field(default_factory=list)
     robots: list[dict[str, float]] = field(default_factory=list)
@@ -66,9 +115,20 @@ class Log:
         self.moves = self.level != "tasks"
         self.everything = self.level == "all"
 
-    def event(self, time: float, kind: str, robot: int, task: int, node: str | None, value: float | None) -> None:
+    def event(
+        self,
+        time: float,
+        kind: str,
+        robot: int,
+        task: int,
+        node: str | None,
+        value: float | None,
+        *,
+        edge: tuple[str, str] | None = None,
+        other: int = NONE,
+    ) -> None:
         """Something that happened to a task or a robot, at the node it is at or comes to next."""
-        self.rows.append((time, kind, robot, task, node, None, value, None, NONE))
+        self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
     def released(self, time: float, task: int, good: int, due: float | None) -> None:
         """A new task is known."""
@@ -83,27 +143,16 @@ class Log:
             self.rows.append(row)
         self.enter(clear, robot)
         if self.everything:
-            self.drive(robot)
+            self.drive(robot, robot.since)
 
     def enter(self, time: float, robot: _Body) -> None:
         """A robot's centre leaves a node for the lane it is now on."""
         self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
 
-    def drive(self, robot: _Body) -> None:
-        """A robot sets off for its target."""
-        self.rows.append(
-            (
-                robot.since,
-                "drive",
-                robot.number,
-                robot.task,
-                None,
-                robot.lane.edge,
-                robot.target,
-                robot.until,
-                NONE,
-            )
-        )
+    def drive(self, robot: _Body, since: float) -> None:
+        """A robot sets off at `since`, or drives on from then, for its target."""
+        row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
+        self.rows.append(row)
 
     def collision(
         self,
@@ -116,11 +165,11 @@ class Log:
     ) -> None:
         """A waiting episode that has just ended, at an intersection (`node`) or behind a robot on an `edge`."""
         whom = NONE if other is None else other.number
-        self.rows.append((now, "collision", robot.number, robot.task, node, edge, waited, None, whom))
+        self.event(now, "collision", robot.number, robot.task, node, waited, edge=edge, other=whom)
 
     def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
         """A full ring of robots, on these edges, that turned by one place."""
-        self.rows.append((now, "rotation", robots[0], NONE, None, None, float(len(robots)), None, NONE))
+        self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
 
     def close(self, end: float) -> None:
@@ -129,10 +178,10 @@ class Log:
         self.rows = sorted((row for row in self.rows if row[0] <= end), key=lambda row: row[0])
 
     def frame(self) -> pd.DataFrame:
-        """The rows as a table with the columns of `COLUMNS`; edges as `A>B`, robot, task and other -1 if none."""
+        """The rows as a table with the columns of `LogRow`; edges as `A>B`, robot, task and other -1 if none."""
         import pandas as pd
 
-        table = pd.DataFrame.from_records(self.rows, columns=list(COLUMNS))
+        table = pd.DataFrame.from_records(self.rows, columns=list(LogRow._fields))
         table["edge"] = [None if edge is None else f"{edge[0]}>{edge[1]}" for edge in table["edge"]]
         for column in ("time", "value", "until"):
             table[column] = table[column].astype(float)

@@ -17,7 +17,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from docs.what_is_logged import COLUMNS, INDICATORS, KINDS
+from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.log import COLUMNS, KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -196,7 +197,7 @@ def public() -> str:
 
     names = [name for name in dw.__all__ if not name.startswith("_")]
     lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
-    for name in ("Model", "Run", "Study"):
+    for name in ("Model", "Run", "Study", "Results"):
         members = ((member, _static(getattr(dw, name), member)) for member in vars(getattr(dw, name)))
         shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
         lines += [f"## {name}\n", table(("member", "what it is"), shown)]
@@ -229,9 +230,6 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
 
 def log_columns() -> str:
     """The columns of the log."""
-    from desim_warehouse.log import COLUMNS as HAVE
-
-    _same("columns of the log", COLUMNS, HAVE)
     return table(("column", "meaning"), ((f"`{name}`", said) for name, said in COLUMNS.items()))
 
 
@@ -241,17 +239,25 @@ def log_kinds() -> str:
     return table(("kind", "what happened", "`value`", "from `log:`"), rows)
 
 
-def indicators() -> str:
-    """The indicators with unit and formula."""
-    from desim_warehouse.study.indicators import INDICATORS as HAVE
+_UNITS = {
+    "tasks": "count",
+    "tasks per hour": "1/h",
+    "weighted": "-",
+    "share of tasks": "share",
+    "share of fleet time": "share",
+}
+"""How the reference writes kinds of units, where not as they are called."""
 
-    _same("indicators", INDICATORS, HAVE)
-    return table(("indicator", "unit", "what it is"), ((f"`{name}`", *rest) for name, rest in INDICATORS.items()))
+
+def indicators() -> str:
+    """The indicators with unit and meaning."""
+    rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
+    return table(("indicator", "unit", "what it is"), rows)
 
 
 def study_keys() -> str:
     """The keys of a study file."""
-    from desim_warehouse.study.reading import KEYS
+    from desim_warehouse.study.file import StudyFile
 
     defaults = {
         "name": "the file's name",
@@ -265,14 +271,25 @@ def study_keys() -> str:
         "confidence": "`0.95`",
     }
     return table(
-        ("key", "expected", "default"), ((f"`{key}`", said, defaults.get(key, "none")) for key, said in KEYS.items())
+        ("key", "expected", "default"),
+        ((f"`{key}`", field.description, defaults.get(key, "none")) for key, field in StudyFile.model_fields.items()),
     )
 
 
-def _same(what: str, said: Iterable[str], have: Iterable[str]) -> None:
-    said, have = set(said), set(have)
-    if said != have:
-        raise SystemExit(f"{what}: say what {sorted(have - said)} are, and nothing about {sorted(said - have)}")
+# What desim check says
+
+
+def codes() -> str:
+    """The codes of findings, errors first."""
+    from typing import get_args
+
+    from desim_warehouse.findings import CODES, Acceptable
+
+    rows = (
+        (f"`{code}`", level, "yes" if code in get_args(Acceptable) else "", meaning)
+        for code, (level, meaning) in CODES.items()
+    )
+    return table(("code", "severity", "can be accepted", "meaning"), rows)
 
 
 # The paper's experiment
@@ -296,6 +313,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "policies": policies,
     "cli": commands,
     "python": public,
+    "codes": codes,
     "log-columns": log_columns,
     "log-kinds": log_kinds,
     "indicators": indicators,

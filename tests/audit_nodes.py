@@ -112,7 +112,7 @@ class Nodes:
         train = any(
             abs(time - stay.begin) <= 2 * self.delay and time in self.trains[leaver] for time in self.trains[robot]
         )
-        end = min(stay.left, self.clear(other))
+        end = min(stay.left, self.clear(other), self.run.record.end)  # at the end of a run both may still be there
         for step in range(STEPS + 1 if end > stay.begin else 0):
             time = stay.begin + (end - stay.begin) * step / STEPS
             via = stay.visit(time) if stay.via or stay.inside else None
@@ -131,6 +131,8 @@ class Nodes:
 
     def literal(self, time, via, away):
         """The paper's rule for the robot on `via` and the one on `away`, where edges are drawn straight."""
+        if not (self.is_straight(via) and self.is_straight(away)):
+            return
         (x1, y1), (x2, y2) = self.point(via, time), self.point(away, time)
         distance = math.dist((x1, y1), (x2, y2))
         moving = via.at(time + 1e-4) > via.at(time) + 1e-9
@@ -145,6 +147,11 @@ class Nodes:
                 f"robot {via.robot} on {via.edge} drives at robot {away.robot} on {away.edge}, "
                 f"{distance:g} away at {math.degrees(angle):g} degrees",
             )
+
+    def is_straight(self, visit):
+        """Whether its edge is as long as it is drawn; on another one nobody knows where in the plane a robot is."""
+        ends = [self.run.layout.position(visit.edge, along) for along in (0.0, self.length(visit))]
+        return abs(math.dist(*ends) - self.length(visit)) <= TOL
 
     def point(self, visit, time):
         return self.run.layout.position(visit.edge, visit.at(time))

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from itertools import groupby
 
+from desim_warehouse.model.energy import start_levels
+from desim_warehouse.streams import Streams
+
 TOL = 1e-6
 WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
 STATES = WORKING | {"idle", "queueing", "charging"}
@@ -65,19 +68,23 @@ class Work:
 
     def check_place_of_good(self, time, robot, place):
         here = (visit for visit in self.visits[robot] if visit.enter <= time + TOL and visit.leave >= time - TOL)
-        visit = next((visit for visit in here if visit.edge == place.edge), None)
+        ends = [place.edge]
+        if self.graph.edges[place.edge].get("two_way"):  # it is picked in either direction
+            ends.append(place.edge[::-1])
+        visit = next((visit for visit in here if visit.edge in ends), None)
         if visit is None:
             self.fault(time, f"robot {robot} loads good {place.number}, which is not where it is")
             return
         length, at = self.graph.edges[place.edge]["length"], visit.at(time)
-        clear = self.contact <= place.offset <= length - self.contact
-        short = place.offset - at
+        offset = place.offset if visit.edge == place.edge else length - place.offset
+        clear = self.contact <= offset <= length - self.contact
+        short = offset - at
         if abs(short) <= (TOL if clear else self.contact + TOL):
             return
         ahead = [v.at(time) - at for v in self.all_visits() if v.edge == visit.edge and v.enter <= time <= v.leave]
         if 0 < short < self.contact and any(TOL < gap <= self.contact + TOL for gap in ahead):
             return  # in a full ring it handles its good from where it stands, close behind the next robot
-        self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {place.offset:g}")
+        self.fault(time, f"robot {robot} loads good {place.number} at {at:g}, not at {offset:g}")
 
     def all_visits(self):
         return (visit for visits in self.visits.values() for visit in visits)
@@ -114,13 +121,14 @@ class Work:
         most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
         swapped = self.run.model.policies.charging.name == "swap"
         tol = TOL * battery.capacity
+        begins = start_levels(self.run.model, Streams(self.run.seed))
         before, state = {}, {}
         for time, kind, robot, _, _, _, energy, *_ in self.rows:
             if robot < 0 or kind in NO_ENERGY or energy is None:
                 continue
             if energy < -battery.reserve - tol or energy > battery.capacity + tol:
                 self.fault(time, f"robot {robot} has {energy} energy")
-            since, had = before.get(robot, (0.0, battery.capacity))
+            since, had = before.get(robot, (0.0, begins[robot]))
             passed = time - since
             gained = energy - had
             charged = 0 if state.get(robot) in WORKING else battery.charge_rate * passed
@@ -139,14 +147,14 @@ class Work:
 
     def check_tallies(self):
         """What is counted is what is logged."""
-        if self.run.record.begin:
-            return
         count = Counter()
-        for _, kind, robot, _, node, *_ in self.rows:
+        for time, kind, robot, _, node, *_ in self.rows:
+            if time < self.run.record.begin:
+                continue
             count[robot, ("rear_ends" if node is None else "crossings") if kind == "collision" else kind] += 1
         names = {"moves": "enter", "delivered": "delivered", "recharged": "recharged"}
         for number, robot in enumerate(self.run.record.robots):
             for key in ("moves", "delivered", "recharged", "rear_ends", "crossings"):
                 logged = count[number, names.get(key, key)]
-                if abs(robot[key] - logged) > 0 and not (key == "moves" and self.run.model.run.length):
+                if robot[key] != logged:
                     self.fault(self.run.record.end, f"robot {number} counts {robot[key]} {key}, {logged} are logged")

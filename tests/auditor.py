@@ -69,8 +69,10 @@ class Audit(Nodes, Work):
 
     def check(self):
         self.rebuild()
-        for visits in self.by_edge().values():
+        edges = self.by_edge()
+        for visits in edges.values():
             self.check_lane(visits)
+        self.check_two_way(edges)
         self.check_nodes()
         self.check_work()
         return self.problems
@@ -133,7 +135,7 @@ class Audit(Nodes, Work):
         for first, then in pairwise(visits):
             if first.leave > then.leave + TOL:
                 self.fault(then.leave, f"robot {then.robot} overtook robot {first.robot} on {then.edge}")
-            begin, end = then.enter, min(first.leave, then.leave)
+            begin, end = then.enter, min(first.leave, then.leave, self.run.record.end)
             if end <= begin + TOL:
                 continue
             end = min(end, max(first.times[-1], then.times[-1], begin))
@@ -142,6 +144,15 @@ class Audit(Nodes, Work):
                     gap = first.at(time) - then.at(time)
                     self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                     break
+
+    def check_two_way(self, edges):
+        """A two-way lane is used in one direction at a time."""
+        for a, b in self.run.layout.two_way:
+            for visit in edges.get((a, b), ()):
+                for other in edges.get((b, a), ()):
+                    begin, end = max(visit.enter, other.enter), min(visit.leave, other.leave)
+                    if visit.robot != other.robot and end > begin + self.delay:
+                        self.fault(begin, f"robots {visit.robot} and {other.robot} meet head-on between {a} and {b}")
 
 
 def audit(run):

@@ -27,7 +27,7 @@ COMMANDS = {
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
     "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
     "policies": ("policies", "List the policies, or show one."),
-    "schema": ("schema", "Print the JSON Schema of model files, for editors."),
+    "schema": ("schema", "Print the JSON Schema of model or study files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.study_options import (
-    Execution,
-    Question,
+    ExecutionOptions,
+    ModelOptions,
     interruptible,
     read_vary,
     study_plan,
@@ -49,8 +49,8 @@ def command(
     sense: str | None,
     first: int,
     cap: int,
-    question: Question,
-    execution: Execution,
+    question: ModelOptions,
+    execution: ExecutionOptions,
 ) -> None:
     """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
 

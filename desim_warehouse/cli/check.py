@@ -2,28 +2,80 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+import math
 import sys
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides
 
+if TYPE_CHECKING:
+    from desim_warehouse.run import Check
+
 
 @click.command("check")
 @click.argument("model")
 @with_overrides
-def command(model: str, assignments: tuple[str, ...]) -> None:
-    """Check MODEL: the file, its layout and what robots will meet there.
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: verdict, findings, hand calculation.")
+def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
+    """Check MODEL: the file, its layout, and what can be worked out by hand before a run.
 
     Errors are what `desim run` would refuse: exit status 2.
     """
     from desim_warehouse.run import check
 
     report = check(load_model(model, assignments))
+    if as_json:
+        click.echo(json.dumps(_content(report)))
+    else:
+        _show(report)
+    sys.exit(2 if report.errors else 0)
+
+
+def _show(report: Check) -> None:
+    click.echo(report.verdict)
+    for finding in report.findings:
+        accepted = finding.level == "error" and finding.code in report.accepted
+        click.echo(f"{'accepted ' if accepted else ''}{finding}")
     for line in report.facts:
         click.echo(line)
-    for finding in report.findings:
-        click.echo(str(finding))
-    errors = sum(finding.level == "error" for finding in report.findings)
-    click.echo("no errors" if not errors else f"{errors} error{'s' * (errors > 1)}: this model would be refused")
-    sys.exit(2 if errors else 0)
+    if report.lines:
+        click.echo("by hand, free of traffic:")
+    for line in report.lines:
+        click.echo(f"  {line}")
+
+
+def _content(report: Check) -> dict[str, Any]:
+    from desim_warehouse import __version__
+
+    findings = [
+        {
+            "code": item.code,
+            "level": item.level,
+            "accepted": item.level == "error" and item.code in report.accepted,
+            "place": item.place,
+            "text": item.text,
+            "cure": item.cure,
+        }
+        for item in report.findings
+    ]
+    return {
+        "verdict": report.verdict,
+        "refused": bool(report.errors),
+        "findings": findings,
+        "facts": report.facts,
+        "calculation": None if report.calculation is None else _plain(dataclasses.asdict(report.calculation)),
+        "version": __version__,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON knows it: infinite numbers are null."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -25,16 +25,15 @@ if TYPE_CHECKING:
 @click.option("--method", type=click.Choice(["bonferroni", "holm"]), default="bonferroni", show_default=True)
 def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...], method: str) -> None:
     """Compare the designs of a study FOLDER with its baseline, under common random numbers."""
-    from desim_warehouse.study.study import Study
-    from desim_warehouse.study.summary import shown_indicators
+    from desim_warehouse.study.results import Results
 
-    study = Study.open(folder)
-    for note in study.notes:
+    results = Results.load(folder)
+    for note in results.notes:
         click.echo(note, err=True)
-    few = [name for name in ("T", "S", "C") if name in shown_indicators(study)]
     base = read_assignments(baseline, "--baseline") or None
-    found = {name: study.compare(name, base, method) for name in indicators or study.plan.indicators or few}
-    show_summary(study, indicators)
+    chosen = indicators or results.plan.indicators or results.usual(3)
+    found = {name: results.compare(name, base, method) for name in chosen}
+    show_summary(results, indicators)
     for indicator, comparison in found.items():
         _show_comparison(indicator, comparison)
 

@@ -22,7 +22,7 @@ _DEFAULT = {"csv": "csv", "parquet": "parquet", "trace": "trace.json"}
 def command(run_dir: str, form: str, out: str | None) -> None:
     """Write the run in RUN_DIR (from `desim run --out`) in an open format."""
     from desim_warehouse.report.export import export
-    from desim_warehouse.runfolder import load_run
+    from desim_warehouse.run.folder import load_run
 
     path = Path(run_dir) / _DEFAULT[form] if out is None else Path(out)
     click.echo(export(load_run(run_dir), form, path))

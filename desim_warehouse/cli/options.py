@@ -2,20 +2,46 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import click
+
+from desim_warehouse.findings import Acceptable
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
-with_overrides = click.option(
+F = TypeVar("F", bound=Callable[..., Any])
+_set = click.option(
     "--set",
     "assignments",
     multiple=True,
     metavar="KEY=VALUE",
     help="Change a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
 )
+_accept = click.option(
+    "--accept",
+    "accepted",
+    multiple=True,
+    type=click.Choice(get_args(Acceptable)),
+    metavar="CODE",
+    help="Simulate in spite of this error of `desim check`; may be repeated. The same as --set accept=[CODE, ...].",
+)
+
+
+def with_overrides(command: F) -> F:
+    """Add `--set` and `--accept`; the command is called with both as `assignments`."""
+
+    @wraps(command)
+    def call(*, assignments: tuple[str, ...], accepted: tuple[str, ...], **given: Any) -> Any:
+        accept = (f"accept=[{', '.join(accepted)}]",) if accepted else ()
+        return command(assignments=(*assignments, *accept), **given)
+
+    return cast("F", _set(_accept(call)))
+
+
 with_seed = click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
 )

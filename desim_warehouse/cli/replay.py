@@ -61,7 +61,7 @@ def command(
 def _run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
     """The run of a folder, or of a model file simulated now."""
     from desim_warehouse.run import simulate
-    from desim_warehouse.runfolder import load_run
+    from desim_warehouse.run.folder import load_run
 
     if not Path(source).is_dir():
         return simulate(load_model(source, assignments), seed)

@@ -27,7 +27,7 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
     """Simulate MODEL once and show its indicators."""
     from desim_warehouse import __version__
     from desim_warehouse.run import simulate
-    from desim_warehouse.runfolder import prepare
+    from desim_warehouse.run.folder import prepare
 
     loaded = load_model(model, assignments)
     if out is not None:

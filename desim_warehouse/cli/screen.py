@@ -11,7 +11,7 @@ from desim_warehouse.cli.study_options import with_indicator
 from desim_warehouse.cli.tables import number, show
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.results import Results
 
 
 @click.command("screen")
@@ -22,17 +22,15 @@ def command(folder: str, indicators: tuple[str, ...]) -> None:
 
     Total shares, with interactions, need the design {saltelli: n}.
     """
-    from desim_warehouse.study.study import Study
-    from desim_warehouse.study.summary import shown_indicators
+    from desim_warehouse.study.results import Results
 
-    study = Study.open(folder)
-    few = [name for name in ("T", "S", "C") if name in shown_indicators(study)]
-    for indicator in indicators or study.plan.indicators or few:
-        shown_indicators(study, [indicator])
-        _show(study, indicator)
+    results = Results.load(folder)
+    for indicator in indicators or results.plan.indicators or results.usual(3):
+        results.chosen([indicator])
+        _show(results, indicator)
 
 
-def _show(study: Study, indicator: str) -> None:
+def _show(study: Results, indicator: str) -> None:
     from rich.table import Table
 
     effects = study.main_effects(indicator)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.study_options import (
-    Execution,
-    Question,
+    ExecutionOptions,
+    ModelOptions,
     interruptible,
     read_values,
     with_execution,
@@ -49,8 +49,8 @@ def command(
     search: str,
     first: int,
     cap: int,
-    question: Question,
-    execution: Execution,
+    question: ModelOptions,
+    execution: ExecutionOptions,
 ) -> None:
     """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to.
 

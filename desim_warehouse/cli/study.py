@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from desim_warehouse.cli.options import with_overrides
-from desim_warehouse.cli.study_options import Execution, interruptible, study_plan, with_execution
+from desim_warehouse.cli.study_options import ExecutionOptions, interruptible, study_plan, with_execution
 from desim_warehouse.cli.tables import show_summary
 
 
@@ -13,7 +13,7 @@ from desim_warehouse.cli.tables import show_summary
 @click.argument("study")
 @with_overrides
 @with_execution
-def command(study: str, assignments: tuple[str, ...], execution: Execution) -> None:
+def command(study: str, assignments: tuple[str, ...], execution: ExecutionOptions) -> None:
     """Run STUDY, a study file such as studies/paper.yaml, or go on with that of a study folder.
 
     Runs that are in the folder already are not done again. DIR/results.parquet has a row for each run.
@@ -24,4 +24,4 @@ def command(study: str, assignments: tuple[str, ...], execution: Execution) -> N
     execution = execution.at_home(study)
     with interruptible(whole, execution.out):
         whole.run(**execution.where())
-    show_summary(whole)
+    show_summary(whole.results)

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from desim_warehouse.cli.options import with_overrides
+from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from desim_warehouse.model.places import Keys
-    from desim_warehouse.study.plan import Plan
+    from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.study import Study
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -35,7 +36,7 @@ with_indicator = click.option(
 
 
 @dataclass(frozen=True)
-class Execution:
+class ExecutionOptions:
     """How runs are done, and where they are kept."""
 
     workers: str
@@ -48,13 +49,13 @@ class Execution:
         """The arguments of `Study.run` and of the procedures."""
         return {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
 
-    def at_home(self, study: str) -> Execution:
+    def at_home(self, study: str) -> ExecutionOptions:
         """The same; a study that is a folder is gone on with there."""
         return replace(self, out=self.out or study) if Path(study).is_dir() else self
 
 
 @dataclass(frozen=True)
-class Question:
+class ModelOptions:
     """What every question about a model can be asked with."""
 
     assignments: tuple[str, ...]
@@ -66,7 +67,7 @@ class Question:
         model: str,
         factors: Mapping[str, Any],
         name: str,
-        execution: Execution,
+        execution: ExecutionOptions,
         varied: str = "--vary",
         **content: Any,
     ) -> Study:
@@ -127,7 +128,7 @@ def _gathered(kind: type, name: str, options: list[Callable[[F], F]]) -> Callabl
 
 
 with_question = _gathered(
-    Question,
+    ModelOptions,
     "question",
     [
         with_overrides,
@@ -140,7 +141,7 @@ with_question = _gathered(
     ],
 )
 with_execution = _gathered(
-    Execution,
+    ExecutionOptions,
     "execution",
     [
         click.option(
@@ -148,7 +149,7 @@ with_execution = _gathered(
             default="1",
             show_default=True,
             metavar="N|auto",
-            help="Processes on this machine; auto: one for each processor.",
+            help="Processes on this machine, at most 256; auto: one for each processor.",
         ),
         click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
         click.option(
@@ -169,7 +170,7 @@ def with_first_and_cap(cap: int) -> Callable[[F], F]:
     def add(function: F) -> F:
         few = click.option(
             "--first",
-            type=click.IntRange(min=2),
+            type=click.IntRange(2, MOST_REPLICATIONS),
             default=10,
             show_default=True,
             is_eager=True,  # --cap looks at it
@@ -177,7 +178,7 @@ def with_first_and_cap(cap: int) -> Callable[[F], F]:
         )
         many = click.option(
             "--cap",
-            type=click.IntRange(min=2),
+            type=click.IntRange(2, MOST_REPLICATIONS),
             default=cap,
             show_default=True,
             callback=_not_below_first,
@@ -201,7 +202,7 @@ def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dic
     return dict(parse_assignment(text, option) for text in assignments)
 
 
-def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
+def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> StudyPlan:
     """The plan of a study file or folder; changes to the plan that are None are none."""
     from desim_warehouse.errors import StudyError
     from desim_warehouse.study.reading import read_study
@@ -210,7 +211,7 @@ def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> Plan:
     folder = Path(path).is_dir()
     if folder and assignments:
         raise StudyError(f"{path}: a study folder, whose model is settled; --set is for study files")
-    plan = read_record(Path(path)) if folder else read_study(path, read_assignments(assignments), named="--set")
+    plan = read_record(Path(path)).plan if folder else read_study(path, read_assignments(assignments), named="--set")
     return replace(plan, **{key: value for key, value in changes.items() if value is not None})
 
 
@@ -247,7 +248,9 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 @contextmanager
 def interruptible(study: Study, out: str | None) -> Iterator[None]:
     """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    from desim_warehouse.study.execution.signals import interrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
     except KeyboardInterrupt as stop:

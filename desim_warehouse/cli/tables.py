@@ -9,47 +9,43 @@ import click
 from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.results import Results
 
 
-def show_summary(study: Study, indicators: tuple[str, ...] = ()) -> None:
+def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
     from rich.table import Table
 
-    from desim_warehouse.study.summary import by_point, estimates, shown_indicators
+    from desim_warehouse.study.factors import readable
 
-    chosen = shown_indicators(study, indicators or study.plan.indicators or _FEW)
-    found = {name: estimates(study, name) for name in chosen}
-    by = by_point(study)
+    chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
+    found = {name: results.estimates(name) for name in chosen}
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
-    table = Table(title=_title(study, known), title_justify="left", box=None)
-    for factor in study.plan.factors:
-        table.add_column(factor.key)
+    table = Table(title=_title(results, known), title_justify="left", box=None)
+    for factor in results.factors:
+        table.add_column(factor)
     for name in chosen:
         table.add_column(name, justify="right")
     table.add_column("runs", justify="right")
-    for point in study.points:
-        rows = by[point.number]
+    for point in results.points:
+        rows = results.by_point[point.number]
         failed = sum(row.outcome.error is not None for row in rows)
         table.add_row(
-            *(str(value) for value in point.labels.values()),
+            *map(readable, point.labels.values()),
             *(said(found[name][point.number]) for name in chosen),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
         )
     show(table)
-    if not (known or study.deterministic) and study.rows:
-        click.echo("One run of a design says little where chance plays a part: more replications give intervals.")
-    if study.deterministic:
+    if results.deterministic:
         click.echo("Chance plays no part in these models: every replication is the same, and the means are exact.")
-    _show_failures(study)
+    elif max(map(len, results.by_point.values())) == 1:
+        click.echo("One run of a design says little where chance plays a part: more replications give intervals.")
+    _show_failures(results)
 
 
-_FEW = ("T", "S", "C", "throughput_per_hour")
-
-
-def _title(study: Study, known: bool) -> str:
-    percent = f"{100 * study.plan.confidence:g} %"
-    return f"{study.plan.name}: means" + (f" ± half-width ({percent})" if known else "")
+def _title(results: Results, known: bool) -> str:
+    percent = f"{100 * results.plan.confidence:g} %"
+    return f"{results.plan.name}: means" + (f" ± half-width ({percent})" if known else "")
 
 
 def said(found: Any) -> str:
@@ -68,14 +64,14 @@ def number(value: float) -> str:
     return f"{value:,.1f}" if abs(value) >= 1000 else f"{value:.4g}"  # noqa: PLR2004
 
 
-def _show_failures(study: Study) -> None:
+def _show_failures(results: Results) -> None:
     failures: dict[str, int] = {}
-    for row in study.rows:
+    for row in results.rows:
         if row.outcome.error is not None:
             failures[row.outcome.error] = failures.get(row.outcome.error, 0) + 1
     for error, count in list(failures.items())[:5]:
         click.echo(f"{runs(count)} failed: {error}", err=True)
-    if failures and sum(failures.values()) == len(study.rows):
+    if failures and sum(failures.values()) == len(results.rows):
         raise StudyError("no run was finished")
 
 

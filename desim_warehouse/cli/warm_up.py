@@ -9,6 +9,7 @@ import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 from desim_warehouse.cli.tables import runs
+from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,7 +19,11 @@ if TYPE_CHECKING:
 @click.argument("model")
 @with_overrides
 @click.option(
-    "--replications", type=click.IntRange(min=1), default=10, show_default=True, help="Runs that are averaged."
+    "--replications",
+    type=click.IntRange(1, MOST_REPLICATIONS),
+    default=10,
+    show_default=True,
+    help="Runs that are averaged.",
 )
 @click.option(
     "--observations",

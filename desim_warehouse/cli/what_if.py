@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.study_options import (
-    Execution,
-    Question,
+    ExecutionOptions,
+    ModelOptions,
     interruptible,
     read_vary,
     with_execution,
@@ -17,6 +17,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import show_summary
+from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 
 @click.command("what-if")
@@ -25,7 +26,9 @@ from desim_warehouse.cli.tables import show_summary
 @click.option("--replications", default="1", show_default=True, help="Of each design, or with --until the first.")
 @click.option("--until", metavar="NAME", help="Replicate until the mean of this indicator is known well enough:")
 @click.option("--half-width", help="... up to this share of the mean ...  [default: 5 %]")
-@click.option("--cap", type=click.IntRange(min=2), help="... but not more often than this.  [default: 200]")
+@click.option(
+    "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"
+)
 @click.option("--design", default="grid", show_default=True, help="grid, paired, or such as '{sobol: 64}'.")
 @with_indicator
 @with_question
@@ -39,8 +42,8 @@ def command(
     cap: int | None,
     design: str,
     indicators: tuple[str, ...],
-    question: Question,
-    execution: Execution,
+    question: ModelOptions,
+    execution: ExecutionOptions,
 ) -> None:
     """What if MODEL were different? Run it with the values to vary, and show the indicators.
 
@@ -65,7 +68,7 @@ def command(
     )
     with interruptible(study, execution.out):
         study.run(**execution.where())
-    show_summary(study)
+    show_summary(study.results)
 
 
 def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:

@@ -13,7 +13,9 @@ from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
 
 if TYPE_CHECKING:
-    from desim_warehouse.layout.spec import LayoutSpec, Places, Storage
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout.spec import Bay, LayoutSpec, Places, Storage
 
 
 @lru_cache(maxsize=4)
@@ -30,11 +32,7 @@ def build(spec: LayoutSpec) -> Layout:
         graph = _drawn(spec)
         storage = tuple(_place(graph, number, item) for number, item in enumerate(spec.storage))
         size = 0.0
-    bays = {
-        node: BayPlaces(name, node, bay.places, bay.chargers)
-        for name, bay in spec.bays.items()
-        for node in places_of(graph, bay)
-    }
+    bays = {bay.node: bay for name, item in spec.bays.items() for bay in _bays(name, item, places_of(graph, item))}
     stations = {
         node: StationPlaces(name, node, station.places, station.servers)
         for name, station in spec.stations.items()
@@ -44,6 +42,17 @@ def build(spec: LayoutSpec) -> Layout:
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
     return Layout(graph, storage, bays, stations, size)
+
+
+def _bays(name: str, bay: Bay, nodes: list[str]) -> Iterator[BayPlaces]:
+    """The bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
+    total = bay.total_chargers
+    if total is not None and bay.places is not None and total > bay.places * len(nodes):
+        most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
+        raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
+    for rank, node in enumerate(nodes):
+        chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
+        yield BayPlaces(name, node, bay.places, chargers)
 
 
 def places_of(graph: nx.DiGraph, places: Places) -> list[str]:
@@ -69,10 +78,30 @@ def _drawn(spec: LayoutSpec) -> nx.DiGraph:
     graph = nx.DiGraph()
     for name, (x, y) in spec.nodes.items():
         graph.add_node(name, x=x, y=y)
+    beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
     for edge in spec.edges:
         straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
-        graph.add_edge(edge.source, edge.target, length=edge.length or straight, speed=edge.speed or math.inf)
+        data = {"length": edge.length or straight, "speed": edge.speed or math.inf}
+        graph.add_edge(edge.source, edge.target, **data)
+        if edge.two_way:
+            graph.add_edge(edge.target, edge.source, **data)
+    _join_twins(graph, beside)
     return graph
+
+
+def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
+    """Mark an edge there and one back as one two-way lane, unless they are side by side."""
+    unequal = []
+    for source, target, data in graph.edges(data=True):
+        back = graph.edges.get((target, source))
+        data["two_way"] = back is not None and frozenset((source, target)) not in beside
+        if data["two_way"] and source < target and (back["length"], back["speed"]) != (data["length"], data["speed"]):
+            unequal.append(
+                f"layout: edges {source}>{target} and {target}>{source} differ in length or speed, but are one two-way "
+                "lane; make them equal, or say side_by_side: true where there are two lanes"
+            )
+    if unequal:
+        raise LayoutError(unequal)
 
 
 def _place(graph: nx.DiGraph, number: int, item: Storage) -> StoragePlace:

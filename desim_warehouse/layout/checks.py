@@ -10,31 +10,25 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
+
+from desim_warehouse.findings import Finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     import networkx as nx
 
-    from desim_warehouse.layout.layout import Layout
+    from desim_warehouse.layout.layout import Edge, Layout
+
+    Pair = tuple[Edge, Edge]
 
 EPS = 1e-6
 SHOWN = 8
 SHARPEST_MERGE = math.radians(60)
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One thing to know about a layout: `error`s are refused by `simulate`, the others are not."""
-
-    level: Literal["error", "warning", "note"]
-    place: str
-    text: str
-
-    def __str__(self) -> str:
-        """One line: level, place, what is wrong and what to do."""
-        return f"{self.level}: {self.place}: {self.text}"
+PARALLEL = math.sin(math.radians(5))
+BENT = 1.05
+"""An edge so many times longer than the straight line between its nodes is not drawn as it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,32 +39,41 @@ class Use:
     robots: int
     start: tuple[str, ...]
     unload_at: tuple[str, ...]
+    gridlock: str = "auto"
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
     """All findings, errors first."""
+    near = _near(layout, use.contact)
     found = [
         *_reach(layout, use),
         *_bays(layout, use),
-        *_two_way(layout),
+        *_two_way(layout, use),
         *_stops(layout, use),
         *_queues(layout, use),
         *_short(layout, use),
         *_merges(layout),
-        *_bridges(layout),
+        *_bridges(layout, near),
+        *_side_by_side(layout, use, near),
     ]
+    return worst_first(found)
+
+
+def worst_first(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings by severity, otherwise in their order."""
     order = {"error": 0, "warning": 1, "note": 2}
-    return sorted(found, key=lambda finding: order[finding.level])
+    return sorted(findings, key=lambda finding: order[finding.level])
 
 
-def faults(layout: Layout, use: Use) -> list[str]:
+def errors(layout: Layout, use: Use) -> list[Finding]:
     """The errors alone, for `simulate`; the cheap part of `examine`."""
     return [
-        f"{item.place}: {item.text}" for item in (*_reach(layout, use), *_bays(layout, use)) if item.level == "error"
+        item for item in (*_reach(layout, use), *_bays(layout, use), *_two_way(layout, use)) if item.level == "error"
     ]
 
 
-def _some(names: Iterable[str]) -> str:
+def some(names: Iterable[str]) -> str:
+    """The first names of many, in words."""
     names = list(names)
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
@@ -101,49 +104,66 @@ def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
         where = f"layout: node {name}"
         advice = "add or turn edges so that every node can be reached from every other"
         if name in used:
-            yield Finding("error", where, f"cannot be {cannot}, but {used[name]} is there; {advice}")
+            yield Finding("UNREACHABLE", where, f"cannot be {cannot}, but {used[name]} is there", advice)
         else:
-            yield Finding("warning", where, f"cannot be {cannot}; nothing is there, so no robot will go; {advice}")
+            text = f"cannot be {cannot}; nothing is there, so no robot will go"
+            yield Finding("UNREACHABLE_UNUSED", where, text, advice)
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
     """A bay place for every robot."""
     start = use.start or tuple(layout.bays)
     if not start:
-        yield Finding("error", "layout.bays", "there are none; robots start from bays and go home to them")
+        yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
         return
     homes = [start[number % len(start)] for number in range(use.robots)]
     crowded: dict[str, list[str]] = {}
     for node in dict.fromkeys(start):
         bay = layout.bays.get(node)
         if bay is None:
-            yield Finding("error", f"fleet.start: {node}", "there is no bay at this node; name nodes with bays")
+            yield Finding(
+                "START_WITHOUT_BAY", f"fleet.start: {node}", "there is no bay at this node", "name nodes with bays"
+            )
         elif bay.places is not None and homes.count(node) > bay.places:
             crowded.setdefault(bay.zone, []).append(node)
     for zone, nodes in crowded.items():
         places = layout.bays[nodes[0]].places
         yield Finding(
-            "error",
+            "BAY_CROWDED",
             f"layout.bays.{zone}.places",
-            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} places; "
-            f"give it more, or spread fleet.start over more nodes{f' (as at {_some(nodes[1:])})' if nodes[1:] else ''}",
+            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} places",
+            f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):
         places = sum(bay.places or 0 for bay in layout.bays.values())
         if places < use.robots:
             yield Finding(
-                "error", "layout.bays", f"{use.robots} robots but only {places} bay places; every robot needs one"
+                "TOO_FEW_PLACES",
+                "layout.bays",
+                f"{use.robots} robots but only {places} bay places",
+                "every robot needs one",
             )
 
 
-def _two_way(layout: Layout) -> Iterator[Finding]:
-    graph = layout.graph
-    both = [f"{a}-{b}" for a, b in graph.edges if a < b and graph.has_edge(b, a)]
-    if both:
+def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
+    """Which lanes are two-way, and which rule keeps robots from being stuck there."""
+    lanes = layout.two_way
+    if not lanes:
+        return
+    names = some(f"{a}-{b}" for a, b in lanes)
+    if use.gridlock == "rotate":
         yield Finding(
-            "warning",
+            "ROTATE_TWO_WAY",
+            "traffic.gridlock",
+            f"rotate cannot free robots that meet head-on, and these lanes are two-way: {names}",
+            "say auto or avoid, or side_by_side: true where there are two lanes",
+        )
+    else:
+        yield Finding(
+            "TWO_WAY",
             "layout: edges",
-            f"two-way between {_some(both)}: taken as two lanes side by side; where there is only one, keep one edge",
+            f"{len(lanes)} lanes are two-way, used in one direction at a time: {names}; a robot takes a step only if "
+            "nobody can be stuck afterwards (traffic.gridlock: avoid)",
         )
 
 
@@ -152,11 +172,11 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
     graph = layout.graph
     for node in dict.fromkeys(use.unload_at):
         if node not in layout.stations and graph.in_degree(node) > 1:
-            ways = _some(f"{source}>{node}" for source in graph.predecessors(node))
+            ways = some(f"{source}>{node}" for source in graph.predecessors(node))
             yield Finding(
-                "warning",
+                "UNLOAD_IN_LANE",
                 f"tasks.unload_at: {node}",
-                f"robots unload standing on a node where {ways} meet, and hold all of them up; "
+                f"robots unload standing on a node where {ways} meet, and hold all of them up",
                 "a station beside the node would not (layout.stations)",
             )
     near = [
@@ -166,10 +186,10 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
     ]
     if near:
         yield Finding(
-            "note",
+            "LOAD_NEAR_NODE",
             "layout: storage",
             f"{len(near)} places are nearer than {use.contact:g} (D) to a node; robots stop D clear of it to load "
-            f"there: {_some(near)}",
+            f"there: {some(near)}",
         )
 
 
@@ -180,10 +200,11 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
         places = sum(layout.stations[node].places for node in used)
         if places < use.robots:
             yield Finding(
-                "note",
+                "STATION_PLACES",
                 "layout.stations",
                 f"{places} places for {use.robots} robots: a robot takes a task only when its station has a place "
-                "for it, so the others stay in their bays; more places let more of them work",
+                "for it, so the others stay in their bays",
+                "more places let more of them work",
             )
 
 
@@ -194,17 +215,18 @@ def _short(layout: Layout, use: Use) -> Iterator[Finding]:
     short = [name for name, length in lengths.items() if use.contact - EPS <= length < 2 * use.contact - EPS]
     if joined:
         yield Finding(
-            "warning",
+            "SHORT_EDGES",
             "layout: edges",
             f"{len(joined)} are shorter than {use.contact:g} (D), so the nodes at their ends are used by one "
-            f"robot at a time: {_some(joined)}; smaller robots or longer edges avoid it",
+            f"robot at a time: {some(joined)}",
+            "smaller robots or longer edges avoid it",
         )
     if short:
         yield Finding(
-            "note",
+            "EDGES_BELOW_2D",
             "layout: edges",
             f"{len(short)} are shorter than {2 * use.contact:g} (2 D), so robots wait on the nodes before them: "
-            f"{_some(short)}",
+            f"{some(short)}",
         )
 
 
@@ -221,38 +243,84 @@ def _merges(layout: Layout) -> Iterator[Finding]:
                 sharp.append(f"{first}>{node} and {second}>{node}")
     if sharp:
         yield Finding(
-            "warning",
+            "SHARP_MERGE",
             "layout: edges",
-            f"meet at less than 60 degrees, where robots waiting on both would come closer than D: {_some(sharp)}",
+            f"meet at less than 60 degrees, where robots waiting on both would come closer than D: {some(sharp)}",
         )
 
 
-def _bridges(layout: Layout) -> Iterator[Finding]:
+def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
     """Edges that cross, drawn straight, where there is no node."""
     places = {name: layout.point(name) for name in layout.graph}
-    edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
-    longest = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) or 1.0
-    squares = defaultdict(list)  # of the longest edge's length: edges that cross have one in common
-    for a, b in edges:
-        (left, right), (low, high) = (
-            sorted((math.floor(one / longest), math.floor(other / longest)))
-            for one, other in ((places[a].real, places[b].real), (places[a].imag, places[b].imag))
-        )
-        for square in ((x, y) for x in range(left, right + 1) for y in range(low, high + 1)):
-            squares[square].append((a, b))
-    pairs = {pair for near in squares.values() for pair in combinations(near, 2)}
     crossing = sorted(
         f"{'>'.join(one)} and {'>'.join(other)}"
-        for one, other in pairs
+        for one, other in near
         if not {*one} & {*other} and _cross([places[name] for name in (*one, *other)])
     )
     if crossing:
         yield Finding(
-            "warning",
+            "CROSSING_EDGES",
             "layout: edges",
-            "cross where there is no node, so robots there do not give way to each other: "
-            f"{_some(crossing)}; a node where they cross makes it an intersection",
+            f"cross where there is no node, so robots there do not give way to each other: {some(crossing)}",
+            "a node where they cross makes it an intersection",
         )
+
+
+def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Finding]:
+    """Edges that run along each other, drawn straight, where robots on both would touch."""
+    places = {name: layout.point(name) for name in layout.graph}
+    length = layout.graph.edges
+    straight = {
+        pair
+        for pair in near
+        if all(length[edge]["length"] < BENT * abs(places[edge[1]] - places[edge[0]]) for edge in pair)
+    }
+    along = sorted(
+        f"{'>'.join(one)} and {'>'.join(other)}"
+        for one, other in straight
+        if _along([places[name] for name in (*one, *other)], use.contact)
+    )
+    if along:
+        yield Finding(
+            "LANES_OVERLAP",
+            "layout: edges",
+            f"run along each other less than {use.contact:g} (D) apart, so robots on both would touch, unseen by the "
+            f"simulation: {some(along)}",
+            "one lane there, nodes that divide it, or lanes D apart",
+        )
+
+
+def _near(layout: Layout, apart: float) -> set[Pair]:
+    """Pairs of edges that may come nearer to each other than `apart`, one of each two-way pair."""
+    places = {name: layout.point(name) for name in layout.graph}
+    edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
+    size = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) + apart
+    squares = defaultdict(list)  # edges that come near have one in common
+    for a, b in edges:
+        (left, right), (low, high) = (
+            (math.floor((min(one, other) - apart) / size), math.floor((max(one, other) + apart) / size))
+            for one, other in ((places[a].real, places[b].real), (places[a].imag, places[b].imag))
+        )
+        for square in ((x, y) for x in range(left, right + 1) for y in range(low, high + 1)):
+            squares[square].append((a, b))
+    return {pair for edges in squares.values() for pair in combinations(edges, 2)}
+
+
+def _along(ends: list[complex], apart: float) -> bool:
+    """Whether the lines from the first to the second and from the third to the fourth point run side by side.
+
+    That is parallel, less than `apart` from each other, for longer than that.
+    """
+    a, b, c, d = ends
+    first, second = b - a, d - c
+    if not first or not second:
+        return False
+    unit = first / abs(first)
+    if abs((unit.conjugate() * second).imag) > PARALLEL * abs(second):
+        return False
+    other = [unit.conjugate() * (point - a) for point in (c, d)]
+    beside = min(abs(first), max(end.real for end in other)) - max(0.0, min(end.real for end in other))
+    return max(abs(end.imag) for end in other) < apart - EPS and beside > apart
 
 
 def _cross(ends: list[complex]) -> bool:

@@ -48,7 +48,8 @@ class StationPlaces:
 class Layout:
     """A warehouse floor.
 
-    `graph` is the Highways: nodes have x and y, edges have length and speed (limit, inf if none).
+    `graph` is the Highways: nodes have x and y, edges have length, speed (limit, inf if none) and perhaps two_way: the
+    edge and the one back are one lane, used in one direction at a time.
     The order of a node's successors is the order in which Algorithm 1 tries them.
     """
 
@@ -57,6 +58,11 @@ class Layout:
     bays: dict[str, BayPlaces]
     stations: dict[str, StationPlaces]
     goods_size: float = 0.0
+
+    @property
+    def two_way(self) -> list[Edge]:
+        """The two-way lanes, each by one of its edges."""
+        return [(a, b) for a, b, two_way in self.graph.edges(data="two_way") if two_way and a < b]
 
     def point(self, node: str) -> complex:
         """Where a node is: x + iy."""

@@ -22,6 +22,7 @@ Integer = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Flag = Annotated[bool, Field(strict=True)]
 Name = Annotated[str, Field(strict=True, min_length=1)]
 Text = Annotated[str, Field(strict=True)]
 Side = Literal["north", "south", "east", "west"]
@@ -155,7 +156,10 @@ def _short_edge(value: Any) -> Any:
 
 
 class Edge(Part):
-    """A one-way edge of the Highways; `[A, B]` for short."""
+    """An edge of the Highways, one-way unless it says otherwise; `[A, B]` for short.
+
+    An edge there and one back between the same nodes are one two-way lane, unless they are side by side.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
@@ -163,6 +167,8 @@ class Edge(Part):
     target: Name = Field(alias="to", description="the node it leads to")
     length: Positive | None = Field(None, description="default: the straight distance")
     speed: Positive | None = Field(None, description="speed limit; default: none")
+    two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
+    side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
 
 
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
@@ -195,6 +201,9 @@ class Bay(Places):
 
     places: Count | None = Field(None, description="a node; default: as many as robots start there")
     chargers: Whole | None = Field(None, description="a node; default: one a place")
+    total_chargers: Whole | None = Field(
+        None, description="instead of chargers: of all its nodes together, assigned to them round-robin"
+    )
 
 
 class Station(Places):
@@ -212,7 +221,7 @@ class LayoutSpec(Part):
     edges: tuple[
         Annotated[Edge, BeforeValidator(_short_edge), Says("an edge: [A, B] or a section with from and to", _PAIR)],
         ...,
-    ] = Field((), description="one-way edges between the nodes")
+    ] = Field((), description="edges between the nodes")
     storage: Annotated[
         tuple[Storage, ...],
         Says("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),

@@ -10,7 +10,7 @@ from desim_warehouse.model import checks_layout
 from desim_warehouse.model.checks_layout import node_problems, storage_places
 from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.problems import Problem, got
-from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, SaturatedGoods
+from desim_warehouse.model.schema import Good, PoissonGoods, Popularity, SaturatedGoods, SpreadEnergy
 from desim_warehouse.policies.catalogue import problems
 
 if TYPE_CHECKING:
@@ -139,6 +139,13 @@ def _threshold(model: Model) -> Iterator[Problem]:
         yield Problem.of(("battery", "threshold"), "too large", battery.threshold, expected)
 
 
+def _start_energy(model: Model) -> Iterator[Problem]:
+    spread = model.fleet.start_energy
+    if isinstance(spread, SpreadEnergy) and spread.uniform[0] > spread.uniform[1]:
+        expected = "the least first, then the most"
+        yield Problem.of(("fleet", "start_energy", "uniform"), "turned round", list(spread.uniform), expected)
+
+
 def _warm_up(model: Model) -> Iterator[Problem]:
     run = model.run
     if run.length is not None and run.warm_up >= run.length:
@@ -186,6 +193,7 @@ CHECKS: tuple[tuple[Callable[[Model], Iterator[Problem]], tuple[str, ...]], ...]
     (_weights, (*_PLACES, "tasks.popularity")),
     (_lifelong, ("tasks.goods", "run.length")),
     (_threshold, ("battery.threshold", "battery.capacity")),
+    (_start_energy, ("fleet.start_energy",)),
     (_warm_up, ("run.warm_up", "run.length")),
     (_kinds, ("fleet.kinds", "fleet.size")),
     (_parameters, ("policies",)),

@@ -147,6 +147,9 @@ def _bays(model: Model) -> Iterator[Problem]:
         if bay.places is not None and bay.chargers is not None and bay.chargers > bay.places:
             expected = f"at most one for each of the {bay.places} places"
             yield Problem.of(("layout", "bays", name, "chargers"), "too many", bay.chargers, expected)
+        if bay.chargers is not None and bay.total_chargers is not None:
+            keys: Keys = ("layout", "bays", name, "total_chargers")
+            yield Problem.of(keys, "both this and chargers", bay.total_chargers, "one of the two (chargers: a node)")
     for name, station in model.layout.stations.items():
         if station.servers > station.places:
             expected = f"at most one for each of the {station.places} places"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field
 
+from desim_warehouse.findings import Acceptable  # noqa: TC001 - pydantic reads it
 from desim_warehouse.layout.spec import (
     Count,
     FrozenMap,
@@ -26,6 +27,9 @@ from desim_warehouse.layout.spec import (
 )
 from desim_warehouse.model.policy import Policies
 
+METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "dm": 0.1, "km": 1000.0}
+"""Metres in the units of length that are known by name."""
+
 
 class Units(Part):
     """Names of the units the file is written in, and the seconds in one time unit."""
@@ -33,6 +37,11 @@ class Units(Part):
     length: Name = Field("m", description="name of the length unit")
     time: Name = Field("s", description="name of the time unit")
     seconds: Positive = Field(1.0, description="seconds in one time unit, for reports and hourly rates")
+
+    @property
+    def metre(self) -> float | None:
+        """Metres in the length unit; None where its name does not say."""
+        return METRES.get(self.length)
 
     @property
     def hour(self) -> float:
@@ -56,6 +65,19 @@ class Kind(Part):
     speed: Positive | None = Field(None, description="default: fleet.robot.speed")
 
 
+Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+
+
+class SpreadEnergy(Part):
+    """`uniform: [a, b]`: for every robot drawn evenly between two parts of the capacity, by the run's seed."""
+
+    uniform: tuple[Share, Share] = Field(description="the least and the most, parts of the capacity")
+
+
+def _energy_form(value: Any) -> str:
+    return "\0spread" if isinstance(value, Mapping | SpreadEnergy) else "\0number"
+
+
 class Fleet(Part):
     """The robots and where they start."""
 
@@ -65,6 +87,11 @@ class Fleet(Part):
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
     first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
+    start_energy: Annotated[
+        Annotated[Share, tagged("number")] | Annotated[SpreadEnergy, tagged("spread")],
+        Discriminator(_energy_form),
+        Says("a part of the capacity from 0 to 1, or {uniform: [a, b]}"),
+    ] = Field(1.0, description="what the batteries hold at the start, as a part of the capacity")
 
     def robots(self) -> list[Robot]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
@@ -78,6 +105,11 @@ class Fleet(Part):
             for _ in range(kind.count)
         ]
         return special + [self.robot] * (self.size - len(special))
+
+    def homes(self, bays: Iterable[str]) -> list[str]:
+        """The node beside which every robot starts, by number, given the nodes with bays."""
+        start = self.start or tuple(bays)
+        return [start[number % len(start)] for number in range(self.size)]
 
     @property
     def contact(self) -> float:
@@ -228,13 +260,25 @@ class Battery(Part):
         0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
     )
 
+    @property
+    def draws(self) -> Consumption:
+        """Energy per time unit in every state, also where the file has one number for all."""
+        one = self.consumption
+        if isinstance(one, Consumption):
+            return one
+        return Consumption(standing=one, empty=one, loaded=one, handling=one)
+
 
 class Traffic(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
     node_time: NotNegative = Field(0.0, description="turning and re-planning at every node reached")
-    gridlock: Literal["rotate", "stop"] = Field("rotate", description="what a full ring of robots does")
+    gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
+        "auto",
+        description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
+        "where a lane is two-way, else rotate",
+    )
 
 
 class Run(Part):
@@ -267,6 +311,9 @@ class Model(Part):
     run: Run = Run()
     cost: Cost = Cost()
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
+    accept: tuple[Acceptable, ...] = Field(
+        (), description="codes of errors of `desim check` to simulate in spite of; the report says so"
+    )
 
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values: equal models, equal content.

@@ -1,6 +1,7 @@
 """Routing policies: which way a robot drives.
 
-`cost` names the oracle whose ways a policy takes, so that driving times shown to others are those of its ways.
+`cost` names the oracle whose routes a policy takes, so that driving times shown to others are those of its routes;
+`fixed` says that they never change, so that each is asked for once a run.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ class Highways:
     """
 
     cost: ClassVar[str] = "hops"
+    fixed: ClassVar[bool] = True
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
@@ -38,6 +40,7 @@ class Shortest:
     """
 
     cost: ClassVar[str] = "length"
+    fixed: ClassVar[bool] = True
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
@@ -52,6 +55,7 @@ class Fastest:
     """
 
     cost: ClassVar[str] = "time"
+    fixed: ClassVar[bool] = True
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.log import NONE
 from desim_warehouse.report import words
-from desim_warehouse.report.states import energy_curves, errands, state_table, stays
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -82,6 +81,15 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
     }
 
 
+def state_table(run: Run) -> pd.DataFrame:
+    """The states of all robots as a table: robot, state, start, end, task, energy (at the start)."""
+    import pandas as pd
+
+    columns = ["robot", "state", "start", "end", "task", "energy"]
+    rows = [[getattr(span, name) for name in columns] for robot in run.history.states for span in robot]
+    return pd.DataFrame.from_records(rows, columns=columns)
+
+
 def trace(run: Run) -> dict[str, Any]:
     """A run in the Trace Event Format: a process per robot with tracks for states, tasks and waits, and its battery.
 
@@ -150,43 +158,42 @@ def _slice(pid: int, track: int, name: str, span: tuple[float, float], args: dic
 def _states(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
-            _process(stay.robot),
+            _process(span.robot),
             _STATES,
-            words.STATE_WORDS[stay.state],
-            (at(stay.start), at(stay.end)),
-            {} if stay.task == NONE else {"task": stay.task},
+            words.STATE_WORDS[span.state],
+            (at(span.start), at(span.end)),
+            {} if span.task == NONE else {"task": span.task},
         )
-        for robot in stays(run)
-        for stay in robot
+        for robot in run.history.states
+        for span in robot
     ]
 
 
 def _tasks(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
-            _process(errand.robot),
+            _process(one.robot),
             _TASKS,
-            f"task {errand.task}",
-            (at(errand.start), at(errand.end)),
-            {"ended": errand.ended},
+            f"task {one.task}",
+            (at(one.start), at(one.end)),
+            {"ended": one.ended},
         )
-        for errand in errands(run)
+        for one in run.history.assignments
     ]
 
 
 def _waits(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     """A slice for each wait, and a flow from the robot waited for."""
     events: list[dict[str, Any]] = []
-    rows = run.waits.itertuples(index=False)
-    for number, (start, end, robot, other, node, edge) in enumerate(rows):
-        place = f"before {node}" if isinstance(node, str) else f"on {edge}"
-        whom = "waits" if other == NONE else f"waits for robot {other}"
-        span = (at(start), at(end))
-        events.append(_slice(_process(robot), _WAITS, whom, span, {"where": place}))
-        if other != NONE:
+    for number, wait in enumerate(run.history.waits):
+        place = f"before {wait.node}" if wait.edge is None else f"on {'>'.join(wait.edge)}"
+        whom = "waits" if wait.other == NONE else f"waits for robot {wait.other}"
+        span = (at(wait.start), at(wait.end))
+        events.append(_slice(_process(wait.robot), _WAITS, whom, span, {"where": place}))
+        if wait.other != NONE:
             flow = {"cat": "waits", "name": "in the way", "id": number, "ts": span[0]}
-            events.append({"ph": "s", "pid": _process(other), "tid": _STATES, **flow})
-            events.append({"ph": "f", "bp": "e", "pid": _process(robot), "tid": _WAITS, **flow})
+            events.append({"ph": "s", "pid": _process(wait.other), "tid": _STATES, **flow})
+            events.append({"ph": "f", "bp": "e", "pid": _process(wait.robot), "tid": _WAITS, **flow})
     return events
 
 
@@ -200,7 +207,7 @@ def _batteries(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
             "ts": at(time),
             "args": {"energy": round(level, 6)},
         }
-        for number, (times, levels) in enumerate(energy_curves(run))
+        for number, (times, levels) in enumerate(run.history.energy_curves)
         for time, level in zip(times, levels, strict=True)
         if math.isfinite(level)
     ]
@@ -218,5 +225,5 @@ def _rotations(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
             "ts": at(time),
             "args": {"robots": list(robots), "edges": list(edges)},
         }
-        for time, robots, edges in run.record.rings
+        for time, robots, edges in run.history.rotations
     ]

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.log import STATES
+from desim_warehouse.report.palette import GROUND, PALETTES
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.replay import PALETTES, window
-from desim_warehouse.report.replay.timeline import Timeline, at_rest, timeline
+from desim_warehouse.report.replay import window
 from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.states import seen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,11 +27,6 @@ SECONDS = 20.0
 MOST_FRAMES = 3000
 MOST_NUMBERS, MOST_LETTERS = 30, 60
 """Robots and nodes that are named; more would not be legible."""
-COLOURS = {
-    "safe": {"empty": "#0062a3", "loaded": "#d55e00", "idle": "#00735a", "none": "#2f3942", "wait": "#f0a500"},
-    "paper": {"empty": "#0000ff", "loaded": "#ff0000", "idle": "#008000", "none": "#000000", "wait": "#ffb000"},
-}
-MOOD = dict(zip(STATES, ("idle", "empty", "empty", "loaded", "loaded", "loaded", "idle", "idle"), strict=True))
 
 
 def film(
@@ -113,11 +108,11 @@ class Picture:
     def __init__(self, axes: Axes, run: Run, palette: str = "safe") -> None:
         self.axes = axes
         self.run = run
-        self.colours = COLOURS[palette]
+        self.colours = GROUND["light"] | PALETTES[palette]["light"]
         self.positions = Positions(run)
-        self.events: Timeline = timeline(run)
+        self.history = run.history
         self.radii = np.array(robot_radii(run.model))
-        self.state_times = [np.array([row[0] for row in rows]) for rows in self.events.states]
+        self.state_times = [np.array([span.start for span in changes]) for changes in self.history.changes]
         self._draw_floor()
         self._add_robots()
 
@@ -128,38 +123,37 @@ class Picture:
         self.robots.set_offsets(points)
         self.robots.set_facecolor([self.colours[mood] for mood in self.moods(time)])
         waiting = self.waiting(time)
-        self.robots.set_edgecolor([self.colours["wait"] if wait else "#16202a" for wait in waiting])
+        self.robots.set_edgecolor([self.colours["wait"] if wait else self.colours["outline"] for wait in waiting])
         self.robots.set_linewidth([2.5 if wait else 0.8 for wait in waiting])
         noses = np.stack([np.cos(headings), np.sin(headings)], axis=1) * self.radii[:, None]
         self.heads.set_segments(list(np.stack([points + 0.6 * noses, points + 1.5 * noses], axis=1)))
         for number, (x, y) in zip(self.numbers, points, strict=False):
             number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
-        done = sum(1 for moment, _ in self.events.deliveries if moment <= time)
-        counted = sum(1 for wait in self.events.waits if self.run.record.begin <= wait.time <= time)
+        done = sum(1 for task in self.history.counted_deliveries if task.delivered <= time)
+        counted = sum(1 for wait in self.history.waits if self.history.counts(wait.end) and wait.end <= time)
         unit = self.run.model.units
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
 
     def moods(self, time: float) -> list[str]:
         """The colour of every robot at a time."""
-        moods = []
-        for rows, times in zip(self.events.states, self.state_times, strict=True):
-            _, state, task, _ = rows[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
-            name = STATES[state]
-            moods.append("idle" if at_rest(name, task) else MOOD[name])
+        moods: list[str] = []
+        for changes, times in zip(self.history.changes, self.state_times, strict=True):
+            span = changes[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
+            moods.append(seen(span.state, span.task).role)
         return moods
 
     def waiting(self, time: float) -> list[bool]:
         """Whether each robot waits at a time."""
         result = [False] * len(self.radii)
-        for wait in self.events.waits:
-            if wait.begin <= time < wait.end:
+        for wait in self.history.waits:
+            if wait.start <= time < wait.end:
                 result[wait.robot] = True
         return result
 
     def _goods(self, time: float) -> list[str]:
         colours = [self.colours["none"]] * len(self.run.layout.storage)
-        for task in self.events.tasks.values():
+        for task in self.history.tasks.values():
             if task.good >= 0 and task.released <= time < task.loaded:
                 colours[task.good] = self.colours["loaded"]
         return colours
@@ -172,11 +166,11 @@ class Picture:
         axes.set_aspect("equal")
         axes.set_axis_off()
         lines = [(start, end) for start, end in zip(edges.start[: edges.real], edges.end[: edges.real], strict=True)]
-        axes.add_collection(LineCollection(lines, colors="#aab4be", linewidths=0.8, zorder=1))
+        axes.add_collection(LineCollection(lines, colors=self.colours["aisle"], linewidths=0.8, zorder=1))
         middle, way = (edges.start + edges.end)[: edges.real] / 2, (edges.end - edges.start)[: edges.real]
         angles = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
         for (x, y), angle in zip(middle, angles, strict=True):
-            axes.plot(x, y, marker=(3, 0, -angle - 90), color="#8995a1", markersize=5, zorder=1)
+            axes.plot(x, y, marker=(3, 0, -angle - 90), color=self.colours["border"], markersize=5, zorder=1)
         size = run.layout.goods_size or 1.3 * float(self.radii.max())
         squares = [
             Rectangle((place.x - 0.47 * size, place.y - 0.47 * size), 0.94 * size, 0.94 * size)
@@ -207,7 +201,7 @@ class Picture:
             size, size, np.zeros(len(size)), units="xy", offsets=np.zeros((len(size), 2)),
             transOffset=self.axes.transData, zorder=3,
         )  # fmt: skip
-        self.heads = LineCollection([], colors="#16202a", linewidths=1.5, zorder=4)
+        self.heads = LineCollection([], colors=self.colours["outline"], linewidths=1.5, zorder=4)
         self.axes.add_collection(self.robots)
         self.axes.add_collection(self.heads)
         shown = len(size) if len(size) <= MOST_NUMBERS else 0

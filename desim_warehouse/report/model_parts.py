@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import build
 from desim_warehouse.report import html, words
 
@@ -39,6 +40,8 @@ def model_facts(model: Model) -> Html:
     if model.run.length is not None:
         length = f"{words.number(model.run.length)} {units.time}"
         rows.append(("Run", f"{length}, counted after a warm-up of {words.number(model.run.warm_up)} {units.time}"))
+    accepted = [item.problem for item in errors(model) if item.code in model.accept]
+    rows += [("Accepted error", problem) for problem in accepted]
     return html.facts(rows, "model")
 
 

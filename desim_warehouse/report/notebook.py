@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.runfolder import RUN, STUDY
+from desim_warehouse.run.folder import RUN, STUDY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -185,7 +185,7 @@ def _as_file(notebook: NotebookNode) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    from desim_warehouse.runfolder import write_whole
+    from desim_warehouse.run.folder import write_whole
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

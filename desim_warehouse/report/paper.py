@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 FIGURES = {"T": (6, "Task time (s)"), "S": (7, "Collisions"), "C": (8, "Chargings")}
 """Indicator: the figure of the paper that shows it, and its axis."""
-COLOURS = ("#1f5fa8", "#c9463d", "#3a8f4d", "#8a5aa8", "#d08a1e")
 MARKERS = ("o", "s", "^", "D", "v")
 
 
@@ -95,7 +95,7 @@ class Reproduction:
     def _bars(self, axes: Axes, column: str, paper: str) -> None:
         means = self.table.groupby("robots")[[column, paper]].mean()
         axes.bar(means.index - 0.2, means[column], 0.38, color=COLOURS[0], label="here")
-        axes.bar(means.index + 0.2, means[paper], 0.38, color="#b9c7d8", label="paper")
+        axes.bar(means.index + 0.2, means[paper], 0.38, color=COLOURS[5], label="paper")
         axes.legend(frameon=False, fontsize=8)
         axes.set_title("mean of the groups", fontsize=10)
 

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.zones import Zone, homes, zones
+from desim_warehouse.report.zones import Zone, zones
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from desim_warehouse.log import LogRow
     from desim_warehouse.run import Run
 
     Floats = NDArray[np.float64]
@@ -167,25 +168,26 @@ class _Follower:
 
     def legs(self) -> Legs:
         """All legs of the run."""
-        for robot, home in enumerate(homes(self.run.model, self.run.layout)):
+        for robot, home in enumerate(self.run.model.fleet.homes(self.run.layout.bays)):
             self._settle(0.0, robot, "bay", home)
-        for time, kind, robot, _, node, edge, value, until, _ in self.run.record.rows:
-            if kind == "drive":
-                self._drive(robot, time, until, self.number[edge], value)
-            elif kind == "enter":
-                self._enter(robot, time, self.number[edge])
-            elif kind == "parked":
-                self._settle(time, robot, "bay", node)
-                self.exit[robot] = self.run.model.fleet.exit_time
-            elif kind == "docked":
-                self._settle(time, robot, "station", node)
-                self.exit[robot] = self.run.model.tasks.clear_time
-            elif kind in IN_PLACE:
-                self.resting[robot] = time
+        for row in self.run.history.rows("drive", "enter", "parked", "docked", *IN_PLACE):
+            if row.kind == "drive":
+                self._drive(row)
+            elif row.kind == "enter":
+                self._enter(row)
+            elif row.kind == "parked":
+                self._settle(row.time, row.robot, "bay", row.node)
+                self.exit[row.robot] = self.run.model.fleet.exit_time
+            elif row.kind == "docked":
+                self._settle(row.time, row.robot, "station", row.node)
+                self.exit[row.robot] = self.run.model.tasks.clear_time
+            else:
+                self.resting[row.robot] = row.time
         return self._sorted()
 
-    def _settle(self, time: float, robot: int, kind: str, node: str) -> None:
+    def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
         """A robot is in a bay or station from now on."""
+        assert node is not None
         inside = self.inside[robot]
         berths = self.berths[kind, node]
         if inside is not None:
@@ -197,8 +199,9 @@ class _Follower:
         self.resting[robot] = time
         self._note(robot, time, time, edge, 0.0, 0.0)
 
-    def _enter(self, robot: int, time: float, edge: int) -> None:
+    def _enter(self, row: LogRow) -> None:
         """A robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        robot, time = row.robot, row.time
         inside = self.inside[robot]
         if inside is not None:
             berths, place, _ = inside
@@ -206,12 +209,16 @@ class _Follower:
             self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
             berths.leave(place)
             self.inside[robot] = None
-        self.on[robot] = edge
+        self.on[robot] = self._number(row)
         self.position[robot] = 0.0
         self.fresh[robot] = True
 
-    def _drive(self, robot: int, time: float, until: float, edge: int, target: float) -> None:
+    def _drive(self, row: LogRow) -> None:
         """A robot sets off along the edge it is on."""
+        robot, time, edge = row.robot, row.time, self._number(row)
+        assert row.value is not None
+        assert row.until is not None
+        target, until = row.value, row.until
         if edge != self.on[robot]:  # its row comes before the one that says so
             self.on[robot], self.position[robot], self.fresh[robot] = edge, 0.0, True
         origin = self.position[robot]
@@ -219,6 +226,10 @@ class _Follower:
             self._note(robot, time, max(until, time), edge, origin, target)
         self.position[robot] = target
         self.fresh[robot] = False
+
+    def _number(self, row: LogRow) -> int:
+        assert row.edge is not None
+        return self.number[row.edge]
 
     def _note(self, robot: int, begin: float, end: float, edge: int, origin: float, target: float) -> None:
         self.rows.append((robot, begin, end, edge, origin, target))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import html, plot, words
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.states import stays
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,12 +31,11 @@ def heading(run: Run) -> Html:
 
 def short(run: Run) -> Html:
     """The run in a sentence or two."""
-    units, kpis = run.model.units, run.kpis
-    seconds = kpis["T"] * units.seconds
+    kpis = run.kpis
     lines = [
         (
-            f"{words.number(kpis['tasks'])} tasks delivered in {words.number(kpis['T'])} {units.time} "
-            f"({words.number(seconds)} s), {words.number(kpis['throughput_per_hour'])} an hour."
+            f"{words.number(kpis['tasks'])} tasks delivered in {_counted_time(run)}, "
+            f"{words.number(kpis['throughput_per_hour'])} an hour."
         ),
         (
             f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
@@ -46,6 +44,17 @@ def short(run: Run) -> Html:
         f"{words.number(kpis['C'])} chargings after which a robot went out again.",
     ]
     return html.bullets(lines, "answers")
+
+
+def _counted_time(run: Run) -> str:
+    """The time that the indicators count, and what came before it if anything did."""
+    units, counted = run.model.units, run.history.counted
+    said = f"{words.number(counted)} {units.time}"
+    if units.time != "s":
+        said += f" ({words.number(counted * units.seconds)} s)"
+    if run.history.begin:
+        said += f" after a warm-up of {words.number(run.history.begin)} {units.time}"
+    return said
 
 
 def warehouse(run: Run) -> Html:
@@ -70,7 +79,7 @@ def robot_figures(run: Run) -> list[Axes]:
     fleet = range(run.model.fleet.size)
     figures = [plot.utilisation(run)]
     shown = list(fleet[:_GANTT])
-    states = sum(len(robot) for robot in stays(run)[:_GANTT])
+    states = sum(len(robot) for robot in run.history.states[:_GANTT])
     end = run.record.end * min(1.0, _SPANS / max(states, 1))
     if end > 0:
         figures.append(plot.gantt(run, robots=shown, end=end))

@@ -4,35 +4,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from desim_warehouse.report import words
-from desim_warehouse.report.tables import is_numeric
+from desim_warehouse.study.table import cells, is_numeric
 
 if TYPE_CHECKING:
-    from desim_warehouse.report.source import StudyFacts
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Comparison, Difference
 
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
 """Indicators that rise with demand, whatever the warehouse does."""
 
 
-def conclusions(study: StudyFacts) -> list[str]:
+def conclusions(study: Results) -> list[str]:
     """What the study shows: each indicator's significant falls and rises, and where more robots stop paying."""
     lines = []
     for indicator in study.moving:
-        comparison = study.comparison(indicator)
+        comparison = study.compare_finished(indicator)
         if comparison is not None:
             lines += against_baseline(study, indicator, comparison)
     return lines + knee_of_throughput(study)
 
 
-def against_baseline(study: StudyFacts, indicator: str, comparison: Comparison) -> list[str]:
+def against_baseline(study: Results, indicator: str, comparison: Comparison) -> list[str]:
     """One sentence on the designs significantly below the baseline, and one on those above, with the farthest."""
     told = [row for row in comparison.differences if row.differs and not _follows(study, indicator, row)]
     sides = (
         ("lower", [row for row in told if row.estimate.mean < 0]),
         ("higher", [row for row in told if row.estimate.mean > 0]),
     )
-    name, base = words.indicator_name(indicator), study.name_of(study.baseline)
+    name, base = words.indicator_name(indicator), name_of(study, study.baseline)
     lines = []
     for word, rows in sides:
         if not rows:
@@ -40,28 +42,28 @@ def against_baseline(study: StudyFacts, indicator: str, comparison: Comparison) 
         most = max(rows, key=lambda row: abs(row.estimate.mean))
         by = f"by {_amount(study, indicator, most)}"
         if len(comparison.differences) == 1:
-            lines.append(f"{name} is {word} with {_name(study, most)} than with {base}, {by}.")
+            lines.append(f"{name} is {word} with {name_of(study, str(most.design))} than with {base}, {by}.")
         else:
             lines.append(
                 f"{name} is {word} than with {base} in {len(rows)} of {len(comparison.differences)} designs, "
-                f"most with {_name(study, most)}: {by}."
+                f"most with {name_of(study, str(most.design))}: {by}."
             )
     return lines
 
 
-def _follows(study: StudyFacts, indicator: str, row: Difference) -> bool:
+def _follows(study: Results, indicator: str, row: Difference) -> bool:
     """Whether a difference is only that more was ordered: no finding."""
-    assert isinstance(row.design, tuple)
-    ours, base = study.models.get(row.design), study.models.get(study.baseline)
+    ours, base = study.models.get(str(row.design)), study.models.get(study.baseline)
     return indicator in VOLUMES and ours is not None and base is not None and ours.tasks.goods != base.tasks.goods
 
 
-def _name(study: StudyFacts, row: Difference) -> str:
-    assert isinstance(row.design, tuple)
-    return study.name_of(row.design)
+def name_of(study: Results, design: str) -> str:
+    """A design in words; factors that do not vary are left out."""
+    levels = zip(study.factors, study.designs[design], strict=True)
+    return words.design_name({key: level for key, level in levels if key in study.varied or len(study.factors) == 1})
 
 
-def _amount(study: StudyFacts, indicator: str, row: Difference) -> str:
+def _amount(study: Results, indicator: str, row: Difference) -> str:
     """By how much: with the half-width, and as a share of the baseline's mean."""
     estimate = row.estimate
     unit = words.unit(words.indicator_kind(indicator), study.base.units)
@@ -71,22 +73,22 @@ def _amount(study: StudyFacts, indicator: str, row: Difference) -> str:
         by += f" ± {words.number(estimate.half_width, digits)}"
     by += f" {unit}" if unit else ""
     by += ", exactly" if estimate.half_width is None else ""
-    base = study.runs(study.baseline)[indicator].mean()
+    values = study.values(study.baseline, indicator)
+    base = values[~np.isnan(values)].mean()
     if not base:
         return by
     share = 100 * estimate.mean / abs(base)
     return f"{by} ({'+' if share > 0 else ''}{words.number(share, 0 if abs(share) >= 10 else 1)} %)"  # noqa: PLR2004
 
 
-def knee_of_throughput(study: StudyFacts) -> list[str]:
+def knee_of_throughput(study: Results) -> list[str]:
     """Where more robots stop paying, if throughput surely rises up to there."""
-    from desim_warehouse.report.tables import cells
     from desim_warehouse.study.statistics import knee, paired
 
     factor, indicator = "fleet.size", "throughput_per_hour"
-    if study.sampled or factor not in study.factors or indicator not in study.moving:
+    if study.plan.rule.sampled or factor not in study.factors or indicator not in study.moving:
         return []
-    found = cells(study.table, [factor], indicator, study.confidence)
+    found = cells(study.table, [factor], indicator, study.plan.confidence)
     sizes = [cell.levels[0] for cell in found]
     if len(sizes) < 3 or not is_numeric(sizes):  # noqa: PLR2004 - fewer have no knee
         return []
@@ -100,7 +102,7 @@ def knee_of_throughput(study: StudyFacts) -> list[str]:
     rise = paired(
         [there[r] for r in common],
         [first[r] for r in common],
-        study.confidence,
+        study.plan.confidence,
         deterministic=study.deterministic,
     )
     low = rise.mean if rise.deterministic else rise.interval[0] if rise.interval else 0.0

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 import platform
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import WarehouseError
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.tables import is_numeric
-from desim_warehouse.study.indicators import within
-from desim_warehouse.study.statistics import estimate, first_order, main_effects
+from desim_warehouse.report.sentences import name_of
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import first_order, main_effects
+from desim_warehouse.study.table import RESULTS, is_numeric
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from desim_warehouse.report.source import Design, StudyFacts
     from desim_warehouse.run import Run
-    from desim_warehouse.study.statistics import Estimate
+    from desim_warehouse.study.plan import StudyPlan
 
 _ROWS = 60
 """Designs in a table; the rest is in results.parquet."""
@@ -27,13 +28,31 @@ _FOREST = 24
 """Designs in a forest plot."""
 
 
-def heading(study: StudyFacts) -> Html:
+def read(folder: str | Path) -> Results:
+    """The results of a study folder that has something to report.
+
+    Raises:
+        ReportError: where there is no study, it is damaged, or no run has finished without an error.
+    """
+    try:
+        results = Results.load(folder)
+    except StudyError as error:
+        raise ReportError(str(error)) from error
+    if not results.rows:
+        raise ReportError(f"{Path(folder) / RESULTS}: no run has finished, so there is nothing to report")
+    errors = [row.outcome.error for row in results.rows]
+    if None not in errors:
+        raise ReportError(f"{Path(folder) / RESULTS}: every run failed, the first with: {errors[0]}")
+    return results
+
+
+def heading(study: Results) -> Html:
     """Title and what the study is."""
-    lead = html.paragraph(study.description or study.base.description or "A what-if study.", "lead")
-    return html.heading(study.name) + lead
+    lead = html.paragraph(study.plan.description or study.base.description or "A what-if study.", "lead")
+    return html.heading(study.plan.name) + lead
 
 
-def question(study: StudyFacts) -> Html:
+def question(study: Results) -> Html:
     """What was varied, and what was looked at."""
     looked_at = _listed([words.in_sentence(name) for name in study.main])
     if not study.factors:
@@ -48,7 +67,7 @@ def _said(key: str) -> str:
     return f"{meaning}; " if meaning else ""
 
 
-def _values(study: StudyFacts, key: str) -> str:
+def _values(study: Results, key: str) -> str:
     found = study.levels(key)
     if len(found) > 12:  # noqa: PLR2004 - a line of text
         return f"{len(found)} values from {words.level(found[0])} to {words.level(found[-1])}"
@@ -59,7 +78,7 @@ def _listed(items: list[str]) -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 
-def conclusions(study: StudyFacts) -> Html:
+def conclusions(study: Results) -> Html:
     """What the statistics show, one sentence a finding; or that they show nothing."""
     lines = sentences.conclusions(study)
     if not lines:
@@ -67,19 +86,19 @@ def conclusions(study: StudyFacts) -> Html:
     return html.bullets(lines, "answers")
 
 
-def warehouse(study: StudyFacts) -> Html:
+def warehouse(study: Results) -> Html:
     """The model in numbers."""
     return model_facts(study.base)
 
 
-def design(study: StudyFacts) -> Html:
+def design(study: Results) -> Html:
     """How many designs and runs, and by which rule."""
     failed = int(study.table["error"].notna().sum()) if "error" in study.table else 0
     rows = [
-        ("Designs", f"{len(study.designs)} ({study.rule})"),
-        ("Replications", study.replications),
+        ("Designs", f"{len(study.designs)} ({study.plan.rule.name})"),
+        ("Replications", _replications(study.plan)),
         ("Runs", f"{len(study.table)}" + (f", {failed} of them failed" if failed else "")),
-        ("Baseline", study.name_of(study.baseline)),
+        ("Baseline", name_of(study, study.baseline)),
         ("Random numbers", "common: replication r has the same streams at every design"),
     ]
     if study.deterministic:
@@ -87,52 +106,60 @@ def design(study: StudyFacts) -> Html:
     return html.facts(rows, "design")
 
 
-def results(study: StudyFacts) -> Html:
+def _replications(plan: StudyPlan) -> str:
+    """How often each design is run, in words."""
+    rule = plan.replications
+    if isinstance(rule, int):
+        return str(rule)
+    if isinstance(rule, tuple):
+        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
+    return (
+        f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
+        f"{words.number(100 * rule.half_width)} % of its mean"
+    )
+
+
+def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
     units = study.base.units
     head = [*study.factors, "runs", *(words.indicator_label(name, units) for name in study.main)]
-    shown = study.designs[:_ROWS]
+    shown = list(study.designs)[:_ROWS]
     rows = [_result(study, design) for design in shown]
     marked = frozenset(number for number, design in enumerate(shown) if design == study.baseline)
     found = html.table(head, rows, words=len(study.factors), name="results", marked=marked)
     note = (
         "The models are deterministic: replications cannot differ, so there are no intervals."
         if study.deterministic
-        else f"Mean ± half-width, which holds the {100 * study.confidence:g} % interval of each mean; "
-        "without ± where there is only one replication."
+        else f"Mean ± half-width, which holds the {100 * study.plan.confidence:g} % interval of each mean; "
+        "without ± where chance plays no part, or there is only one replication."
     )
     if len(study.designs) > _ROWS:
         note += f" The first {_ROWS} of {len(study.designs)} designs; all are in results.parquet."
     return found + html.paragraph(f"{note} The baseline is shaded.", "note")
 
 
-def _result(study: StudyFacts, design: Design) -> list[str]:
+def _result(study: Results, design: str) -> list[str]:
     runs = study.runs(design)
-    cells = [*(words.level(value) for value in design), str(len(runs))]
+    cells = [*(words.level(value) for value in study.designs[design]), str(len(runs))]
     for indicator in study.main:
-        values = runs[indicator].dropna().astype(float).tolist()
-        cells.append(words.mean_text(_estimate(study, design, indicator, values)) if values else "failed")
+        found = study.estimate(runs, indicator)
+        cells.append(words.mean_text(found) if found else "failed")
     return cells
 
 
-def _estimate(study: StudyFacts, design: Design, indicator: str, values: list[float]) -> Estimate:
-    fixed = study.is_deterministic(design)
-    return estimate(values, study.confidence, deterministic=fixed, within=within(indicator))
-
-
-def result_figures(study: StudyFacts) -> list[Axes]:
+def result_figures(study: Results) -> list[Axes]:
     """Each main indicator by the first factors; throughput by fleet size with its knee; surfaces of two."""
     if not study.factors:
         return []
-    varied = [key for key in study.factors if len(study.levels(key)) > 1]
+    varied = study.varied
     if not varied:
         return []
     first, second = varied[0], (varied[1] if len(varied) > 1 else None)
-    few = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not study.sampled
+    few = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not study.plan.rule.sampled
     figures = []
     for indicator in study.moving:
-        if indicator == "throughput_per_hour" and first == "fleet.size" and not few and not study.sampled:
-            figures.append(plot.throughput(study.table, model=study.base, confidence=study.confidence))
+        if indicator == "throughput_per_hour" and first == "fleet.size" and not few and not study.plan.rule.sampled:
+            figures.append(plot.throughput(study.table, model=study.base, confidence=study.plan.confidence))
             continue
         figures.append(
             plot.by_factor(
@@ -140,7 +167,7 @@ def result_figures(study: StudyFacts) -> list[Axes]:
                 first,
                 indicator,
                 group=second if few else None,
-                confidence=study.confidence,
+                confidence=study.plan.confidence,
                 model=study.base,
             )
         )
@@ -149,15 +176,15 @@ def result_figures(study: StudyFacts) -> list[Axes]:
     return figures
 
 
-def effects(study: StudyFacts) -> Html:
+def effects(study: Results) -> Html:
     """Which factor matters: largest minus smallest mean over each factor's levels, and its share of variance."""
-    varied = [key for key in study.factors if len(study.levels(key)) > 1]
-    if len(varied) < 2 or study.rule == "paired":  # noqa: PLR2004 - one factor is all there is
+    varied = study.varied
+    if len(varied) < 2 or study.plan.rule.name == "paired":  # noqa: PLR2004 - one factor is all there is
         return html.paragraph("One factor, or factors varied together: their effects cannot be told apart.", "note")
     rows, doubts = [], []
     for indicator in study.moving:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
-        found = first_order(study.table, varied, indicator, confidence=study.confidence)
+        found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
         rows += [
             [words.indicator_name(indicator), key, words.number(swings[key]), found.text(key)] for key in found.shares
         ]
@@ -169,17 +196,17 @@ def effects(study: StudyFacts) -> Html:
     return html.table(head, rows, words=2, name="effects") + html.paragraph(note, "note")
 
 
-def comparison(study: StudyFacts) -> Html:
+def comparison(study: Results) -> Html:
     """Paired differences to the baseline, for each indicator."""
     parts = Html("")
     statement = ""
     for indicator in study.moving:
-        found = study.comparison(indicator)
+        found = study.compare_finished(indicator)
         if found is None:
             continue
         rows = [
             [
-                study.name_of(row.design),  # type: ignore[arg-type]
+                name_of(study, str(row.design)),
                 words.mean_text(row.estimate),
                 "–" if row.p_adjusted is None else _p_value(row.p_adjusted),
                 {True: "yes", False: "no", None: "cannot be told"}[row.differs],
@@ -187,7 +214,7 @@ def comparison(study: StudyFacts) -> Html:
             for row in found.differences[:_ROWS]
         ]
         label = words.indicator_label(indicator, study.base.units)
-        head = [f"{label}: difference to {study.name_of(study.baseline)}", "mean", "p adjusted", "differs"]
+        head = [f"{label}: difference to {name_of(study, study.baseline)}", "mean", "p adjusted", "differs"]
         parts += html.table(head, rows, name=f"comparison-{indicator}")
         statement = "exact differences of deterministic models" if study.deterministic else found.statement
     if not statement:
@@ -199,12 +226,12 @@ def _p_value(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"  # noqa: PLR2004 - digits shown
 
 
-def comparison_figures(study: StudyFacts) -> list[Axes]:
+def comparison_figures(study: Results) -> list[Axes]:
     """A forest plot for each main indicator; none for more designs than fit."""
     if not 1 < len(study.designs) <= _FOREST:
         return []
-    names = {design: study.name_of(design) for design in study.designs}
-    found = ((indicator, study.comparison(indicator)) for indicator in study.moving)
+    names = {design: name_of(study, design) for design in study.designs}
+    found = ((indicator, study.compare_finished(indicator)) for indicator in study.moving)
     return [
         plot.differences(made, indicator, names=names, model=study.base)
         for indicator, made in found
@@ -212,25 +239,25 @@ def comparison_figures(study: StudyFacts) -> list[Axes]:
     ]
 
 
-def busiest(study: StudyFacts) -> tuple[Design, Run] | None:
+def busiest(study: Results) -> tuple[str, Run] | None:
     """The design with the most waiting (else collisions), simulated again with the seed of its first good run."""
     from desim_warehouse.run import simulate
 
     by = next((name for name in ("waiting", "S") if name in study.table), None)
     if by is None:
         return None
-    means = {design: float(study.runs(design)[by].mean()) for design in study.designs}
-    design = max(study.designs, key=lambda key: -1.0 if math.isnan(means[key]) else means[key])
-    good = study.runs(design).dropna(subset=[by])
-    if good.empty or design not in study.models:
+    good = {design: [row for row in study.runs(design) if not math.isnan(row.value(by))] for design in study.designs}
+    means = {design: math.fsum(row.value(by) for row in rows) / len(rows) for design, rows in good.items() if rows}
+    design = max(means, key=lambda key: means[key], default="")
+    if design not in study.models:
         return None
     try:
-        return design, simulate(study.models[design].replace({"log": "tasks"}), int(good["seed"].iloc[0]))
+        return design, simulate(study.models[design].replace({"log": "tasks"}), good[design][0].seed)
     except WarehouseError:
         return None
 
 
-def congestion(study: StudyFacts, again: tuple[Design, Run] | None) -> Html:
+def congestion(study: Results, again: tuple[str, Run] | None) -> Html:
     """Which run the map shows, and where most is waited."""
     from desim_warehouse.report.run_parts import worst_places
 
@@ -238,15 +265,15 @@ def congestion(study: StudyFacts, again: tuple[Design, Run] | None) -> Html:
         return html.paragraph("No run is simulated again.", "note")
     design, run = again
     what = "waiting" if "waiting" in study.table else "collisions"
-    where = f"One run of {study.name_of(design)}, the design with the most {what} (seed {run.seed})."
+    where = f"One run of {name_of(study, design)}, the design with the most {what} (seed {run.seed})."
     return html.paragraph(where) + worst_places(run)
 
 
-def method(study: StudyFacts) -> Html:
+def method(study: Results) -> Html:
     """How to get the same numbers again, and which runs failed."""
     rows = [
-        ("Again, in Python", f"dw.Study.open({study.folder!r}).run(out=DIR)"),
-        ("Study seed", str(study.seed)),
+        ("Again, in Python", f"dw.Study.open({str(study.folder)!r}).run(out=DIR)"),
+        ("Study seed", str(study.plan.seed)),
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
         *((name, version) for name, version in study.versions.items()),
         ("Report made with", f"Python {platform.python_version()}"),
@@ -269,7 +296,7 @@ def method(study: StudyFacts) -> Html:
     return html.bullets(steps) + html.facts(rows, "method") + _failures(study)
 
 
-def _failures(study: StudyFacts) -> Html:
+def _failures(study: Results) -> Html:
     if "error" not in study.table or not study.table["error"].notna().any():
         return Html("")
     failed = study.table[study.table["error"].notna()]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from typing import TYPE_CHECKING, Any, get_args
+
+from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.states import TIMES
+from desim_warehouse.study.factors import readable
+from desim_warehouse.study.table import plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,41 +19,9 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.statistics import Estimate
 
-INDICATORS: dict[str, tuple[str, str]] = {
-    "T": ("Task time T", "time"),
-    "S": ("Collisions S", "count"),
-    "C": ("Chargings C", "count"),
-    "tasks": ("Tasks delivered", "count"),
-    "moves": ("Edges driven", "count"),
-    "distance": ("Distance driven", "length"),
-    "energy": ("Energy drawn", "energy"),
-    "waiting": ("Time waited in traffic", "time"),
-    "cost": ("Cost", "weighted"),
-    "rear_ends": ("Waits behind a robot on an edge", "count"),
-    "crossings": ("Waits before an intersection", "count"),
-    "rotations": ("Gridlock rotations", "count"),
-    "throughput_per_hour": ("Throughput", "tasks per hour"),
-    "cycle_time_mean": ("Cycle time, mean", "time"),
-    "cycle_time_median": ("Cycle time, median", "time"),
-    "cycle_time_p95": ("Cycle time, 95 % quantile", "time"),
-    "backlog": ("Backlog at the end", "tasks"),
-    "tardiness_mean": ("Tardiness, mean", "time"),
-    "on_time": ("Delivered on time", "share of tasks"),
-    "run_time": ("Computing time of a run", "s"),
-}
-"""Indicator: its name for people, and its kind of unit."""
-
-STATE_WORDS = {
-    "idle": "idle",
-    "empty": "driving empty",
-    "loading": "loading",
-    "loaded": "driving loaded",
-    "queueing": "queueing for a server or charger",
-    "unloading": "unloading",
-    "returning": "going to a bay",
-    "charging": "charging",
-    "waiting": "waiting in traffic",
-}
+_COLUMNS = {"run_time": ("Computing time of a run", "s")}
+"""Columns of a study table that are no indicators: name for people, and unit."""
+STATE_WORDS = {name: state.doing for name, state in TIMES.items()}
 """State of a robot: what it does, for people."""
 
 _FACTOR_UNITS = (
@@ -78,18 +50,15 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
 
 
 def indicator_kind(indicator: str) -> str:
-    """The kind of unit of an indicator: time, length, count, ..."""
-    if indicator.startswith("share_"):
-        return "share of fleet time"
-    return INDICATORS.get(indicator, ("", "count"))[1]
+    """The kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
+    known = INDICATORS.get(indicator)
+    return known.unit if known else _COLUMNS.get(indicator, ("", ""))[1]
 
 
 def indicator_name(indicator: str) -> str:
-    """An indicator's name for people; its own name if it is not one of ours."""
-    if indicator.startswith("share_"):
-        state = indicator.removeprefix("share_")
-        return f"Fleet {STATE_WORDS.get(state, state)}"
-    return INDICATORS.get(indicator, (indicator, ""))[0]
+    """An indicator's name for people; the column's own name if it is no indicator."""
+    known = INDICATORS.get(indicator)
+    return known.title if known else _COLUMNS.get(indicator, (indicator, ""))[0]
 
 
 def in_sentence(indicator: str) -> str:
@@ -149,15 +118,6 @@ def _section(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def plain(value: Any) -> Any:
-    """A value of a factor as it can be compared and sorted: a list or section read from a file as JSON text."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict | list | tuple):
-        return json.dumps(value, default=str)
-    return None if isinstance(value, float) and math.isnan(value) else value
-
-
 def level(value: Any) -> str:
     """A value of a factor, short enough for a label."""
     value = plain(value)
@@ -165,7 +125,7 @@ def level(value: Any) -> str:
         return "none"
     if isinstance(value, float):
         return f"{value:g}"
-    text = str(value)
+    text = readable(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 

@@ -41,15 +41,9 @@ def robot_radii(model: Model) -> list[float]:
     return radii + [fleet.robot.radius] * (fleet.size - len(radii))
 
 
-def homes(model: Model, layout: Layout) -> list[str]:
-    """The node beside which every robot starts, by number."""
-    start = model.fleet.start or tuple(layout.bays)
-    return [start[number % len(start)] for number in range(model.fleet.size)]
-
-
 def zones(model: Model, layout: Layout) -> list[Zone]:
     """All bays, then all stations, with their places."""
-    start = homes(model, layout)
+    start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
     result = []
     for node, bay in layout.bays.items():

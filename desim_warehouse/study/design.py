@@ -1,45 +1,14 @@
-"""The design of a study: which models are simulated. Points come from factors by a rule.
-
-A study file, such as studies/fleet_size.yaml; only `model` must be there:
-
-    name: Fleet size                       # for tables and figures
-    description: one or two sentences
-    model: ../models/multibots.yaml        # a model file, relative to the study file; or a whole model
-    set:                                   # changes to the model, for all runs, as `--set` makes them
-      tasks.goods: {random: 20}
-    factors:                               # what is varied: any key of a model, and its values
-      fleet.size: 1..6                     # whole numbers, both ends; 1..12..2 in steps of 2
-      battery.threshold: [2, 3.5, 5]       # a list; ranges such as 1..3 may stand in it
-      battery.capacity: {linspace: [5, 20, 4]}    # 4 values from 5 to 20
-      policies.charging:                   # whole policies, with parameters
-        - threshold
-        - {name: opportunity, margin: 1}
-      tasks.goods:                         # values with names: tables and figures show the names
-        named: {group 1: [11, 8, 39], group 2: [74, 50, 62]}
-      demand:                              # several keys changed together; the factor has a name of its own
-        cases:
-          today: {tasks.goods: {poisson: 200}}
-          plus 30 %: {tasks.goods: {poisson: 260}, fleet.size: 6}
-    design: grid                           # all combinations (default); or
-                                           # paired: first values of all factors, then second values, ...
-                                           # {latin-hypercube: 50}, {sobol: 64}: so many points; then a factor may
-                                           #   also be {between: [2, 5]} (whole numbers if both ends are whole;
-                                           #   {between: [2.0, 5.0]} is continuous)
-                                           # {saltelli: 64}: for Sobol indices, 64 x (factors + 2) points
-    replications: 20                       # a number; or until the mean is known well enough:
-    # replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
-    seed: 0                                # replication r has the same run seed at every point
-    indicators: [T, S, C]                  # columns of the table; default: all
-    baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
-    confidence: 0.95
-    timeout: 60                            # seconds that a run may take; default: no limit
-"""
+"""The design of a study: which models are simulated. Points come from factors by a rule."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.factors import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -49,7 +18,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.study.factors import Factor, Keys, Label, Level
 
-RULES = ("grid", "paired")
 SAMPLED = ("latin-hypercube", "sobol", "saltelli")
 
 
@@ -59,6 +27,11 @@ class Rule:
 
     name: str = "grid"
     size: int = 0
+
+    @property
+    def sampled(self) -> bool:
+        """Whether points are drawn, so that factors may be ranges."""
+        return self.name in SAMPLED
 
 
 GRID = Rule()
@@ -75,7 +48,7 @@ class Point:
 
     def __str__(self) -> str:
         """The design as people say it: fleet.size=3, battery.threshold=2."""
-        return ", ".join(f"{key}={value}" for key, value in self.labels.items()) or "the model as it is"
+        return ", ".join(f"{key}={readable(value)}" for key, value in self.labels.items()) or "the model as it is"
 
 
 def points(factors: Sequence[Factor], rule: Rule, seed: int = 0) -> list[Point]:
@@ -96,6 +69,27 @@ def points(factors: Sequence[Factor], rule: Rule, seed: int = 0) -> list[Point]:
         shares = _sample(rule, len(factors), seed).tolist()
         rows = (tuple(_at(factor, u) for factor, u in zip(factors, row, strict=True)) for row in shares)
     return [_point(number, factors, row) for number, row in enumerate(rows)]
+
+
+def count(factors: Sequence[Factor], rule: Rule) -> int:
+    """How many points there are, without making them."""
+    if rule.sampled:
+        return rule.size * (len(factors) + 2 if rule.name == "saltelli" else 1)
+    lengths = [len(factor.levels) for factor in factors]
+    return min(lengths, default=1) if rule.name == "paired" else math.prod(lengths)
+
+
+def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -> Point:
+    """The point that others are compared with: the first one with these values of factors.
+
+    Raises:
+        StudyError: where no point has these values.
+    """
+    for point in among:
+        if all(point.labels.get(key) == value for key, value in (wanted or {}).items()):
+            return point
+    said = ", ".join(f"{key}={readable(value)}" for key, value in (wanted or {}).items())
+    raise StudyError(f"baseline: no design with {said}, expected values of the factors such as {among[0]}")
 
 
 def _point(number: int, factors: Sequence[Factor], levels: Sequence[Level]) -> Point:
@@ -119,9 +113,7 @@ def _at(factor: Factor, share: float) -> Level:
     """The value of a factor at a share of its range, or of its listed values."""
     if factor.between is None:
         return factor.levels[int(share * len(factor.levels))]
-    low, high, whole = factor.between.low, factor.between.high, factor.between.whole
-    value = int(low) + int(share * (high - low + 1)) if whole else low + share * (high - low)
-    return factor.level(value, ("factors", factor.key, "between"))
+    return factor.level(factor.between.at(share))
 
 
 def _saltelli(factors: Sequence[Factor], size: int, seed: int) -> list[Point]:
@@ -132,11 +124,7 @@ def _saltelli(factors: Sequence[Factor], size: int, seed: int) -> list[Point]:
         _point(
             number,
             factors,
-            [
-                by_label[factor.key].get(values[factor.key])
-                or factor.level(values[factor.key], ("factors", factor.key, "between"))
-                for factor in factors
-            ],
+            [by_label[factor.key].get(values[factor.key]) or factor.level(values[factor.key]) for factor in factors],
         )
         for number, values in enumerate(design.points)
     ]
@@ -147,9 +135,6 @@ def saltelli(factors: Sequence[Factor], size: int, seed: int) -> Any:
     from desim_warehouse.study import statistics
 
     given: dict[str, Any] = {
-        factor.key: [level.label for level in factor.levels]
-        if factor.between is None
-        else statistics.Between(factor.between.low, factor.between.high, factor.between.whole)
-        for factor in factors
+        factor.key: factor.between or [level.label for level in factor.levels] for factor in factors
     }
     return statistics.saltelli_design(given, size, seed)

@@ -7,20 +7,27 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, ValidationError, field_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from desim_warehouse.layout.spec import Part, tagged
 from desim_warehouse.model import outline
 from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.study.limits import MOST_LEVELS
+from desim_warehouse.study.statistics import Between
 
 Keys: TypeAlias = tuple[str | int, ...]
 Label: TypeAlias = str | int | float | bool | None
 
-FORMS = ("named", "cases", "range", "linspace", "between")
-EXPECTED = "a list of values, a range such as 1..6, or a section with " + outline.spoken(FORMS, "or")
-_RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
-_MOST = 100_000  # values of one factor
-_DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
 RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
+"""Columns of the table that are no factors."""
+_RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
+_DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")
+_DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
+ABSOLUTE = "\0"
+"""Before the keys of a problem that is told from the top of the file."""
 
 
 @dataclass(frozen=True)
@@ -33,15 +40,6 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Between:
-    """A range that sampled designs draw from; `whole` numbers only, or any."""
-
-    low: float
-    high: float
-    whole: bool
-
-
-@dataclass(frozen=True)
 class Factor:
     """What is varied: a key of the model (or a name, for `cases`), and its values or its range."""
 
@@ -49,13 +47,13 @@ class Factor:
     levels: tuple[Level, ...] = field(default=())
     between: Between | None = None
 
-    def level(self, label: Label, keys: Keys) -> Level:
+    def level(self, label: Label) -> Level:
         """A value drawn from the range."""
-        return Level(label, {self.key: label}, keys)
+        return Level(label, {self.key: label}, ("factors", self.key, "between"))
 
 
 def label(value: Any) -> Label:
-    """What a table shows for a value: numbers and words as they are, a policy as `name(parameter=1)`."""
+    """What the study table holds for a value: numbers and words as they are, a policy as `name(parameter=1)`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping) and isinstance(value.get("name"), str):
@@ -65,171 +63,300 @@ def label(value: Any) -> Label:
     return json.dumps(value, ensure_ascii=False)
 
 
-def read_factor(key: str, spec: Any, problems: list[Problem]) -> Factor | None:
-    """The factor that a study file describes; what is wrong with it goes to `problems`."""
-    here: Keys = ("factors", key)
-    if not isinstance(spec, Mapping) and isinstance(spec, bool | int | float):
-        spec = [spec]
-    if isinstance(spec, str) and not _RANGE.fullmatch(spec):
-        problems.append(Problem.of(here, "not understood", spec, f"{EXPECTED}; write [{spec}]"))
-        return None
-    form = next(iter(spec), None) if isinstance(spec, Mapping) and len(spec) == 1 else None
-    if isinstance(spec, str | Sequence):
-        form, spec = "values", {"values": spec}
-    if form not in (*FORMS, "values"):
-        problems.append(_not_a_form(here, spec))
-        return None
-    if form == "cases":
-        return _cases(key, spec["cases"], problems)
-    if not outline.known(tuple(_steps(key))):
-        problems.append(_no_such_key(here, key))
-        return None
-    if form == "between":
-        between = _between(spec["between"], (*here, "between"), problems)
-        return Factor(key, between=between) if between else None
-    where = here if form == "values" else (*here, form)
-    levels = tuple(_levels(key, form, spec[form], where, problems))
-    _no_twice(levels, where, problems)
-    return Factor(key, levels) if levels else None
-
-
-def _steps(key: str) -> Iterator[str | int]:
-    """The keys of a dotted key; numbers are ranks in lists."""
-    for part in key.split("."):
-        yield int(part) if part.isdecimal() else part
-
-
-def _not_a_form(here: Keys, spec: Any) -> Problem:
-    if isinstance(spec, Mapping) and len(spec) == 1:
-        word = str(next(iter(spec)))
-        near = outline.nearest(word, FORMS)
-        hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(FORMS, 'or')}"
-        return Problem((*here, word), f"unknown key, {hint}", at_key=True)
-    return Problem.of(here, "not understood", spec, EXPECTED)
-
-
-def _no_such_key(here: Keys, key: str) -> Problem:
-    near = outline.meant(tuple(_steps(key)))
-    hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
-    return Problem(here, f"no key of a model, {hint}", at_key=True)
-
-
-def _levels(key: str, form: str, given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    match form:
-        case "values":
-            yield from _values(key, given, where, problems)
-        case "range":
-            yield from _range_list(key, given, where, problems)
-        case "linspace":
-            yield from _linspace(key, given, where, problems)
-        case "named":
-            if not isinstance(given, Mapping) or not given:
-                problems.append(Problem.of(where, "no names", given, "names, each followed by a value"))
-                return
-            for name, value in given.items():
-                yield Level(name, {key: value}, (*where, name))
-
-
-def _values(key: str, given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    if isinstance(given, str):
-        yield from _spread(key, given, where, problems)
-        return
-    if not given:
-        problems.append(Problem.of(where, "no values", given, EXPECTED))
-    for rank, value in enumerate(given):
-        if isinstance(value, str) and _RANGE.fullmatch(value):
-            yield from _spread(key, value, (*where, rank), problems)
-        else:
-            yield Level(label(value), {key: value}, (*where, rank))
-
-
-def _spread(key: str, text: str, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    """The values of a range such as 1..6 or 0.5..2..0.5."""
-    match = _RANGE.fullmatch(text)
+def readable(label: Label) -> str:
+    """A label in the name of a row: lists and sections as people write them, `[M, N]` or `poisson 200`."""
+    if not isinstance(label, str) or not label.startswith(("[", "{")):
+        return str(label)
     try:
-        numbers = [_number(part) for part in match.groups() if part is not None] if match else []
+        value = json.loads(label)
     except ValueError:
-        numbers = []
-    yield from _between_ends(key, numbers, text, where, problems)
+        return label
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_written(item)}" for key, item in value.items())
+    return _written(value)
 
 
-def _number(text: str) -> float:
-    return float(text) if "." in text else int(text)
+def _written(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, list):
+        return f"[{', '.join(map(_written, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {_written(item)}' for key, item in value.items())}}}"
+    return json.dumps(value)
 
 
-def _range_list(key: str, given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    numbers = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
-    yield from _between_ends(key, numbers, given, where, problems)
+# What a validator of a study file raises
 
 
-def _between_ends(key: str, numbers: list[Any], given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    expected = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
-    if len(numbers) not in {2, 3} or not all(map(_finite, numbers)):
-        problems.append(Problem.of(where, "not a range", given, expected))
-        return
-    first, last, step = (*numbers, 1)[:3]
-    if step <= 0 or last < first or (last - first) / step > _MOST:
-        problems.append(Problem.of(where, "an empty or endless range", given, expected))
-        return
-    for rank in range(math.floor((last - first) / step + 1e-9) + 1):
-        value = first + rank * step
-        yield _level(key, round(value, _DIGITS) if isinstance(value, float) else value, where)
+def refusal(problems: Sequence[Problem], *, absolute: bool = False) -> ValidationError:
+    """What is wrong, at keys below the value that is checked, or (absolute) from the top of the file."""
+    return ValidationError.from_exception_data(
+        "study",
+        [
+            InitErrorDetails(
+                type=PydanticCustomError("problem", "{text}", {"text": problem.text, "problem": problem}),
+                loc=(ABSOLUTE, *problem.keys) if absolute else problem.keys,
+                input=None,
+            )
+            for problem in problems
+        ],
+    )
 
 
-def _linspace(key: str, given: Any, where: Keys, problems: list[Problem]) -> Iterator[Level]:
-    many = given[2] if isinstance(given, Sequence) and len(given) == 3 else None  # noqa: PLR2004 - a triple
-    if isinstance(many, bool) or not isinstance(many, int) or not all(map(_finite, given)):
-        many = None
-    if many is None or not 2 <= many <= _MOST:  # noqa: PLR2004 - both ends
-        expected = "low, high and how many (at least 2), such as [5, 20, 4]"
-        problems.append(Problem.of(where, "not understood", given, expected))
-        return
-    low, high, _ = given
-    for rank in range(many):
-        value = round(low + (high - low) * rank / (many - 1), _DIGITS)
+def refused(wrong: str) -> PydanticCustomError:
+    """What is wrong with the value that is checked; its key says what is expected."""
+    return PydanticCustomError("wrong", "{wrong}", {"wrong": wrong})
+
+
+def _finite(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise refused("not a finite number")
+    return value
+
+
+Finite = Annotated[int | float, BeforeValidator(_finite)]
+"""A finite number; a whole one stays whole."""
+
+# The forms in which a study file gives the values of a factor
+
+
+def _without_key(schema: dict[str, Any]) -> None:
+    """A file has the list itself, or a single value or range."""
+    said = schema["description"]
+    schema.clear()
+    schema |= {"description": said, "type": ["array", "string", "number", "boolean"]}
+
+
+class Values(Part):
+    """Values in a list, in which ranges such as 1..6 may stand."""
+
+    model_config = ConfigDict(json_schema_extra=_without_key)
+
+    values: tuple[Any, ...]
+    bare: bool = False  # a single value or range, without a list around it
+
+    @field_validator("values")
+    @classmethod
+    def _each_once(cls, values: tuple[Any, ...]) -> tuple[Any, ...]:
+        if not values:
+            raise refused("no values")
+        problems = []
+        seen: set[str] = set()
+        for rank, item in enumerate(values):
+            try:
+                spread = list(_spread(item))
+            except PydanticCustomError as error:
+                problems.append(Problem.of((rank,), error.message(), item, _ENDS))
+                continue
+            for value in spread:
+                known = f"{type(value).__name__ if isinstance(value, bool) else ''}{label(value)}"
+                if known in seen:
+                    problems.append(Problem((rank,), f"given twice (got {got(label(value))}), expected once"))
+                seen.add(known)
+        if problems:
+            raise refusal(problems)
+        return values
+
+    def levels(self, key: str) -> Iterator[Level]:
+        """The values, each at its rank in the list."""
+        for rank, item in enumerate(self.values):
+            for value in _spread(item):
+                yield Level(label(value), {key: value}, ("factors", key) if self.bare else ("factors", key, rank))
+
+
+def _spread(item: Any) -> Sequence[Any]:
+    """The values of a range such as 1..6 or 0.5..2..0.5; of anything else itself."""
+    match = _RANGE.fullmatch(item) if isinstance(item, str) else None
+    if match is None:
+        return [item]
+    try:
+        ends = [float(part) if "." in part else int(part) for part in match.groups() if part]
+    except ValueError:
+        raise refused("not a range") from None
+    return _between_ends(ends)
+
+
+def _between_ends(ends: Sequence[float]) -> Sequence[float]:
+    """The numbers from the first to the last, which is included, in steps of 1 or of the third."""
+    if len(ends) not in {2, 3}:
+        raise refused("not a range")
+    first, last, step = (*ends, 1)[:3]
+    if not all(map(math.isfinite, ends)) or step <= 0 or last < first or (last - first) / step > MOST_LEVELS:
+        raise refused("an empty or endless range")
+    values = (first + rank * step for rank in range(math.floor((last - first) / step + 1e-9) + 1))
+    return [round(value, _DIGITS) if isinstance(value, float) else value for value in values]
+
+
+_ENDS = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
+
+
+def _is_range(ends: tuple[float, ...]) -> tuple[float, ...]:
+    _between_ends(ends)
+    return ends
+
+
+class Range(Part):
+    """Numbers in equal steps."""
+
+    range: Annotated[tuple[Finite, ...], AfterValidator(_is_range)] = Field(description=_ENDS)
+
+    def levels(self, key: str) -> Iterator[Level]:
+        """The numbers."""
+        return _numbers(key, _between_ends(self.range), "range")
+
+
+class Linspace(Part):
+    """So many numbers at equal distances, both ends included."""
+
+    linspace: tuple[Finite, Finite, Annotated[int, Field(strict=True, ge=2, le=MOST_LEVELS)]] = Field(
+        description="low, high and how many (at least 2), such as [5, 20, 4]"
+    )
+
+    def levels(self, key: str) -> Iterator[Level]:
+        """The numbers; whole ones if both ends and all between are."""
+        low, high, many = self.linspace
         whole = isinstance(low, int) and isinstance(high, int) and not (high - low) % (many - 1)
-        yield _level(key, int(value) if whole else value, where)
+        values = [round(low + (high - low) * rank / (many - 1), _DIGITS) for rank in range(many)]
+        return _numbers(key, [int(value) for value in values] if whole else values, "linspace")
 
 
-def _level(key: str, value: float, where: Keys) -> Level:
-    return Level(value, {key: value}, where)
+def _numbers(key: str, values: Sequence[float], form: str) -> Iterator[Level]:
+    return (Level(value, {key: value}, ("factors", key, form)) for value in values)
 
 
-def _between(given: Any, where: Keys, problems: list[Problem]) -> Between | None:
-    pair = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2  # noqa: PLR2004
-    if not pair or not all(map(_finite, given)) or not given[0] < given[1]:
-        problems.append(Problem.of(where, "not a range", given, "low and high, such as [2.0, 5.0]"))
-        return None
-    return Between(given[0], given[1], all(isinstance(end, int) for end in given))
+class NamedValues(Part):
+    """Values with names, which tables and figures show."""
+
+    named: Annotated[Mapping[str, Any], Field(min_length=1)] = Field(description="names, each followed by a value")
+
+    def levels(self, key: str) -> Iterator[Level]:
+        """The values by name."""
+        return (Level(name, {key: value}, ("factors", key, "named", name)) for name, value in self.named.items())
 
 
-def _finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+class Cases(Part):
+    """Changes to several keys of the model, by name."""
 
+    cases: Annotated[Mapping[str, Mapping[str, Any] | None], Field(min_length=1)] = Field(
+        description="names, each followed by keys of the model and their values"
+    )
 
-def _cases(name: str, given: Any, problems: list[Problem]) -> Factor | None:
-    """A factor that changes several keys together, by name."""
-    where: Keys = ("factors", name, "cases")
-    expected = "names, each followed by keys of the model and their values"
-    if not isinstance(given, Mapping) or not given:
-        problems.append(Problem.of(where, "no cases", given, expected))
-        return None
-    levels = []
-    for case, changes in given.items():
-        if changes is not None and not isinstance(changes, Mapping):
-            problems.append(Problem.of((*where, case), "not a section", changes, expected))
-            continue
-        problems += [
-            _no_such_key((*where, case, key), key) for key in changes or {} if not outline.known(tuple(_steps(key)))
+    @field_validator("cases")
+    @classmethod
+    def _keys_of_models(cls, cases: Mapping[str, Mapping[str, Any] | None]) -> Mapping[str, Mapping[str, Any] | None]:
+        problems = [
+            no_such_key((case, key), key)
+            for case, changes in cases.items()
+            for key in changes or ()
+            if not is_known(key)
         ]
-        levels.append(Level(case, dict(changes or {}), (*where, case)))
-    return Factor(name, tuple(levels)) if levels else None
+        if problems:
+            raise refusal(problems)
+        return cases
+
+    def levels(self, key: str) -> Iterator[Level]:
+        """The cases by name."""
+        return (
+            Level(case, dict(changes or {}), ("factors", key, "cases", case)) for case, changes in self.cases.items()
+        )
 
 
-def _no_twice(levels: Sequence[Level], where: Keys, problems: list[Problem]) -> None:
-    seen: dict[str, Level] = {}
-    for level in levels:
-        said = f"{type(level.label).__name__ if isinstance(level.label, bool) else ''}{level.label}"
-        if said in seen and level.keys != where:
-            problems.append(Problem(level.keys, f"given twice (got {got(level.label)}), expected once"))
-        seen[said] = level
+def _upwards(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise refused("not a range")
+    return ends
+
+
+class DrawnBetween(Part):
+    """A range to draw from, for sampled designs; whole numbers only if both ends are whole."""
+
+    between: Annotated[tuple[Finite, Finite], AfterValidator(_upwards)] = Field(
+        description="low and high, such as [2.0, 5.0]"
+    )
+
+
+FORMS: dict[str, type[Part]] = {
+    "named": NamedValues,
+    "cases": Cases,
+    "range": Range,
+    "linspace": Linspace,
+    "between": DrawnBetween,
+}
+EXPECTED = "a list of values, a range such as 1..6, or a section with " + outline.spoken(FORMS, "or")
+
+
+def _form(given: Any) -> str:
+    return f"\0{next(iter(given))}"
+
+
+def _as_section(given: Any) -> Any:
+    """Values without a section as one; a section must have one of the forms."""
+    if isinstance(given, Mapping):
+        key = str(next(iter(given), ""))
+        if len(given) != 1:
+            raise refused("not understood")
+        if key not in FORMS:
+            near = outline.nearest(key, FORMS)
+            hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(FORMS, 'or')}"
+            raise refusal([Problem((key,), f"unknown key, {hint}", at_key=True)])
+        return given
+    if isinstance(given, str) and not _RANGE.fullmatch(given):
+        dashed = _DASHED.fullmatch(given)
+        write = "{}..{}".format(*dashed.groups()) if dashed else f"[{given}]"
+        raise refusal([Problem.of((), "not understood", given, f"{EXPECTED}; write {write}")])
+    bare = not isinstance(given, list | tuple)
+    return {"values": [given] if bare else given, "bare": bare}
+
+
+Form = Annotated[
+    Annotated[Values, tagged("values")]
+    | Annotated[NamedValues, tagged("named")]
+    | Annotated[Cases, tagged("cases")]
+    | Annotated[Range, tagged("range")]
+    | Annotated[Linspace, tagged("linspace")]
+    | Annotated[DrawnBetween, tagged("between")],
+    Discriminator(_form),
+    BeforeValidator(_as_section),
+]
+"""What a study file has for a factor."""
+
+
+def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | DrawnBetween) -> Factor:
+    """The factor that a study file describes."""
+    if isinstance(form, DrawnBetween):
+        low, high = form.between
+        return Factor(key, between=Between(low, high, isinstance(low, int) and isinstance(high, int)))
+    return Factor(key, tuple(form.levels(key)))
+
+
+# Keys of the model that are varied
+
+
+def _steps(key: str) -> Keys:
+    """The keys of a dotted key; numbers are ranks in lists."""
+    return tuple(int(part) if part.isdecimal() else part for part in key.split("."))
+
+
+def is_known(key: str) -> bool:
+    """Whether models have this dotted key."""
+    return outline.known(_steps(key))
+
+
+def no_such_key(keys: Keys, key: str) -> Problem:
+    """That models have no such dotted key; the nearest is named."""
+    near = outline.meant(_steps(key))
+    hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
+    return Problem(keys, f"no key of a model, {hint}", at_key=True)
+
+
+def hint(key: str, value: Any) -> str:
+    """What was probably meant by a value that the model refuses; empty if nothing comes to mind."""
+    dashed = _DASHED.fullmatch(value) if isinstance(value, str) else None
+    if dashed:
+        return f"; write {dashed[1]}..{dashed[2]} for a range"
+    below = outline.keys_at(_steps(key))
+    if below and isinstance(value, int | float):
+        numbers = [name for name in below if "number" in outline.expected((*_steps(key), name)).split(" of ")[0]]
+        return f"; vary a key in it, such as {key}.{(numbers or below)[0]}"
+    return ""

@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ModelError, StudyError, WarehouseError
+from desim_warehouse.errors import ModelError, WarehouseError
 from desim_warehouse.model.policy import PolicySpec
-from desim_warehouse.model.problems import got
+from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods, SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
+from desim_warehouse.study.factors import hint
+from desim_warehouse.study.file import Until
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     from desim_warehouse.model import Model
     from desim_warehouse.model.places import Places
@@ -20,18 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Until:
-    """Replicate each point until the half-width of an indicator is a small share of its mean."""
-
-    indicator: str
-    half_width: float
-    confidence: float = 0.95
-    minimum: int = 30
-    cap: int = 200
-
-
-@dataclass(frozen=True)
-class Plan:
+class StudyPlan:
     """A study before it is run."""
 
     base: Model
@@ -50,20 +41,7 @@ class Plan:
         """The design points."""
         return points(self.factors, self.rule, self.seed)
 
-    def baseline_point(self, among: Sequence[Point]) -> Point:
-        """The point that others are compared with: the first one with the baseline's values.
-
-        Raises:
-            StudyError: where no point has these values.
-        """
-        wanted = self.baseline or {}
-        for point in among:
-            if all(point.labels.get(key) == value for key, value in wanted.items()):
-                return point
-        said = ", ".join(f"{key}={value}" for key, value in wanted.items())
-        raise StudyError(f"baseline: no design with {said}, expected values of the factors such as {among[0]}")
-
-    def unreplicated(self) -> Plan:
+    def unreplicated(self) -> StudyPlan:
         """The same plan with no runs of its own, for procedures that ask for the runs they need."""
         return replace(self, replications=(0,) * len(self.points()))
 
@@ -86,7 +64,7 @@ def run_seed(seed: int, replication: int) -> int:
     return (int(high) & 0xFFFF) << 32 | int(low)
 
 
-def models(plan: Plan, among: Iterable[Point], places: Places | None = None) -> dict[int, Model]:
+def models(plan: StudyPlan, among: Iterable[Point], places: Places | None = None) -> dict[int, Model]:
     """The model of every point, by its number.
 
     Raises:
@@ -129,6 +107,8 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
         begin = f"override {key}: "
         if text.startswith(begin):
             rest = text.removeprefix(begin)
+            if rest.startswith("not "):  # of the wrong kind, not out of range
+                rest += hint(key, point.overrides[key])
             if places is None:
                 return f"factor {key}: {rest}"
             return f"{places.line(point.places[key])[1]}: {rest}"
@@ -140,31 +120,20 @@ def is_deterministic(model: Model) -> bool:
     """Whether chance can play no part in a model, so that one run of it is enough.
 
     What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are
-    drawn or that arrive at random, by stations chosen at random, and by policies that say so (`random = True`); of
-    policies that are not ours nothing is known.
+    drawn or that arrive at random, by stations chosen at random, by batteries that start at a random level, and by
+    policies that say so (`random = True`); of policies that are not ours nothing is known.
     """
     from desim_warehouse.policies.catalogue import find
 
     tasks = model.tasks
-    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random":
+    spread = model.battery is not None and isinstance(model.fleet.start_energy, SpreadEnergy)
+    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread:
         return False
     return not model.policies.own() and not any(
         getattr(find(kind, spec.name), "random", False) for kind, spec in _specs(model).items()
     )
 
 
-def own_policies(model: Model) -> list[str]:
-    """The policies of a model that are the user's own, whose code we know nothing of."""
-    return model.policies.own()
-
-
-def check_baseline(plan: Plan) -> str | None:
-    """Why the baseline is none, if so."""
-    unknown = [key for key in plan.baseline or {} if key not in {factor.key for factor in plan.factors}]
-    if unknown:
-        return f"'{unknown[0]}' is no factor, expected values of factors (got {got(plan.baseline)})"
-    try:
-        plan.baseline_point(plan.points())
-    except StudyError as error:
-        return str(error).removeprefix("baseline: ")
-    return None
+def is_lifelong(model: Model) -> bool:
+    """Whether work arrives without end, so that T is the length of the run and says nothing."""
+    return isinstance(model.tasks.goods, SaturatedGoods | PoissonGoods)

@@ -2,39 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import outline
+from desim_warehouse.indicators import INDICATORS, find, within
 from desim_warehouse.study import statistics
-from desim_warehouse.study.indicators import INDICATORS, within
+from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.plan import is_deterministic, models
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.study import Study
 
-LESS_IS_BETTER = frozenset(
-    {
-        "T",
-        "S",
-        "C",
-        "distance",
-        "energy",
-        "waiting",
-        "cost",
-        "rear_ends",
-        "crossings",
-        "rotations",
-        "cycle_time_mean",
-        "cycle_time_median",
-        "cycle_time_p95",
-        "backlog",
-        "tardiness_mean",
-    }
-)
-"""Indicators of which the smallest mean is the best, if nothing else is said."""
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 
 
@@ -79,8 +60,10 @@ def best(
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
     """
-    check_indicator(indicator)
-    more = indicator not in LESS_IS_BETTER if maximise is None else maximise
+    find(indicator)
+    if not delta >= LEAST_DELTA:
+        raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
+    more = _more_is_better(indicator) if maximise is None else maximise
     if len(study.points) < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
     fixed = _deterministic(study)
@@ -108,7 +91,7 @@ def size(
 
     Args:
         study: with one factor, its values upwards.
-        target: such as "throughput_per_hour >= 220".
+        target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
         first: replications at the first look at a value.
         cap: most replications of a value.
         search: bisection, or scan through all values from the first.
@@ -119,7 +102,7 @@ def size(
 
     Source: see `statistics.smallest_meeting`, with what it promises and assumes.
     """
-    goal = statistics.parse_target(target, INDICATORS)
+    goal = read_target(target)
     if len(study.plan.factors) != 1:
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
     (key,) = (factor.key for factor in study.plan.factors)
@@ -142,9 +125,34 @@ def _deterministic(study: Study) -> bool:
     return all(is_deterministic(model) for model in models(study.plan, study.points).values())
 
 
-def check_indicator(name: str) -> None:
-    """Refuse a name that is no indicator; the nearest is named."""
-    if name not in INDICATORS:
-        near = outline.nearest(name, INDICATORS)
-        hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
-        raise StudyError(f"indicator {name!r}: there is none, {hint}")
+def _more_is_better(name: str) -> bool:
+    """Whether the largest mean of an indicator is the best, if nothing is said."""
+    better = find(name).better
+    if better is None:
+        raise StudyError(
+            f"indicator {name!r}: neither less nor more of it is better by itself, expected --minimise or --maximise "
+            "(in Python: maximise=False or True)"
+        )
+    return better == "more"
+
+
+_PERCENT = re.compile(r"([\d.]+)\s*%\s*$")
+
+
+def read_target(text: str) -> statistics.Target:
+    """A target as people write it; shares are given as 0.95 or as 95 %.
+
+    Raises:
+        StudyError: no target, or one that no share can be.
+    """
+    percent = _PERCENT.search(text)
+    goal = statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)
+    if not find(goal.indicator).is_share:
+        if percent:
+            raise StudyError(f"target {text!r}: {goal.indicator} is no share, expected a number without %")
+        return goal
+    goal = replace(goal, value=goal.value / 100) if percent else goal
+    if not 0 <= goal.value <= 1:
+        meant = f"; did you mean {goal.value:g} %?" if not percent and 1 < goal.value <= 100 else ""  # noqa: PLR2004
+        raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
+    return goal

@@ -57,6 +57,13 @@ class Progress:
         """Runs per second so far."""
         return self.done / max(monotonic() - self.begin, 1e-9)
 
+    @property
+    def pace(self) -> str:
+        """The rate in words; of slow runs the time of one."""
+        if self.rate >= 1:
+            return f"{self.rate:,.{0 if self.rate >= 100 else 1}f} runs/s"  # noqa: PLR2004 - three digits count
+        return f"{1 / self.rate:,.1f} s a run"
+
     def want(self, wanted: int, reused: int) -> None:
         """So many more runs are wanted, and so many more are already there."""
         self.total += wanted
@@ -71,10 +78,10 @@ class Progress:
             return
         self.said = now
         if self.bar is not None:
-            self.bar.update(self.task, completed=self.done, total=self.total, rate=f"{self.rate:,.1f} runs/s")
+            self.bar.update(self.task, completed=self.done, total=self.total, rate=self.pace)
         else:
             left = (self.total - self.done) / self.rate
-            self.print(f"{self.name}: {self.done} of {self.total} runs, {self.rate:,.1f} runs/s, {_time(left)} left")
+            self.print(f"{self.name}: {self.done} of {self.total} runs, {self.pace}, {_time(left)} left")
 
     def print(self, text: str) -> None:
         """A line of its own, beside the bar."""
@@ -90,8 +97,7 @@ class Progress:
         """What was done."""
         taken = monotonic() - self.begin
         parts = [
-            f"{self.done} run{'s' * (self.done != 1)} in {_time(taken)}"
-            + (f" ({self.rate:,.0f} runs/s)" if self.done else "")
+            f"{self.done} run{'s' * (self.done != 1)} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")
         ]
         if self.reused:
             parts.append(f"{self.reused} were there already")

@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import platform
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
-from desim_warehouse.runfolder import RUN, STUDY, write_whole
+from desim_warehouse.run.folder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
-from desim_warehouse.study.factors import Between, Factor, Level
-from desim_warehouse.study.plan import Plan, Until, run_seed
+from desim_warehouse.study.factors import Factor, Level
+from desim_warehouse.study.file import Until
+from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.statistics import Between
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,7 +27,24 @@ FORMAT = 1
 _VERSIONS = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 
 
-def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], folder: Path) -> None:
+class Record(NamedTuple):
+    """What study.json says: the plan, what the model of each point is known by in the journal, and versions."""
+
+    plan: StudyPlan
+    keys: Mapping[int, str]
+    versions: Mapping[str, str]
+
+
+def versions() -> dict[str, str]:
+    """The versions that results depend on: ours, Python's and those of packages."""
+    return {
+        "desim-warehouse": __version__,
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in _VERSIONS},
+    }
+
+
+def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, str], folder: Path) -> None:
     """Write study.json; it is there whole or not at all.
 
     Raises:
@@ -36,14 +55,10 @@ def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], f
         "format": FORMAT,
         "name": plan.name,
         "description": plan.description,
-        "versions": {
-            "desim-warehouse": __version__,
-            "python": platform.python_version(),
-            **{name: metadata.version(name) for name in _VERSIONS},
-        },
+        "versions": versions(),
         "factors": [_factor(factor) for factor in plan.factors],
         "design": {"rule": plan.rule.name, "size": plan.rule.size},
-        "replications": vars(rule) if isinstance(rule, Until) else rule,
+        "replications": rule.model_dump() if isinstance(rule, Until) else rule,
         "seed": plan.seed,
         "run_seeds": [run_seed(plan.seed, r) for r in range(plan.most)],
         "indicators": plan.indicators,
@@ -64,13 +79,14 @@ def write_record(plan: Plan, points: Sequence[Point], keys: Mapping[int, str], f
 
 def _factor(factor: Factor) -> dict[str, Any]:
     if factor.between is not None:
-        return {"key": factor.key, "between": vars(factor.between)}
+        low, high, whole = factor.between.low, factor.between.high, factor.between.integer
+        return {"key": factor.key, "between": {"low": low, "high": high, "whole": whole}}
     levels = [{"label": level.label, "changes": level.overrides, "at": level.keys} for level in factor.levels]
     return {"key": factor.key, "levels": levels}
 
 
-def read_record(folder: Path) -> Plan:
-    """The plan of a study folder.
+def read_record(folder: Path) -> Record:
+    """What the study.json of a folder says.
 
     Raises:
         StudyError: where there is none, or it is damaged.
@@ -78,7 +94,8 @@ def read_record(folder: Path) -> Plan:
     path = folder / STUDY
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        return _plan(content)
+        keys = {number: point["model"] for number, point in enumerate(content["points"])}
+        return Record(_plan(content), keys, content["versions"])
     except FileNotFoundError:
         found = "a run, and no study" if (folder / RUN).exists() else "no study"
         raise StudyError(f"{folder}: {found} there; desim study STUDY --out DIR makes one") from None
@@ -93,8 +110,8 @@ def read_record(folder: Path) -> Plan:
         ) from error
 
 
-def _plan(content: Mapping[str, Any]) -> Plan:
-    return Plan(
+def _plan(content: Mapping[str, Any]) -> StudyPlan:
+    return StudyPlan(
         base=load(content["base"]),
         factors=tuple(_read_factor(item) for item in content["factors"]),
         rule=Rule(content["design"]["rule"], content["design"]["size"]),
@@ -117,6 +134,7 @@ def _replications(value: Any) -> int | Until | tuple[int, ...]:
 
 def _read_factor(item: Mapping[str, Any]) -> Factor:
     if "between" in item:
-        return Factor(item["key"], between=Between(**item["between"]))
+        ends = item["between"]
+        return Factor(item["key"], between=Between(ends["low"], ends["high"], ends["whole"]))
     levels = tuple(Level(level["label"], level["changes"], tuple(level["at"])) for level in item["levels"])
     return Factor(item["key"], levels)

@@ -1,22 +1,42 @@
-"""The table of a study: a row for each run, in the order of the design, whatever order they finished in."""
+"""What a study has shown so far: its finished runs by design, whoever looks at them."""
 
 from __future__ import annotations
 
 import math
-import os
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
-from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.study.indicators import INDICATORS
+import numpy as np
+
+from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.indicators import within
+from desim_warehouse.model import outline
+from desim_warehouse.study import statistics
+from desim_warehouse.study.design import baseline_point, saltelli
+from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.factors import RESERVED
+from desim_warehouse.study.file import labels
+from desim_warehouse.study.plan import is_lifelong, models
+from desim_warehouse.study.table import RESULTS, arrow, as_text, columns, is_numeric, plain, read_results
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Iterator, Mapping, Sequence
 
-    import pyarrow as pa
+    import pandas as pd
+    from numpy.typing import NDArray
 
+    from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.factors import Label
+    from desim_warehouse.study.plan import StudyPlan
+
+USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
+USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
+"""What is shown where neither the study nor anybody else says what; T is constant where work never ends."""
+_MOST_MAIN = 6
 
 
 class Row(NamedTuple):
@@ -27,96 +47,347 @@ class Row(NamedTuple):
     seed: int
     outcome: Outcome
 
+    @property
+    def indicators(self) -> Mapping[str, float]:
+        """Its indicators by name; none where it failed."""
+        return self.outcome.values  # noqa: PD011 - not a DataFrame
 
-def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
-    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
+    def value(self, indicator: str) -> float:
+        """An indicator; nan where the run failed or has none."""
+        return self.indicators.get(indicator, math.nan)
 
-    `indicators`: those to show; none given, all that any run has. A failed run has none.
+    def measured(self, indicator: str) -> float:
+        """An indicator of a run that did not fail.
+
+        Raises:
+            StudyError: where the run has no such indicator.
+        """
+        if indicator not in self.indicators:
+            have = ", ".join(self.indicators)
+            raise StudyError(f"indicator {indicator!r}: the runs have none; they have {have}")
+        return self.value(indicator)
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """The finished runs of a study and what follows from them.
+
+    `rows` are in the order of the design, then of replications. A design is named by its text, such as
+    "fleet.size=3"; points that are equal are one design. `versions` are those that the runs were made with.
     """
-    shown = indicators or _all(rows)
-    table: dict[str, list[Any]] = {key: [row.point.labels[key] for row in rows] for key in factors}
-    table |= {"replication": [row.replication for row in rows], "seed": [row.seed for row in rows]}
-    table |= {name: [row.outcome.values.get(name) for row in rows] for name in shown}
-    table["deterministic"] = [row.outcome.deterministic for row in rows]
-    table["run_time"] = [row.outcome.run_time for row in rows]
-    table["error"] = [row.outcome.error for row in rows]
-    return table
+
+    plan: StudyPlan
+    points: tuple[Point, ...]
+    rows: tuple[Row, ...]
+    versions: Mapping[str, str] = field(default_factory=dict)
+    folder: Path | None = None
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Results:
+        """The results of a study folder as far as its runs are finished; nothing is simulated.
+
+        Raises:
+            StudyError: where there is no study, or it is damaged.
+        """
+        from desim_warehouse.study.record import read_record
+        from desim_warehouse.study.runner import StudyRunner
+        from desim_warehouse.study.store import JOURNAL, Store
+
+        folder = Path(folder)
+        record = read_record(folder)
+        points = tuple(record.plan.points())
+        if not (folder / JOURNAL).exists() and (folder / RESULTS).exists():
+            rows = _from_table(folder / RESULTS, points)
+            return cls(record.plan, points, rows, record.versions, folder)
+        notes: list[str] = []
+        with Store(folder, notes.append, read_only=True, version=record.versions["desim-warehouse"]) as store:
+            runner = StudyRunner(record.plan, store, points, record.keys)
+            runner.recall()
+            rows = tuple(runner.finished())
+        return cls(record.plan, points, rows, record.versions, folder, tuple(notes))
+
+    # The table
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """What is varied: keys of the model, or names of cases."""
+        return tuple(factor.key for factor in self.plan.factors)
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """One row per run: factors under their key, replication, seed, indicators, run_time, error."""
+        return self.frame(self.plan.indicators)
+
+    def frame(self, indicators: Sequence[str]) -> pd.DataFrame:
+        """The table with these indicators; none given, all that any run has."""
+        frame: pd.DataFrame = arrow(columns(self.rows, self.factors, indicators)).to_pandas()
+        return frame
+
+    # Indicators
+
+    @cached_property
+    def indicators(self) -> tuple[str, ...]:
+        """Every indicator that a run has."""
+        return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
+
+    def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
+        """The indicators to look at: those wanted, else the study's, else all that any run has.
+
+        Raises:
+            StudyError: for one that no run has.
+        """
+        chosen = list(wanted or self.plan.indicators or self.indicators)
+        for name in chosen:
+            if self.indicators and name not in self.indicators:
+                near = outline.nearest(name, self.indicators)
+                hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(self.indicators)}"
+                raise StudyError(f"indicator {name!r}: no run has it, {hint}")
+        return chosen
+
+    def usual(self, most: int = len(USUAL)) -> list[str]:
+        """The indicators that people look at first, as far as all runs have them."""
+        lifelong = any(map(is_lifelong, (self.base, *self.models.values())))
+        names = USUAL_LIFELONG if lifelong else USUAL[:most]
+        return [name for name in names if all(name in row.indicators for row in self.rows if not row.outcome.error)]
+
+    @cached_property
+    def main(self) -> tuple[str, ...]:
+        """The indicators of a report: those of the study if they are few, without those that have no value."""
+        chosen = self.plan.indicators if 0 < len(self.plan.indicators) <= _MOST_MAIN else self.usual()
+        return tuple(name for name in chosen if name in self.table and self.table[name].notna().any())
+
+    @cached_property
+    def moving(self) -> tuple[str, ...]:
+        """Those of `main` that are not the same in all runs."""
+        return tuple(name for name in self.main if len(set(self.table[name].dropna())) > 1)
+
+    # Designs
+
+    @property
+    def base(self) -> Model:
+        """The model that is varied."""
+        return self.plan.base
+
+    @cached_property
+    def models(self) -> Mapping[str, Model]:
+        """The model of every design; empty where one cannot be made here, such as with a user's own policy."""
+        try:
+            made = models(self.plan, self.points)
+        except WarehouseError:
+            return {}
+        return {str(self.points[number]): model for number, model in made.items()}
+
+    @cached_property
+    def deterministic(self) -> bool:
+        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        return _deterministic(self.rows)
+
+    @cached_property
+    def baseline(self) -> str:
+        """The design that others are compared with."""
+        return str(baseline_point(self.points, self.plan.baseline))
+
+    @cached_property
+    def designs(self) -> Mapping[str, tuple[Label, ...]]:
+        """Every design with the levels of its factors as the table has them: with any text, a column is all text."""
+        columns = [_column([point.labels[key] for point in self.points]) for key in self.factors]
+        levels = zip(*columns, strict=True) if columns else [()] * len(self.points)
+        found: dict[str, tuple[Label, ...]] = {}
+        for point, of_point in zip(self.points, levels, strict=True):
+            found.setdefault(str(point), of_point)
+        return found
+
+    def levels(self, factor: str) -> list[Any]:
+        """The values of a factor: numbers upwards, else in the order of the study."""
+        place = self.factors.index(factor)
+        found = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
+        return sorted(found) if is_numeric(found) else found
+
+    @cached_property
+    def varied(self) -> tuple[str, ...]:
+        """The factors that have several values."""
+        return tuple(key for key in self.factors if len(self.levels(key)) > 1)
+
+    @cached_property
+    def by_point(self) -> Mapping[int, list[Row]]:
+        """The rows of each design point, by its number."""
+        found: dict[int, list[Row]] = {point.number: [] for point in self.points}
+        for row in self.rows:
+            found[row.point.number].append(row)
+        return found
+
+    @cached_property
+    def _by_design(self) -> Mapping[str, Mapping[int, Row]]:
+        """The rows of each design, by replication; those of equal points are equal."""
+        found: dict[str, dict[int, Row]] = {str(point): {} for point in self.points}
+        for row in self.rows:
+            found[str(row.point)].setdefault(row.replication, row)
+        return found
+
+    def runs(self, design: str) -> list[Row]:
+        """The runs of a design, by replication."""
+        return list(self._by_design[design].values())
+
+    def values(self, design: str, indicator: str) -> NDArray[np.float64]:
+        """An indicator of a design by replication number; nan for runs that failed or are missing."""
+        rows = self._by_design[design]
+        found = np.full(max(rows, default=-1) + 1, np.nan)
+        for replication, row in rows.items():
+            found[replication] = row.value(indicator)
+        return found
+
+    # Statistics
+
+    def estimates(self, indicator: str) -> dict[int, statistics.Estimate | None]:
+        """Mean and interval of an indicator at each point, by its number; None where no run gave a value."""
+        found: dict[int, statistics.Estimate | None] = {}
+        for number, rows in self.by_point.items():
+            found[number] = self.estimate(rows, indicator)
+        return found
+
+    def estimate(self, rows: Sequence[Row], indicator: str) -> statistics.Estimate | None:
+        """Mean and interval of an indicator over runs of one design; None where none gave a value."""
+        values = [value for row in rows if math.isfinite(value := row.value(indicator))]
+        if not values:
+            return None
+        return statistics.estimate(
+            values, self.plan.confidence, deterministic=_deterministic(rows), within=within(indicator)
+        )
+
+    def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
+        """A row for each design point and indicator.
+
+        Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
+        half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75,
+        q95, deterministic. Where `deterministic` is true the mean is exact, and there is no interval; with a single
+        random run there is none either.
+        """
+        import pandas as pd
+
+        lines = [
+            {**point.labels, "indicator": indicator, **_line(found, len(self.by_point[point.number]))}
+            for indicator in self.chosen(indicators)
+            for point, found in zip(self.points, self.estimates(indicator).values(), strict=True)
+        ]
+        return pd.DataFrame(lines)
+
+    def compare(
+        self,
+        indicator: str,
+        baseline: Mapping[str, Any] | None = None,
+        method: str = "bonferroni",
+    ) -> statistics.Comparison:
+        """Paired differences of all designs to the baseline, with intervals that hold all at once.
+
+        Raises:
+            StudyError: no such indicator or baseline, or a design without a replication in common with it.
+        """
+        self.chosen([indicator])
+        unknown = [key for key in baseline or () if key not in self.factors]
+        if unknown:
+            raise StudyError(f"baseline: {unknown[0]!r} is no factor of the study, expected {', '.join(self.factors)}")
+        base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
+        return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
+
+    def compare_finished(self, indicator: str) -> statistics.Comparison | None:
+        """The same for those designs that have replications in common with the baseline; None where none has."""
+        base = self.values(self.baseline, indicator)
+        table = {self.baseline: base}
+        for design in self.designs:
+            ours = self.values(design, indicator)
+            n = min(ours.size, base.size)
+            if design != self.baseline and np.isfinite(ours[:n] + base[:n]).any():
+                table[design] = ours
+        return self._compared(table, self.baseline, "bonferroni") if len(table) > 1 else None
+
+    def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
+        kind = cast("Literal['bonferroni', 'holm']", method)
+        exact = [design for design in table if _deterministic(self.runs(design))]
+        return statistics.compare(table, base, kind, self.plan.confidence, deterministic=exact)
+
+    def main_effects(self, indicator: str) -> statistics.MainEffects:
+        """What each factor does on average."""
+        return statistics.main_effects(self.frame([indicator]), self.factors, indicator)
+
+    def first_order(self, indicator: str) -> statistics.FirstOrder:
+        """The share of the indicator's variance that each factor explains alone, from any design."""
+        table = self.frame([indicator])
+        return statistics.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
+
+    def sobol(self, indicator: str) -> statistics.SobolIndices:
+        """First-order and total Sobol indices; the design must be {saltelli: n}; replications are averaged."""
+        plan = self.plan
+        if plan.rule.name != "saltelli":
+            raise StudyError(
+                f"Sobol indices need the design {{saltelli: 64}}, this study's is {plan.rule.name}; "
+                "first-order shares can be had from any design"
+            )
+        self.chosen([indicator])
+        means = []
+        for number, rows in self.by_point.items():
+            values = [row.measured(indicator) for row in rows if row.outcome.error is None]
+            if not values:
+                raise StudyError(f"Sobol indices: no run of design {self.points[number]} has a value")
+            means.append(math.fsum(values) / len(values))
+        design = saltelli(plan.factors, plan.rule.size, plan.seed)
+        return statistics.saltelli_indices(design, means, plan.confidence)
 
 
-def _all(rows: Iterable[Row]) -> list[str]:
-    """Every indicator that any run has, in our order, then any others."""
-    found = dict.fromkeys(name for row in rows for name in row.outcome.values)
-    return [*(name for name in INDICATORS if name in found), *(name for name in found if name not in INDICATORS)]
+def _deterministic(rows: Sequence[Row]) -> bool:
+    """Whether chance played no part in any of the runs that were finished."""
+    done = [row.outcome for row in rows if row.outcome.error is None]
+    return bool(done) and all(outcome.deterministic for outcome in done)
 
 
-def arrow(table: Mapping[str, list[Any]]) -> pa.Table:
-    """The table with one type a column: whole numbers, numbers, truth values or text."""
-    import pyarrow as pa
+def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
+    if found is None:
+        nothing = dict.fromkeys(("mean", "half_width", "low", "high"), math.nan)
+        return {"n": 0, "failed": runs, **nothing, "deterministic": False}
+    low, high = found.interval or (math.nan, math.nan)
+    return {
+        "n": found.n,
+        "failed": runs - found.n,
+        "mean": found.mean,
+        "half_width": math.nan if found.half_width is None else found.half_width,
+        "low": low,
+        "high": high,
+        "median": found.median,
+        **{f"q{round(100 * share):02d}": value for share, value in found.quantiles.items()},
+        "deterministic": found.deterministic,
+    }
 
-    return pa.table({name: _array(name, values) for name, values in table.items()})
 
-
-def _array(name: str, values: list[Any]) -> pa.Array:
-    import pyarrow as pa
-
+def _column(values: Sequence[Label]) -> list[Label]:
+    """The levels of a factor as a column of one type has them."""
     kinds = {type(value) for value in values if value is not None}
-    if name == "error":
-        return pa.array(values, pa.string())
-    if kinds == {int} and name != "run_time":
-        return pa.array(values, pa.int64())
-    if kinds <= {int, float}:
-        return pa.array([None if value is None else float(value) for value in values], pa.float64())
-    if kinds == {bool}:
-        return pa.array(values, pa.bool_())
-    return pa.array([None if value is None else _text(value) for value in values], pa.string())
+    if kinds <= {int, float} or kinds == {bool}:
+        return list(values)
+    return [None if value is None else as_text(value) for value in values]
 
 
-def _text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def write_results(table: pa.Table, path: Path) -> None:
-    """Put the table in place as a whole.
-
-    Raises:
-        StudyError: where it cannot be written; what was there before stays.
-    """
-    import pyarrow.parquet as pq
-
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
+def _from_table(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
+    """The rows of a table, each at its point; of equal points in their order."""
+    table = read_results(path)
     try:
-        pq.write_table(table, partial)
-        with partial.open("rb+") as file:
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise StudyError(
-            f"{path}: cannot be written ({reason(error)}); the runs are kept: make room and start the study again"
-        ) from error
+        return tuple(_rows(table, points))
+    except (KeyError, IndexError, TypeError) as error:
+        raise StudyError(f"{path}: not the table of this study ({reason(error)})") from error
 
 
-def is_damaged(path: Path) -> bool:
-    """Whether there is a table that cannot be read."""
-    if not path.exists():
-        return False
-    import pyarrow.parquet as pq
-
-    try:
-        pq.ParquetFile(path).close()
-    except (OSError, ValueError):
-        return True
-    return False
-
-
-def value_of(outcome: Outcome, indicator: str) -> float:
-    """The indicator of a run; nan where it failed.
-
-    Raises:
-        StudyError: where the run has no such indicator.
-    """
-    if outcome.error is not None:
-        return math.nan
-    if indicator not in outcome.values:
-        raise StudyError(f"indicator {indicator!r}: the runs have none; they have {', '.join(outcome.values)}")
-    return outcome.values[indicator]
+def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
+    factors = list(points[0].labels)
+    columns = [_column([point.labels[key] for point in points]) for key in factors]
+    at: dict[tuple[Any, ...], list[Point]] = {}
+    for point, key in zip(points, zip(*columns, strict=True) if columns else [()] * len(points), strict=True):
+        at.setdefault(tuple(map(plain, key)), []).append(point)
+    besides = {*factors, *RESERVED}
+    seen: Counter[tuple[Any, ...]] = Counter()
+    for line in table.to_dict("records"):
+        key = tuple(plain(line[factor]) for factor in factors)
+        run = (key, line["replication"])
+        values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
+        fixed = bool(line.get("deterministic", False))  # 0.1.0 did not say
+        outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
+        yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
+        seen[run] += 1

@@ -21,11 +21,13 @@ import os
 import zlib
 from contextlib import suppress
 from time import monotonic
-from typing import TYPE_CHECKING, NoReturn, Self
+from typing import TYPE_CHECKING, Annotated, NoReturn, Self
+
+from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.runfolder import RUN
+from desim_warehouse.run.folder import RUN
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.lock import FolderLock
 
@@ -35,21 +37,36 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 JOURNAL = "runs.jsonl"
-RESULTS = "results.parquet"
 _SYNC = 0.5  # seconds: a power cut may lose so much, a kill nothing
+
+
+class Entry(BaseModel, strict=True):
+    """A line of the journal; whole numbers are such as a table can hold."""
+
+    model: str
+    seed: int
+    version: str
+    values: dict[str, Annotated[int, Field(ge=-(2**63), lt=2**63)] | float]
+    time: float
+    error: str | None = None
+    final: bool = True
+    deterministic: bool = False
 
 
 class Store:
     """The finished runs of a folder; without a folder, of this process only."""
 
-    def __init__(self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False) -> None:
-        """Open a folder, made if need be, and read its journal.
+    def __init__(
+        self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str | None = None
+    ) -> None:
+        """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
 
         Raises:
             StudyError: where another study is at work there, or it cannot be used.
         """
         self.folder = folder
         self.say = say
+        self.version = version or __version__
         self.runs: dict[tuple[str, int], Outcome] = {}
         self.again: set[tuple[str, int]] = set()  # runs whose error may not happen again
         self.foreign: dict[str, int] = {}  # runs of other versions, by version
@@ -140,24 +157,26 @@ class Store:
         if torn:
             self.say(f"{path}: the last line was cut short when the study was stopped; that run is done again")
         for version, count in self.foreign.items():
-            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {__version__}); still kept")
+            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {self.version}); still kept")
 
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal; False if it is damaged."""
         try:
             if int(line[:8], 16) != zlib.crc32(line[9:]):
                 return False
-            entry = json.loads(line[9:])
-            key = (entry["model"], entry["seed"])
-            if entry["version"] != __version__:
-                self.foreign[entry["version"]] = self.foreign.get(entry["version"], 0) + 1
-                return True
-            error, final = entry.get("error"), entry.get("final", True)
-            outcome = Outcome(entry["values"], entry["time"], error, final, entry.get("deterministic", False))
-            self.runs[key] = outcome
-            (self.again.discard if outcome.final else self.again.add)(key)
-        except (ValueError, KeyError, TypeError):
+            data = json.loads(line[9:])
+            if b"\\u" in line:
+                json.dumps(data, ensure_ascii=False).encode()  # fails at a lone surrogate, which no table holds
+            entry = Entry.model_validate(data)
+        except (ValueError, RecursionError):
             return False
+        if entry.version != self.version:
+            self.foreign[entry.version] = self.foreign.get(entry.version, 0) + 1
+            return True
+        key = (entry.model, entry.seed)
+        outcome = Outcome(entry.values, entry.time, entry.error, entry.final, entry.deterministic)
+        self.runs[key] = outcome
+        (self.again.discard if outcome.final else self.again.add)(key)
         return True
 
     def _write(self, line: bytes) -> None:

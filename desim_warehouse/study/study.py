@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.laboratory import Laboratory
 from desim_warehouse.study.progress import Progress
-from desim_warehouse.study.results import Row, arrow, columns, is_damaged, write_results
-from desim_warehouse.study.store import JOURNAL, RESULTS, Store
+from desim_warehouse.study.results import Results, Row
+from desim_warehouse.study.runner import StudyRunner
+from desim_warehouse.study.store import JOURNAL, Store
+from desim_warehouse.study.table import RESULTS, arrow, columns, is_damaged, write_results
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     import pandas as pd
-    import pyarrow as pa
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.plan import Plan
+    from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import (
         Comparison,
         FirstOrder,
@@ -97,7 +96,7 @@ class Study:
         self._start()
 
     @classmethod
-    def of(cls, plan: Plan) -> Study:
+    def of(cls, plan: StudyPlan) -> Study:
         """A study of a plan that was read already."""
         study = cls.__new__(cls)
         study.plan = plan
@@ -118,22 +117,17 @@ class Study:
         Raises:
             StudyError: where there is no study.
         """
-        from desim_warehouse.study.record import read_record
-
-        study = cls.of(read_record(Path(folder)))
-        with Store(Path(folder), study.notes.append, read_only=True) as store:
-            laboratory = Laboratory(study.plan, store, study.points)
-            laboratory.recall()
-            study.rows = laboratory.finished()
-        study.finished = True
+        results = Results.load(folder)
+        study = cls.of(results.plan)
+        study.notes += results.notes
+        study._results = results  # noqa: SLF001 - our own
         return study
 
     def _start(self) -> None:
         self.points = self.plan.points()
-        self.rows: list[Row] = []
         self.notes: list[str] = []
-        self.finished = False
         self.folder: Path | None = None
+        self._results: Results | None = None
 
     # Running
 
@@ -148,7 +142,7 @@ class Study:
         """Do the runs that are not done yet; the results are the same however many workers do them.
 
         Args:
-            workers: processes on this machine, or `auto`: one for each processor.
+            workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
             out: the study folder; runs there are used again, whatever study they were done for.
             progress: show how far it is, on standard error.
@@ -160,9 +154,9 @@ class Study:
             StudyError: where the folder or the cluster cannot be used; finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after what is finished was written down.
         """
-        with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as laboratory:
-            laboratory.recall()
-            laboratory.replicate()
+        with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:
+            runner.recall()
+            runner.replicate()
         return self
 
     def follow(self, procedure: Procedure[T], indicator: str, **where: Any) -> T:
@@ -173,10 +167,10 @@ class Study:
         Raises:
             StudyError: a run that was asked for failed.
         """
-        with self.session(**where) as laboratory:
-            laboratory.recall()
-            result = laboratory.follow(procedure, indicator)
-            self.plan = replace(self.plan, replications=tuple(laboratory.replications.values()))
+        with self.session(**where) as runner:
+            runner.recall()
+            result = runner.follow(procedure, indicator)
+            self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
         return result
 
     @contextmanager
@@ -187,36 +181,39 @@ class Study:
         cluster: str | None = None,
         out: str | Path | None = None,
         progress: bool = False,
-    ) -> Iterator[Laboratory]:
-        """The laboratory of this study, for procedures that choose their runs; arguments as in `run`.
+    ) -> Iterator[StudyRunner]:
+        """What does the runs of this study, for procedures that choose them; arguments as in `run`.
 
-        However it is left, what is finished is in the folder and in `table`.
+        However it is left, what is finished is in the folder and in `results`.
         """
-        from desim_warehouse.study.execution import Opened
+        from desim_warehouse.study.execution import make_executor
+        from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
         self.folder = None if out is None else Path(out)
-        vars(self).pop("table", None)
         with (
+            Interrupts() as interrupts,
             Progress(self.plan.name, shown=progress) as shown,
             Store(self.folder, self._say(shown)) as store,
-            Opened(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown)) as execution,
+            closing(
+                make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
+            ) as executor,
         ):
-            laboratory = Laboratory(self.plan, store, self.points, execution, shown, self._write)
+            runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
             if self.folder is not None:
                 if is_damaged(self.folder / RESULTS):
                     self._say(shown)(f"{self.folder / RESULTS}: damaged; made anew from {JOURNAL}")
-                write_record(self.plan, self.points, laboratory.keys, self.folder)
+                write_record(self.plan, self.points, runner.keys, self.folder)
             before = self.plan
             try:
-                yield laboratory
+                yield runner
             except BaseException:
                 store.reload()
                 raise
             finally:
-                self._write(laboratory.finished())
+                self._write(runner.finished())
             if self.folder is not None and self.plan is not before:
-                write_record(self.plan, self.points, laboratory.keys, self.folder)
+                write_record(self.plan, self.points, runner.keys, self.folder)
             shown.print(shown.summary())
 
     def _say(self, shown: Progress) -> Callable[[str], None]:
@@ -227,72 +224,67 @@ class Study:
         return say
 
     def _write(self, rows: list[Row]) -> None:
-        """Write down the table as it is now."""
-        self.rows = rows
-        self.finished = True
-        vars(self).pop("table", None)
+        """Write down the results as they are now."""
+        from desim_warehouse.study.record import versions
+
+        self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
         if self.folder is not None:
-            write_results(self._arrow(self.plan.indicators), self.folder / RESULTS)
+            table = arrow(columns(rows, self._results.factors, self.plan.indicators))
+            write_results(table, self.folder / RESULTS)
 
     # Looking
 
-    def _arrow(self, indicators: Sequence[str]) -> pa.Table:
-        if not self.finished:
+    @property
+    def results(self) -> Results:
+        """The finished runs, and what follows from them; they do not change when the study runs on.
+
+        Raises:
+            StudyError: where the study has not been run.
+        """
+        if self._results is None:
             raise StudyError("this study has not been run: call run() first")
-        return arrow(columns(self.rows, self._factors, indicators))
+        return self._results
 
     @property
-    def _factors(self) -> list[str]:
-        return [factor.key for factor in self.plan.factors]
+    def rows(self) -> Sequence[Row]:
+        """The finished runs, none before the study is run."""
+        return () if self._results is None else self._results.rows
 
-    @cached_property
+    @property
     def table(self) -> pd.DataFrame:
         """One row per run: factors under their key, replication, seed, indicators, deterministic, run_time, error.
 
         Raises:
             StudyError: where the study has not been run.
         """
-        frame: pd.DataFrame = self._arrow(self.plan.indicators).to_pandas()
-        return frame
+        return self.results.table
 
     @property
     def deterministic(self) -> bool:
         """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
-        outcomes = [row.outcome for row in self.rows if row.outcome.error is None]
-        return bool(outcomes) and all(outcome.deterministic for outcome in outcomes)
+        return self._results is not None and self._results.deterministic
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """Mean, half-width, median and quantiles of each indicator at each design point, as a tidy table."""
-        from desim_warehouse.study.summary import summary
-
-        return summary(self, indicators)
+        return self.results.summary(indicators)
 
     def compare(
         self, indicator: str, baseline: Mapping[str, Any] | None = None, method: str = "bonferroni"
     ) -> Comparison:
         """Paired differences of all designs to the baseline, with intervals that hold all at once."""
-        from desim_warehouse.study.summary import comparison
-
-        return comparison(self, indicator, baseline, method)
+        return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
         """What each factor does on average."""
-        from desim_warehouse.study.statistics import main_effects
-
-        return main_effects(self._arrow([indicator]).to_pandas(), self._factors, indicator)
+        return self.results.main_effects(indicator)
 
     def first_order(self, indicator: str) -> FirstOrder:
         """The share of the indicator's variance that each factor explains alone, from any design."""
-        from desim_warehouse.study.statistics import first_order
-
-        table = self._arrow([indicator]).to_pandas()
-        return first_order(table, self._factors, indicator, confidence=self.plan.confidence)
+        return self.results.first_order(indicator)
 
     def sobol(self, indicator: str) -> SobolIndices:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""
-        from desim_warehouse.study.summary import sobol
-
-        return sobol(self, indicator)
+        return self.results.sobol(indicator)
 
     def __repr__(self) -> str:
         """What it is, and how far."""

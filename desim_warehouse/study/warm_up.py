@@ -13,7 +13,7 @@ from desim_warehouse.study.plan import run_seed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from desim_warehouse.log import Log
+    from desim_warehouse.history import History
     from desim_warehouse.model import Model
 
 Observed = Literal["throughput", "cycle_time"]
@@ -88,8 +88,8 @@ def settle(
     hours = width / model.units.hour
     series = []
     for replication in range(replications):
-        log = simulate(whole, run_seed(seed, replication)).record
-        counts, times = _spans(log, width, observations)
+        history = simulate(whole, run_seed(seed, replication)).history
+        counts, times = _spans(history, width, observations)
         if observed == "throughput":
             series.append([count / hours for count in counts])
         else:
@@ -100,17 +100,13 @@ def settle(
     return Settling(time, width, observed, unit, model.units.time, found)
 
 
-def _spans(log: Log, width: float, many: int) -> tuple[list[int], list[float]]:
+def _spans(history: History, width: float, many: int) -> tuple[list[int], list[float]]:
     """Deliveries and the sum of their cycle times in each span of time."""
     counts, times = [0] * many, [0.0] * many
-    released: dict[int, float] = {}
-    for row in log.rows:
-        if row[1] == "released":
-            released[row[3]] = row[0]
-        elif row[1] == "delivered":
-            span = min(int(row[0] / width), many - 1)
-            counts[span] += 1
-            times[span] += row[0] - released[row[3]]
+    for task in history.delivered:
+        span = min(int(task.delivered / width), many - 1)
+        counts[span] += 1
+        times[span] += task.cycle_time
     return counts, times
 
 

@@ -5,22 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.schema import Consumption
+from desim_warehouse.model import energy
 
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Battery as Spec
-
-RATE_OF = {
-    "idle": "standing",
-    "queueing": "standing",
-    "waiting": "standing",
-    "empty": "empty",
-    "returning": "empty",
-    "loaded": "loaded",
-    "loading": "handling",
-    "unloading": "handling",
-}
-"""Which consumption of the model file holds in which state; a charging robot draws nothing."""
 
 
 class Battery:
@@ -31,11 +19,7 @@ class Battery:
     def __init__(self, spec: Spec | None) -> None:
         self.spec = spec
         self.capacity = math.inf if spec is None else spec.capacity
-        self.rates = dict.fromkeys(RATE_OF, 0.0)
-        if spec is not None:
-            states = spec.consumption
-            for state, name in RATE_OF.items():
-                self.rates[state] = getattr(states, name) if isinstance(states, Consumption) else states
+        self.rates = energy.rates(spec)
         self._level = self.capacity
         self._rate = 0.0
         self._since = 0.0
@@ -49,6 +33,10 @@ class Battery:
             self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"])
             or len(set(self.rates.values())) > 1
         )
+
+    def start(self, level: float) -> None:
+        """Hold so much at the start of the run."""
+        self._level = level
 
     def level(self, now: float) -> float:
         """Energy left at `now`."""
@@ -94,33 +82,9 @@ class Battery:
         return now + left / self._rate if self._rate else math.inf
 
     def charge_time(self, start: float, end: float) -> float:
-        """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
-
-        Tapered, the rate falls linearly with the level l above `start`: dl/dt = r(l), so the time is an
-        integral of 1 / r(l), a logarithm.
-        """
-        if self.spec is None or end <= start:
-            return 0.0
-        rate, taper = self.spec.charge_rate, self.spec.taper
-        if taper is None:
-            return (end - start) / rate
-        knee = taper.start * self.capacity
-        time = max(min(end, knee) - start, 0.0) / rate
-        low, high = max(start, knee), max(end, knee)
-        slope = (1 - taper.end_rate) / (self.capacity - knee)
-        return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
+        """Time to charge from one level to another."""
+        return 0.0 if self.spec is None else energy.charge_time(self.spec, start, end)
 
     def charge_gain(self, start: float, time: float) -> float:
         """Energy taken up in a time at the charger: the inverse of `charge_time`."""
-        if self.spec is None:
-            return 0.0
-        rate, taper = self.spec.charge_rate, self.spec.taper
-        if taper is None:
-            return min(rate * time, self.capacity - start)
-        knee = taper.start * self.capacity
-        steady = min(max(knee - start, 0.0) / rate, time)
-        low = max(start, knee)
-        slope = (1 - taper.end_rate) / (self.capacity - knee)
-        here = 1 - slope * (low - knee)
-        gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
-        return min(rate * steady + gain, self.capacity - start)
+        return 0.0 if self.spec is None else energy.charge_gain(self.spec, start, time)

@@ -1,15 +1,60 @@
-"""Where a robot is and what it has committed to: all that traffic knows of it."""
+"""Where a robot is, what it has committed to, and whom it waits for: all that traffic knows of it."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.world.lanes import Claim, Intersection, Lane
-    from desim_warehouse.world.trip import Trip
+    from desim_warehouse.world.drive import Drive
+    from desim_warehouse.world.intersection import Claim, Intersection
+    from desim_warehouse.world.lane import Lane
+
+
+class Driver(Protocol):
+    """Who decides for a body and learns what happens to it: a robot."""
+
+    def left_bay(self) -> None:
+        """It has just left the bay it stood in."""
+
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
+
+    def stands(self, waiting: bool) -> None:
+        """It begins (or ends) to wait in traffic."""
+
+    def will_stand(self, begin: float, end: float) -> None:
+        """It is known that it will wait in traffic from `begin` to `end`."""
+
+
+class NoDriver:
+    """For bodies that only follow routes."""
+
+    def left_bay(self) -> None:
+        """Nothing to do."""
+
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
+        """None: it waits."""
+        return None
+
+    def stands(self, waiting: bool) -> None:
+        """Nothing to do."""
+
+    def will_stand(self, begin: float, end: float) -> None:
+        """Nothing to do."""
+
+
+class Delay(NamedTuple):
+    """A wait that is known beforehand: from `begin` to `end`, so as to come no nearer to a slower robot, `other`."""
+
+    lane: Lane
+    other: Body | None
+    begin: float
+    end: float
 
 
 class Body:
@@ -18,8 +63,13 @@ class Body:
     It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
     intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
     last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
-    at `since` and is there at `until`.
+    at `since` and is there at `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+
+    It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
+    lane (`waiting_behind`, the drive to go on with).
     `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
+    When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
+    `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
     """
 
@@ -29,8 +79,11 @@ class Body:
         "behind",
         "claim",
         "crossings",
+        "delay",
         "detours",
         "driven",
+        "driver",
+        "entered_at",
         "goal",
         "granted",
         "held",
@@ -38,6 +91,8 @@ class Body:
         "mark",
         "moves",
         "number",
+        "out_at",
+        "out_pace",
         "pace",
         "pos",
         "rear_ends",
@@ -54,21 +109,24 @@ class Body:
         "waits_for",
     )
 
-    def __init__(self, number: int, speed: float, at: Intersection) -> None:
+    def __init__(self, number: int, speed: float, at: Intersection, driver: Driver | None = None) -> None:
         self.number = number
         self.speed = self.pace = speed
         self.at = at
+        self.driver = driver or NoDriver()
         self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
         self.held: Any = None  # an Intersection
         self.granted: Lane | None = None
         self.ahead: Body | None = None
         self.behind: Body | None = None
         self.pos = self.target = self.goal = 0.0
-        self.since = self.until = -math.inf
+        self.since = self.until = self.entered_at = self.out_at = -math.inf
+        self.out_pace = speed
         self.claim: Claim | None = None
-        self.waiting_behind: Trip | None = None
+        self.waiting_behind: Drive | None = None
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
+        self.delay: Delay | None = None
         self.recall_at = self.train_pace = math.inf
         self.mark = 0
         self.detours = 0
@@ -76,40 +134,23 @@ class Body:
         self.moves = self.rear_ends = self.crossings = 0
         self.driven = self.waited = 0.0
 
-    def passes(self, position: float) -> float:
-        """The time at which it passes `position` on its lane, no farther than its target; the past if it has."""
-        if position <= self.pos:
-            return self.since if position == self.pos else -math.inf
-        return self.until - (self.target - position) / self.pace
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether it waits in traffic now."""
-        return self.claim is not None or self.waiting_behind is not None
-
-    def waited_by(self, now: float) -> float:
-        """Time waited in traffic so far, the present episode included."""
-        return self.waited + (now - self.waiting_since if self.is_waiting else 0.0)
-
-    def distance(self, now: float) -> float:
-        """Length driven so far."""
-        return self.driven + self.position(now)
-
-    def left_bay(self) -> None:
-        """It has just left the bay it stood in."""
-
-    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
-        """Another way for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
-        return None
-
-    def stands(self, waiting: bool) -> None:
-        """It begins (or ends) to wait in traffic."""
+    # Where it is
 
     def position(self, now: float) -> float:
         """Where it is on its lane."""
         if now >= self.until:
             return self.target
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
+
+    def passes(self, position: float) -> float:
+        """The time at which it passes `position` on its lane, no farther than its target; the past if it has."""
+        if position <= self.pos:
+            return self.since if position == self.pos else -math.inf
+        return self.until - (self.target - position) / self.pace
+
+    def distance(self, now: float) -> float:
+        """Length driven so far."""
+        return self.driven + self.position(now) - max(self.out_at - now, 0.0) * self.out_pace
 
     def place(self, now: float) -> str:
         """Where it is, in words."""
@@ -118,3 +159,78 @@ class Body:
         if self.held is not None and self.position(now) >= self.lane.length:
             return f"on node {self.lane.edge[1]}"
         return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.position(now):g}"
+
+    def pace_on(self, lane: Lane) -> float:
+        """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest of them."""
+        train, self.train_pace = self.train_pace, math.inf
+        return min(self.speed, lane.limit, train)
+
+    # Waiting
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether it waits in traffic now."""
+        return self.claim is not None or self.waiting_behind is not None
+
+    @property
+    def blocker(self) -> Body | None:
+        """The one robot that it waits for; None: it is not blocked, or only time keeps it waiting."""
+        if self.waiting_behind is not None:
+            return self.ahead
+        claim = self.claim
+        if claim is None:
+            return None
+        holder = claim.node.holder
+        if holder is not None and holder is not self:
+            return holder
+        lane = claim.lane
+        if lane is None or lane.entering is not None or lane.last is None or lane.has_room(self):
+            return None
+        return lane.last
+
+    def waited_by(self, now: float) -> float:
+        """Time waited in traffic so far, the present episode included."""
+        return self.waited - self.delay_after(now) + (now - self.waiting_since if self.is_waiting else 0.0)
+
+    def delay_after(self, now: float) -> float:
+        """The part of its delay that is still to come."""
+        delay = self.delay
+        return 0.0 if delay is None or delay.end <= now else delay.end - max(delay.begin, now)
+
+    def moves_by(self, now: float) -> int:
+        """Lanes entered so far."""
+        return self.moves - (self.entered_at > now)
+
+    def rear_ends_by(self, now: float) -> int:
+        """Episodes behind other robots that have ended."""
+        return self.rear_ends - (self.delay is not None and self.delay.end > now)
+
+    def wait_behind(self, drive: Drive, now: float) -> None:
+        """Wait until the robot ahead makes way: `drive` goes on when this one has then moved up."""
+        self.waiting_behind = drive
+        self.waiting_since = now
+        self.waits_for = self.ahead
+        self.driver.stands(waiting=True)
+
+    def stop_waiting(self, now: float) -> Drive:
+        """It has waited behind another and may go on; the caller says when its drive is due."""
+        drive, self.waiting_behind = self.waiting_behind, None
+        assert drive is not None
+        self.driver.stands(waiting=False)
+        if now > self.waiting_since + EPS:
+            self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
+        return drive
+
+    def end_waits(self, now: float) -> None:
+        """At the end of a run: the episode that is under way ends here, and one that was to come does not begin."""
+        if self.delay is not None and self.delay.end > now:
+            self.delay.lane.cut_delay(self, self.delay, now)
+            self.delay = None
+        if self.waiting_since >= now - EPS:
+            return
+        if self.claim is not None:
+            node = self.claim.node
+            node.count_wait(self, node.holder, now - self.waiting_since, now)
+        elif self.waiting_behind is not None:
+            self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
+        self.waiting_since = now

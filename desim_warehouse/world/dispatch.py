@@ -7,22 +7,26 @@ from collections import Counter, OrderedDict, deque
 from typing import TYPE_CHECKING, Any
 
 from simpy.core import StopSimulation
-from simpy.events import Event, EventPriority
+from simpy.events import Event
 
 from desim_warehouse.errors import PolicyError
-from desim_warehouse.world.decisions import asked
-from desim_warehouse.world.lanes import EPS
+from desim_warehouse.world.ask import asked
+from desim_warehouse.world.events import DECISIONS, end_of_instant
+from desim_warehouse.world.forecast import busy_view
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
-    from desim_warehouse.policies import Allocation, Task
-    from desim_warehouse.world.powered import Powered
-    from desim_warehouse.world.world import World
+    from simpy import Environment
 
-AFTER_ALL = EventPriority(2)
-"""Priority of a decision among the events of one instant: after all that happens at that time."""
-
+    from desim_warehouse.log import Log
+    from desim_warehouse.model.policy import Policies
+    from desim_warehouse.policies import Allocation, RobotView, Situation, Task
+    from desim_warehouse.world.ask import Situations
+    from desim_warehouse.world.bays import Bays
+    from desim_warehouse.world.reach import Reach
+    from desim_warehouse.world.robot import Robot
+    from desim_warehouse.world.stations import Stations
 
 RETURNS = 100
 """A task that is given back so often will never be done."""
@@ -31,26 +35,46 @@ RETURNS = 100
 class Dispatcher:
     """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
 
+    Robots that become free at the same instant are so seen together, by number; tasks in the order of the list.
     With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at every
     decision (`waiting`) until `decide` is told the answer.
     """
 
-    def __init__(self, world: World, allocation: Allocation | None) -> None:
-        self.world = world
-        self.env = world.env
+    def __init__(
+        self,
+        env: Environment,
+        log: Log,
+        policies: Policies,
+        allocation: Allocation | None,
+        *,
+        open_tasks: OrderedDict[int, Task],
+        robots: Sequence[Robot],
+        stations: Stations,
+        bays: Bays,
+        reach: Reach,
+        situations: Situations,
+        on_assigned: Callable[[], None],
+    ) -> None:
+        self.env = env
+        self.log = log
         self.allocation = allocation
-        self.interval = world.model.policies.interval
-        self.open: OrderedDict[int, Task] = OrderedDict()
-        self.free: dict[int, tuple[Powered, Event]] = {}
-        self.passing: set[int] = set()
+        self.interval = policies.interval
+        self.charging = policies.charging.name
+        self.robots = robots
+        self.stations = stations
+        self.bays = bays
+        self.reach = reach
+        self.situations = situations
+        self.on_assigned = on_assigned
+        self.open = open_tasks
+        self.free: dict[int, tuple[Robot, Event]] = {}
         self.queues: dict[int, deque[Task]] = {}
-        self.unload_at: dict[int, str] = {}
-        self.heading: Counter[str] = Counter()
         self.returned: Counter[int] = Counter()
         self.released = 0
         self.done = 0
         self.waiting = False
-        self._called = False
+        self._passing: set[int] = set()
+        self._decides_at = math.inf
 
     # What happens
 
@@ -58,38 +82,39 @@ class Dispatcher:
         """A new task is known."""
         self.open[task.number] = task
         self.released += 1
-        self.world.log.released(self.env.now, task.number, task.good, task.due)
+        self.log.released(self.env.now, task.number, task.good, task.due)
         self.call()
 
-    def wait(self, robot: Powered) -> Event:
+    def wait(self, robot: Robot) -> Event:
         """A robot in a bay is free: the event is due when it is given a task."""
         return self._offer(robot)
 
-    def ask(self, robot: Powered) -> Event:
+    def ask(self, robot: Robot) -> Event:
         """A robot that has just unloaded is free: the event is due at once, with a task or without."""
-        self.passing.add(robot.number)
-        return self._offer(robot)
+        self._passing.add(robot.number)
+        return self._offer(robot, at_once=robot.docked is None)
 
-    def _offer(self, robot: Powered) -> Event:
+    def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
         self.free[robot.number] = robot, event
-        self.call()
+        self.call(at_once=at_once)
         return event
 
-    def withdraw(self, robot: Powered) -> None:
+    def withdraw(self, robot: Robot) -> None:
         """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 
-    def give_back(self, robot: Powered) -> None:
+    def give_back(self, robot: Robot) -> None:
         """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
         task = robot.job
         assert task is not None
-        self.world.record("returned", robot)
+        robot.record("returned")
         self.returned[task.number] += 1
+        robot.must_charge = True  # else it would take the task again at once
         if self.returned[task.number] > RETURNS:
             raise PolicyError(
-                f"policies.charging ({self.world.model.policies.charging.name}) at time {self.env.now:g}: task "
+                f"policies.charging ({self.charging}) at time {self.env.now:g}: task "
                 f"{task.number} (good {task.good}) was given back {RETURNS} times; no battery seems to last for it"
             )
         self._put_back(robot.number)
@@ -98,21 +123,20 @@ class Dispatcher:
         self.open.move_to_end(task.number, last=False)
         self.call()
 
-    def delivered(self, robot: Powered) -> None:
+    def delivered(self, robot: Robot) -> None:
         """A task is done."""
-        self.world.record("delivered", robot)
+        robot.record("delivered")
         self.done += 1
         robot.delivered += 1
+        assert robot.job is not None
+        self.stations.forget(robot.job)
         self._forget(robot)
 
-    def _forget(self, robot: Powered) -> None:
+    def _forget(self, robot: Robot) -> None:
         assert robot.job is not None
-        self.heading[self.unload_at.pop(robot.job.number)] -= 1
-        robot.job = None
-        robot.task = -1
-        if robot.station is not None:
-            robot.station.taken -= 1
-            robot.station = None
+        self.stations.release(robot.job, robot.station)
+        robot.job = robot.station = robot.pick = None
+        robot.body.task = -1
 
     def _put_back(self, number: int) -> None:
         """The tasks of a robot's queue go to the front of the list, in their order."""
@@ -122,20 +146,21 @@ class Dispatcher:
 
     # Decisions
 
-    def call(self) -> None:
-        """Have the policy asked at the end of this instant, or of the interval."""
-        if not self._called:
-            self._called = True
-            event = Event(self.env)
-            event._ok, event._value = True, None
-            event.callbacks.append(self._decide)
-            delay = 0.0
-            if self.interval:
-                delay = max(math.ceil(self.env.now / self.interval - 1e-9) * self.interval - self.env.now, 0.0)
-            self.env.schedule(event, priority=AFTER_ALL, delay=delay)
+    def call(self, *, at_once: bool = False) -> None:
+        """Have the policy asked at the end of this instant, or of the interval.
+
+        `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
+        """
+        now = self.env.now
+        time = now
+        if self.interval and not at_once:
+            time = max(math.ceil(now / self.interval - 1e-9) * self.interval, now)
+        if time < self._decides_at:
+            self._decides_at = time
+            end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
 
     def _decide(self, _: Event) -> None:
-        self._called = False
+        self._decides_at = math.inf
         if self.queues:
             self._next_of_queues()
         if not (self.open and self.free):
@@ -144,9 +169,20 @@ class Dispatcher:
             self.waiting = True
             raise StopSimulation(None)
         else:
-            situation = self.world.shown.situation()
+            situation = self.situation()
             policy = self.allocation
             self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
+
+    def situation(self) -> Situation:
+        """What the allocation policy decides on now."""
+        return self.situations.now([self.free[number][0].view() for number in sorted(self.free)], self._fleet)
+
+    def _fleet(self) -> list[RobotView]:
+        """All robots; those at work where, and about when, they will be free."""
+        now = self.env.now
+        return [
+            robot.view() if robot.number in self.free else busy_view(robot, self.reach, now) for robot in self.robots
+        ]
 
     def decide(self, pairs: Iterable[Any]) -> None:
         """Carry out a decision: pairs of robot number and task number, checked one by one."""
@@ -159,51 +195,43 @@ class Dispatcher:
                 raise self._fault(f"{pair!r} is no pair (robot number, task number)") from None
             if task_number in given:
                 raise self._fault(f"task {task_number} is given out twice")
-            if not 0 <= number < len(self.world.robots):
-                raise self._fault(f"there is no robot {number}, only 0 to {len(self.world.robots) - 1}")
+            if not 0 <= number < len(self.robots):
+                raise self._fault(f"there is no robot {number}, only 0 to {len(self.robots) - 1}")
             if task_number not in self.open:
                 raise self._fault(f"task {task_number} is not open")
             given.add(task_number)
             if number in self.free:
-                self._assign(number, task_number)
+                self._assign(number, task_number, first=len(given) == 1)
             else:
                 self._queue(number, task_number)
         self._pass()
-        if self.open and self.free and self.world.model.battery is not None:
+        if self.open and self.free and self.reach.batteries:
             self._charge_the_short()
 
     def _charge_the_short(self) -> None:
         """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
         for number in sorted(self.free):
             robot, event = self.free[number]
-            if robot.plugged or robot.short or robot.battery.is_full(self.env.now) or not self.short(robot):
+            if robot.is_charging or robot.must_charge or robot.battery.is_full(self.env.now):
                 continue
-            if not robot.at_charger and not self.world.parking.charger_for(robot):
+            if not self.reach.must_charge(robot.view()) or not (robot.at_charger or self.bays.charger_for(robot)):
                 continue
             del self.free[number]
-            robot.short = True
+            robot.must_charge = True
             event.succeed()
-
-    def short(self, robot: Powered) -> bool:
-        """Whether a robot's energy, below full, does not let it take the first open task."""
-        task = next(iter(self.open.values()), None)
-        view = robot.view()
-        if task is None or view.energy >= self.world.decisions.levels(view).full - EPS * view.capacity:
-            return False
-        return not self.world.shown.lasts(view, task)
 
     def _pass(self) -> None:
         """Robots that have unloaded go on, with a task or without."""
-        for number in sorted(self.passing):
+        for number in sorted(self._passing):
             self.free.pop(number)[1].succeed()
-        self.passing.clear()
+        self._passing.clear()
 
     def _fault(self, fault: str) -> PolicyError:
         name = "the answer" if self.allocation is None else type(self.allocation).__name__
         return PolicyError(f"policies.allocation ({name}) at time {self.env.now:g}: {fault}")
 
     def _queue(self, number: int, task_number: int) -> None:
-        robot = self.world.robots[number]
+        robot = self.robots[number]
         if robot.job is None:
             raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
@@ -217,34 +245,32 @@ class Dispatcher:
             self.open.move_to_end(task.number, last=False)
             if queue:
                 self.queues[number] = queue
-            if self.world.shown.feasible(self.free[number][0].view(), task):
+            if self.reach.feasible(self.free[number][0].view(), task):
                 self._assign(number, task.number)
             elif queue:
                 self._put_back(number)
                 self.open.move_to_end(task.number, last=False)
 
-    def _assign(self, number: int, task_number: int) -> None:
+    def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
+        """Give a free robot a task; `first`: no other pair of this decision has been given a station's slot before."""
         robot, event = self.free[number]
-        task, view, shown = self.open[task_number], robot.view(), self.world.shown
-        if not shown.may_work(view, task):
+        task, view = self.open[task_number], robot.view()
+        node = self.stations.choose(view, task)
+        if not self.stations.has_room(view, node):
+            return  # taken by another pair of this decision: robot and task wait for the next
+        if not self.reach.may_take(view, task, node):
+            if not first:
+                return  # another pair of this decision took the slot at a nearer station
             raise self._fault(
                 f"robot {number} may not take task {task_number}: its energy, {view.energy:g}, does not let it by "
-                f"policies.charging ({self.world.model.policies.charging.name})"
+                f"policies.charging ({self.charging})"
             )
-        node = shown.station(view, task)
-        station = self.world.stations.get(node)
-        if not shown.room(view, node):
-            return  # taken by another pair of this decision: robot and task wait for the next
         del self.free[number], self.open[task_number]
-        self.passing.discard(number)
-        self.unload_at[task_number] = node
-        self.heading[node] += 1
-        robot.station = station
-        if station is not None:
-            station.taken += 1
+        self._passing.discard(number)
+        robot.station = self.stations.reserve(task, node)
         robot.job = task
-        robot.short = False
-        robot.task = task.number
-        self.world.record("assigned", robot)
+        robot.must_charge = False
+        robot.body.task = task.number
+        robot.record("assigned")
         event.succeed()
-        self.world.demand.taken()
+        self.on_assigned()

@@ -14,54 +14,49 @@ the intersection and waits on it; this leaves a gap behind it, and the rings on 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import GridlockError
-from desim_warehouse.world.lanes import EPS
+from desim_warehouse.world.rules import EPS
 
 _NAMED = 6  # robots of a ring that an error names
 
 if TYPE_CHECKING:
+    from simpy import Environment
+
+    from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.motion import Motion
+
+
+Rule = Literal["rotate", "avoid", "stop"]
 
 
 class Gridlock:
-    """Finds rings and turns them; `rotate` False: a ring is an error, for fleets that cannot turn."""
+    """Finds rings and turns them; `stop`: a ring is an error, for fleets that cannot turn; `avoid`: there are none."""
 
-    def __init__(self, traffic: Motion, rotate: bool) -> None:
-        self.traffic = traffic
-        self.rotate = rotate
+    def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
+        self.env = env
+        self.log = log
+        self.headway = headway
+        self.mixed = mixed
+        self.rule = rule
         self.rotations = 0
         self._mark = 0
 
-    def blocker(self, robot: Body) -> Body | None:
-        """The one robot that a blocked robot waits for; None: it is not blocked, or only time keeps it waiting."""
-        if robot.waiting_behind is not None:
-            return robot.ahead
-        claim = robot.claim
-        if claim is None:
-            return None
-        holder = claim.node.holder
-        if holder is not None and holder is not robot:
-            return holder
-        lane = claim.lane
-        if lane is None or lane.entering or lane.last is None or self.traffic.has_room(lane):
-            return None
-        return lane.last
-
     def check(self, robot: Body) -> None:
         """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one."""
+        if self.rule == "avoid":
+            return
         self._mark += 1
         mark = self._mark
         member: Body | None = robot
         while member is not None and member.mark != mark:
             member.mark = mark
-            member = self.blocker(member)
+            member = member.blocker
         if member is None:
             return
         ring = [member]
-        while (after := self.blocker(ring[-1])) is not member:
+        while (after := ring[-1].blocker) is not member:
             assert after is not None
             ring.append(after)
         if self._is_open(ring):
@@ -69,48 +64,51 @@ class Gridlock:
 
     def _is_open(self, ring: list[Body]) -> bool:
         """Whether no intersection within the ring is still closing behind a robot; if one is, it is looked at again."""
-        traffic = self.traffic
+        now: float = self.env._now
         for robot in ring:
             claim = robot.claim
-            if claim is not None and claim.node.holder is None and not traffic.is_open(robot, claim.node, claim.via):
-                traffic.reopen_later(claim.node)
+            if claim is None or claim.node.holder is not None:
+                continue
+            if not claim.node.is_open(robot, claim.via, now):
+                claim.node.reopen_later(now)
                 return False
         return True
 
     def _turn(self, ring: list[Body]) -> None:
         """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself."""
-        now = self.traffic.env.now
-        if not self.rotate:
+        now = self.env.now
+        if self.rule == "stop":
             raise GridlockError(_describe(ring, now))
         near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
         if near:
             for robot in near:
-                self.traffic.halt_here(robot)
+                robot.goal = robot.pos  # it takes where it stands for its stop
+                robot.stop_waiting(now).due(now)
             return
         self.rotations += 1
         edges = tuple("" if robot.lane is None else ">".join(robot.lane.edge) for robot in ring)
-        self.traffic.log.rotation(now, tuple(robot.number for robot in ring), edges)
+        self.log.rotation(now, tuple(robot.number for robot in ring), edges)
         claims = [robot.claim for robot in ring if robot.claim is not None]
         passed = set()
         for claim in claims:
             if claim.node.holder is None and claim.node in passed:
-                self.traffic.award(claim, None)
+                claim.node.award(claim, None)
                 return
             passed.add(claim.node)
-        if self.traffic.mixed:
+        if self.mixed:
             self._keep_together(ring)
         # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
         followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
         for claim in claims:
             if claim not in followers:
-                self.traffic.award(claim, claim.lane)
+                claim.node.award(claim, claim.lane)
         for claim in followers:
-            room = claim.lane is not None and self.traffic.has_room(claim.lane)
-            self.traffic.award(claim, claim.lane if room else None)
+            room = claim.lane is not None and claim.lane.has_room(claim.robot)
+            claim.node.award(claim, claim.lane if room else None)
 
     def _is_near(self, robot: Body) -> bool:
         """Whether a robot's own stop is less than a place ahead, so that it would not make room for the next."""
-        return robot.goal - robot.pos < self.traffic.contact - EPS
+        return robot.goal - robot.pos < self.headway - EPS
 
     @staticmethod
     def _keep_together(ring: list[Body]) -> None:

@@ -1,33 +1,81 @@
 """A robot's life: wait for a good, fetch it, deliver it, go home, charge. Read this first.
 
-Each robot is a SimPy process. It decides nothing itself: which task, which way, when and where to charge are
-asked of the policies through the world; how it gets along the lanes is traffic's business.
+Each robot is a SimPy process. It decides nothing itself: which task, which route, when and where to charge are
+asked of the policies; how it gets along the lanes is traffic's business, for the `body` that it has.
 """
 
 from __future__ import annotations
 
 import math
+from enum import Enum
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.log import STATES
-from desim_warehouse.world.powered import Powered
+from desim_warehouse.policies import RobotView
+from desim_warehouse.world.alarms import Alarms
+from desim_warehouse.world.battery import Battery
+from desim_warehouse.world.body import Body
+from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
+    from desim_warehouse.policies import Levels, Task
+    from desim_warehouse.world.avoidance import Avoidance
+    from desim_warehouse.world.bays import Bay
+    from desim_warehouse.world.drive import Drive
+    from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.stations import Station
     from desim_warehouse.world.world import World
 
     Steps = Generator[Event, object, None]
 
+FAR = 1e15
+"""A delay that never ends, and that SimPy can add to a time."""
+LEAST_CHARGE = 0.05
+"""Part of its capacity that a robot which must charge takes up before it is free again."""
 
-class Robot(Powered):
-    """A robot with a home, a battery and at most one task at hand."""
+
+class Rest(Enum):
+    """How a rest in a bay ends."""
+
+    TASK = "it was given a task"
+    CHARGE_HERE = "it must charge, and stands at a charger"
+    SEEK_CHARGER = "it must charge, and leaves for a charger elsewhere"
+    MAKE_ROOM = "it leaves its slot at a charger to a robot that must charge"
+    REST_ON = "it must charge, but the charger that was free is taken again"
+
+
+class Robot:
+    """A robot with a home, a battery and at most one task at hand (`job`).
+
+    `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
+    elsewhere. `station` is the one where it has a slot reserved, `docked` the one it is in.
+    `pick` is the lane from which it fetches its good, `legs` what is left of its route.
+    `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
+    no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
+    """
 
     def __init__(self, world: World, number: int, home: str, speed: float) -> None:
-        super().__init__(world, number, home, speed)
+        self.world = world
+        self.env = world.env
+        self.number = number
+        self.home = self.parked_at = self.last_bay = home
+        self.body = Body(number, speed, world.traffic.nodes[home], self)
+        self.battery = Battery(world.model.battery)
+        self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
+        self.bay: Bay | None = None
+        self.leaving: Bay | None = None
+        self.station: Station | None = None
+        self.docked: Station | None = None
+        self.job: Task | None = None
+        self.pick: Lane | None = None
+        self.legs: list[list[Lane]] = []
         self.offer: Event | None = None
+        self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
         self.state = "idle"
         self.since_state = 0.0
@@ -39,59 +87,55 @@ class Robot(Powered):
     def life(self) -> Steps:
         """Work as long as there is any; rest and charge in a bay in between."""
         exit_time = self.world.model.fleet.first_exit_time
+        if not self.battery.is_full(self.env.now):
+            yield from self.charge()
         while True:
-            if (yield from self.rest()):
-                yield from self.go_out(exit_time)
-                while self.job is not None and (yield from self.fetch()):
-                    yield from self.deliver()
-                    yield from self.ask_for_more()
-                self.reserve_bay()
-            elif self.short and self.at_charger:
+            end = yield from self.rest()
+            if end is Rest.REST_ON:
+                continue
+            if end is Rest.CHARGE_HERE:
                 yield from self.charge()
                 continue
-            elif not self.at_charger and not self.world.parking.charger_for(self):
-                continue
+            if end is Rest.TASK:
+                yield from self.go_out(exit_time)
+                yield from self.work()
+                self.reserve_bay()
             else:
-                self.reserve_bay(away=self.at_charger)
+                self.reserve_bay(away=end is Rest.MAKE_ROOM)
                 yield from self.go_out(exit_time)
             exit_time = self.world.model.fleet.exit_time
             yield from self.go_to_bay()
             yield from self.charge()
 
-    def rest(self) -> Generator[Event, object, bool]:
-        """In a bay, until a task is given (True), or until it must leave for the sake of a battery (False)."""
-        self.enter("idle")
-        if self.number in self.world.parking.making_room:
-            return False
-        offer = self.offer or self.world.dispatcher.wait(self)
-        self.offer = None
-        if self.battery.spec is None or (self.at_charger and not self.world.scarce):
-            if self.job is None:
-                yield offer
-            return self.job is not None
-        return (yield from self.rest_uneasily(offer))
-
-    def go_out(self, exit_time: float) -> Steps:
-        """From the bay to standing at its node."""
-        if self.charged and self.job is not None:
-            self.world.record("recharged", self)
-            self.charged = False
-            self.recharged += 1
-        self.world.out += 1
-        self.enter("empty" if self.job is not None else "returning")
-        yield Timeout(self.env, exit_time)
+    def work(self) -> Steps:
+        """Task after task, until there is none or the battery calls it back."""
+        while self.job is not None and (yield from self.fetch()):
+            yield from self.deliver()
+            yield from self.ask_for_more()
 
     def fetch(self) -> Generator[Event, object, bool]:
         """Drive to the good and load it; False if the battery sent the robot home before it got there."""
-        job, world = self.job, self.world
-        assert job is not None
-        way = [*world.decisions.way(self.node, job.edge[0]), world.traffic.lanes[job.edge]]
-        self.detours = world.decisions.detours
-        if not (yield from world.traffic.drive(self, way, job.offset)):
-            if self.job is not None:  # it got to the node at the very instant of the alarm
-                world.dispatcher.give_back(self)
-            return False
-        self.recall_at = math.inf
+        world = self.world
+        offset = self._choose_pick()
+        if not self._set_route(*self._task_legs()):
+            # To the bay where its declared route ends: from there it can set out anew.
+            self.body.recall_at = math.inf
+            self.enter("returning")
+            yield from self.go_to_bay()
+            world.out += 1
+            self.enter("empty")
+            offset = self._choose_pick()
+            self._set_route(*self._task_legs())
+        drive = self.drive(self.legs.pop(0), offset)
+        while not (yield from drive):
+            if self._turns_back():
+                if self.job is not None:  # it got to the node at the very instant of the alarm
+                    world.dispatcher.give_back(self)
+                return False
+            # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
+            self.body.recall_at = math.nextafter(self.env.now, math.inf)
+            drive = self.drive(drive.rest, offset)
+        self.body.recall_at = math.inf
         self.enter("loading")
         yield Timeout(self.env, world.model.tasks.load_time)
         self.enter("loaded")
@@ -101,16 +145,16 @@ class Robot(Powered):
         """Drive to the station and unload, in its bay if it has one, else in the lane."""
         world = self.world
         assert self.job is not None
-        node = world.dispatcher.unload_at[self.job.number]
-        self.detours = world.decisions.detours
-        yield from world.traffic.drive(self, world.decisions.way(self.node, node))
+        node = world.stations.of(self.job)
+        yield from self.drive(self._leg_to(node))
         if self.station is None:
             self.enter("unloading")
             yield Timeout(self.env, world.model.tasks.unload_time)
         else:
             self.enter_bay(node)
             self.docked, self.station = self.station, None
-            world.record("docked", self)
+            self.docked.dock(self.number)
+            self.record("docked")
             with self.docked.servers.request() as turn:
                 if not turn.triggered:
                     self.enter("queueing")
@@ -120,30 +164,171 @@ class Robot(Powered):
         world.dispatcher.delivered(self)
 
     def ask_for_more(self) -> Steps:
-        """The next task is given out before the robot clears the place where it unloaded."""
+        """The next task is given before the robot clears the place where it unloaded."""
         yield self.world.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, self.world.model.tasks.clear_time)
 
+    # Routes: asked of the routing policy leg by leg; where lanes are two-way, all legs are declared before it sets out
+
+    @property
+    def guard(self) -> Avoidance | None:
+        """To whom routes are declared; None: nobody need know them."""
+        return self.world.traffic.rules.guard
+
+    def _choose_pick(self) -> float:
+        """Choose from which end the good's lane is driven, if it is two-way; returns the offset of the good on it."""
+        world, job = self.world, self.job
+        assert job is not None
+        lane = world.traffic.lanes[job.edge]
+        self.pick, offset = lane, job.offset
+        if lane.twin is not None:
+            times = world.reach.travel(self.body.speed).ways.time
+            station = world.stations.of(job)
+
+            def time(pick: tuple[Lane, float]) -> float:
+                start, end = pick[0].edge
+                return times(self.node, start) + times(end, station)
+
+            self.pick, offset = min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
+        return offset
+
+    def _task_legs(self) -> list[list[Lane]]:
+        """The routes of its task: to the good; with a guard also to the station, and on to a bay from one in a lane."""
+        routes, job, pick = self.world.routes, self.job, self.pick
+        assert job is not None
+        assert pick is not None
+        legs = [[*routes.route(self.node, pick.edge[0]), pick]]
+        if self.guard is not None:
+            station = self.world.stations.of(job)
+            legs.append(routes.route(pick.edge[1], station))
+            if self.station is None:
+                assert self.bay is not None
+                legs.append(routes.route(station, self.bay.node))
+        return legs
+
+    def _set_route(self, *legs: list[Lane]) -> bool:
+        """Take these legs for its route; False: it has declared another, and the change would not be safe."""
+        if self.guard is not None:
+            route = [lane for leg in legs for lane in leg]
+            if not self.is_on_lanes:
+                self.guard.declare(self.body, route)
+            elif not self.guard.change(self.body, route):
+                return False
+        self.legs = list(legs)
+        return True
+
+    def _leg_to(self, node: str) -> list[Lane]:
+        """The next leg of its route, which ends at `node`."""
+        return self.legs.pop(0) if self.guard is not None else self.world.routes.route(self.node, node)
+
+    def _turns_back(self) -> bool:
+        """Recalled on the way to a good: whether it may go to the bay where it has a slot instead."""
+        if self.guard is None:
+            return True
+        assert self.bay is not None
+        return self._set_route(self.world.routes.route(self.node, self.bay.node))
+
+    # Parking
+
     def reserve_bay(self, *, away: bool = False) -> None:
-        """A place to go to, its own before it sets out; `away`: one without a charger."""
-        self.recall_at = math.inf
+        """A slot to go to, its own before it sets out; `away`: one without a charger."""
+        world = self.world
+        self.body.recall_at = math.inf
         if self.is_out:
             self.enter("returning")
-            self.short = self.battery.spec is not None and self.world.dispatcher.short(self)
-        self.world.parking.take(self, self.world.decisions.choose_bay(self, away=away))
+            if self.battery.spec is not None:
+                self.must_charge = self.must_charge or world.reach.must_charge(self.view())
+        bays = [bay for bay in world.bays.by_node.values() if world.bays.may_take(self, bay)]
+        if away:
+            bay = world.bay_choice.parking(self.view(), [bay for bay in bays if bay.chargers is None])
+        else:
+            bay = world.bay_choice.choose(self.view(), bays, must_charge=self.must_charge)
+        elsewhere = self.bay is not None and bay is not self.bay
+        if self.is_on_lanes and elsewhere and not self._set_route(world.routes.route(self.node, bay.node)):
+            return  # to the bay where its declared route ends: from there it can go on
+        world.bays.take(self, bay)
 
     def go_to_bay(self) -> Steps:
         """Home, or wherever the policies say."""
-        world = self.world
         assert self.bay is not None
         if self.is_out or self.bay.node != self.parked_at:
-            self.detours = world.decisions.detours
-            yield from world.traffic.drive(self, world.decisions.way(self.node, self.bay.node))
+            if self.guard is not None and not self.is_on_lanes:
+                self._set_route(self.world.routes.route(self.node, self.bay.node))
+            yield from self.drive(self._leg_to(self.bay.node))
             self.enter_bay(self.bay.node)
         self.last_bay = self.bay.node
-        world.record("parked", self)
-        world.came_home()
+        self.record("parked")
+        self.world.came_home()
+
+    def go_out(self, exit_time: float) -> Steps:
+        """From the bay to standing at its node."""
+        if self.has_charged and self.job is not None:
+            self.record("recharged")
+            self.has_charged = False
+            self.recharged += 1
+        self.world.out += 1
+        self.enter("empty" if self.job is not None else "returning")
+        yield Timeout(self.env, exit_time)
+
+    # Resting
+
+    def rest(self) -> Generator[Event, object, Rest]:
+        """In a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
+        world = self.world
+        self.enter("idle")
+        if self.number in world.bays.making_room:  # decided while it charged
+            return Rest.MAKE_ROOM
+        offer = self.offer or world.dispatcher.wait(self)
+        self.offer = None
+        if self.battery.spec is None or (self.at_charger and not world.reach.scarce):
+            if self.job is None:
+                yield offer
+        elif self.at_charger:
+            yield from self._rest_at_scarce_charger(offer)
+        else:
+            yield from self._rest_without_charger(offer)
+        if self.job is not None:
+            return Rest.TASK
+        if self.at_charger:
+            return Rest.CHARGE_HERE if self.must_charge else Rest.MAKE_ROOM
+        return Rest.SEEK_CHARGER if world.bays.charger_for(self) else Rest.REST_ON
+
+    def _rest_at_scarce_charger(self, offer: Event) -> Steps:
+        """Rest until there is a task, or until another robot must charge and finds no slot but this."""
+        bays = self.world.bays
+        while not offer.triggered:
+            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # whoever seeks a charger now is known then
+            if not offer.triggered and bays.wants_room(self):
+                self.make_room()
+                return
+            if not offer.triggered:
+                yield offer | bays.charger_sought()
+
+    def _rest_without_charger(self, offer: Event) -> Steps:
+        """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free."""
+        world, bays = self.world, self.world.bays
+        while not offer.triggered:
+            view = self.view()
+            level = world.reach.rests_until(view, world.reach.levels(view))
+            low = self.battery.lasts_until(self.env.now, level)
+            if low > self.env.now + EPS and not self.must_charge:
+                yield offer | Timeout(self.env, min(low - self.env.now, FAR))
+            elif bays.charger_for(self):
+                self.must_charge = True
+                world.dispatcher.withdraw(self)
+                return
+            else:
+                bays.seekers += 1
+                yield offer | bays.seek_charger()
+                bays.seekers -= 1
+
+    def make_room(self) -> None:
+        """Leave the slot at a charger to a robot that seeks one."""
+        self.world.dispatcher.withdraw(self)
+        self.world.bays.making_room.add(self.number)
+
+    # Charging
 
     def charge(self) -> Steps:
         """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one."""
@@ -152,57 +337,210 @@ class Robot(Powered):
         if battery.spec is None or bay.chargers is None:
             return
         self.enter("idle")
-        levels, level = self.world.decisions.levels(self.view()), battery.level(self.env.now)
-        if level < levels.full and (levels.top_up or self.short or level <= levels.good):
-            ready = level >= levels.sufficient
-            self.offer = yield from self.charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
+        levels, level = self.world.reach.levels(self.view()), battery.level(self.env.now)
+        if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
+            ready = level >= levels.sufficient and not self.must_charge
+            self.offer = yield from self._charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
+
+    def _charge_at(self, bay: Bay, offer: Event | None) -> Generator[Event, object, Event | None]:
+        """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
+
+        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
+        take the next one, or it would go to and fro between them at one instant.
+        `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
+        """
+        env, battery = self.env, self.battery
+        assert bay.chargers is not None
+        levels = self.world.reach.levels(self.view())
+        least = levels.sufficient
+        if self.must_charge:
+            least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
+        self.is_charging, self.must_charge = True, False
+        with bay.chargers.request() as turn:
+            if not turn.triggered and offer is None:
+                self.enter("queueing")
+            yield turn if offer is None else turn | offer
+            self.is_charging = self.job is None
+            if self.job is not None:
+                return offer
+            self.enter("charging")
+            begun = env.now
+            if levels.swap_time is not None:
+                yield Timeout(env, levels.swap_time)
+                battery.unplug(env.now, levels.full)
+            else:
+                offer = yield from self._fill(levels, least, offer)
+            self.has_charged = self.has_charged or env.now > begun
+        self.is_charging = False
+        return offer
+
+    def _fill(self, levels: Levels, least: float, offer: Event | None) -> Generator[Event, object, Event | None]:
+        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs."""
+        env, battery, world = self.env, self.battery, self.world
+        level = battery.level(env.now)
+        battery.plug(env.now)
+        if offer is None:
+            yield Timeout(env, battery.charge_time(level, least))
+            level = max(level, least)
+            if level < levels.full:
+                offer = world.dispatcher.wait(self)
+        while offer is not None and level < levels.full and self.job is None:
+            goal = world.reach.enough_for_first(self.view(), levels)
+            goal = goal if level < goal < levels.full else levels.full
+            done = Timeout(env, battery.charge_time(level, goal))
+            yield offer | done | world.bays.charger_sought() if world.reach.scarce else offer | done
+            level = goal if done.processed else battery.level(env.now)
+            able = level >= world.reach.enough_for_first(self.view(), levels)
+            if self.job is None and able and world.bays.wants_room(self):
+                self.make_room()
+                offer = None
+            elif done.processed:
+                world.dispatcher.call()
+        battery.unplug(env.now, level)
+        return offer
 
     # Where it is and what it is doing
 
     @property
+    def node(self) -> str:
+        """The node it is at, or comes to next."""
+        lane = self.body.lane
+        return self.parked_at if lane is None else str(lane.edge[1])
+
+    @property
     def is_out(self) -> bool:
         """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
-        return self.lane is not None or self.held is not None or self.docked is not None
+        return self.is_on_lanes or self.docked is not None
+
+    @property
+    def is_on_lanes(self) -> bool:
+        """Whether it is on a lane or stands on a node."""
+        return self.body.lane is not None or self.body.held is not None
+
+    @property
+    def at_charger(self) -> bool:
+        """Whether it stands in a bay with chargers."""
+        return self.body.lane is None and self.bay is not None and self.bay.chargers is not None
+
+    @property
+    def is_at_good_edge(self) -> bool:
+        """Whether it is on the edge of its task's good, or stands at the node where that begins."""
+        body, job = self.body, self.job
+        assert job is not None
+        edge = job.edge if self.pick is None else self.pick.edge
+        if body.lane is not None and body.lane.edge == edge:
+            return True
+        standing = body.lane is None or (body.held is not None and body.pos >= body.lane.length)
+        return standing and self.node == edge[0]
+
+    def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
+        """What policies see of it: by default as a robot that is free where it is."""
+        spec = self.battery.spec
+        fleet, tasks = self.world.model.fleet, self.world.model.tasks
+        if free_in is None:
+            free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
+        return RobotView(
+            self.number,
+            self.node if node is None else node,
+            self.home,
+            self.battery.level(self.env.now),
+            self.battery.capacity,
+            0.0 if spec is None else spec.threshold,
+            self.last_bay,
+            self.body.speed,
+            free,
+            free_in,
+            tuple(self.world.dispatcher.queues.get(self.number, ())),
+        )
+
+    def drive(self, route: Sequence[Lane], stop: float | None = None) -> Drive:
+        """Drive a route (`yield from`); False: recalled, on the node it came to next."""
+        self.body.detours = self.world.routes.detours
+        return self.world.traffic.drive(self.body, route, stop)
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""
-        self.world.traffic.into_bay(self)
+        self.world.traffic.into_bay(self.body)
         self.parked_at = node
-
-    def left_bay(self) -> None:
-        """Out of the bay or station: its place there is free."""
-        if self.docked is not None:
-            self.docked.taken -= 1
-            self.docked = None
-            self.world.dispatcher.call()
-        else:
-            self.world.parking.leave(self)
-            if self.world.scarce:
-                self.world.dispatcher.call()
 
     def enter(self, state: str) -> None:
         """Begin something else: the time goes to the old state, the battery draws the new rate."""
         now = self.env.now
-        waited_by_now = self.waited_by(now)
+        waited_by_now = self.body.waited_by(now)
         waited = waited_by_now - self.waited_before
         self.time_in[self.state] += now - self.since_state - waited
         self.waited_before = waited_by_now
         self.since_state = now
         if state != self.state:
             self.state = state
-            self.world.record(state, self)
-        self.draw(state)
+            self.record(state)
+        self._draw(state)
+
+    def _draw(self, state: str) -> None:
+        """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
+        resting = state in ("idle", "queueing", "charging") and self.at_charger
+        self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
+        self.alarms.watch()
+
+    def record(self, kind: str) -> None:
+        """A row of the log: what it does, with its energy."""
+        now = self.env.now
+        energy = None if self.battery.spec is None else self.battery.level(now)
+        self.world.log.event(now, kind, self.number, self.body.task, self.node, energy)
 
     def tally(self, now: float) -> dict[str, float]:
         """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
+        body = self.body
+        waited = body.waited_by(now)
+        worked = now - self.since_state - (waited - self.waited_before)
         return {
             **self.time_in,
-            "waiting": self.waited_by(now),
-            "distance": self.distance(now),
+            self.state: self.time_in[self.state] + worked,
+            "waiting": waited,
+            "distance": body.distance(now),
             "energy": self.battery.drawn(now),
-            "moves": self.moves,
-            "rear_ends": self.rear_ends,
-            "crossings": self.crossings,
+            "moves": body.moves_by(now),
+            "rear_ends": body.rear_ends_by(now),
+            "crossings": body.crossings,
             "delivered": self.delivered,
             "recharged": self.recharged,
         }
+
+    # As the driver of its body
+
+    def left_bay(self) -> None:
+        """Out of the bay or station: its slot there is free."""
+        world = self.world
+        if self.docked is not None:
+            self.docked.leave(self.number)
+            self.docked = None
+            world.dispatcher.call()
+        else:
+            world.bays.leave(self)
+            if world.reach.scarce:
+                world.dispatcher.call()
+
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
+        other = self.world.routes.detour(self.node, route, index, stop)
+        if other is None:
+            return None
+        if self.guard is not None:
+            rest = [lane for leg in self.legs for lane in leg]
+            if not self.guard.change(self.body, [*other, *rest]):
+                return None
+        self.body.detours -= 1
+        return other
+
+    def stands(self, waiting: bool) -> None:
+        """It begins or ends waiting in traffic, where standing may draw less than driving."""
+        if self.battery.varies:
+            self._draw("waiting" if waiting else self.state)
+        elif self.alarms.looks_ahead:
+            self.alarms.watch()
+
+    def will_stand(self, begin: float, end: float) -> None:
+        """It waits for a time that is known beforehand, where standing may draw less than driving."""
+        if self.battery.varies:
+            Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))
+            Arrival(self.env, end).callbacks.append(lambda _: self._draw(self.state))

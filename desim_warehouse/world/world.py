@@ -3,29 +3,42 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections import OrderedDict
+from typing import TYPE_CHECKING
 
 import simpy
 from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
-from desim_warehouse.errors import LayoutError, StallError
-from desim_warehouse.layout import checks
+from desim_warehouse.errors import StallError
+from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.log import Log
+from desim_warehouse.model import energy
 from desim_warehouse.policies import create
-from desim_warehouse.world.bays import Bay, Parking, Station
-from desim_warehouse.world.decisions import Decisions
+from desim_warehouse.streams import Streams
+from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
+from desim_warehouse.world.battery import Battery
+from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.dispatch import Dispatcher
+from desim_warehouse.world.events import happened
+from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
-from desim_warehouse.world.shown import Shown
-from desim_warehouse.world.streams import Streams
+from desim_warehouse.world.routes import Routes
+from desim_warehouse.world.stations import Stations
+from desim_warehouse.world.tallies import less, tallies
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.world.powered import Powered
+    from desim_warehouse.policies import Task
+    from desim_warehouse.world.gridlock import Rule
+    from desim_warehouse.world.tallies import Rows
+
+PATIENCE = 300.0
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it."""
 
 
 class World:
@@ -33,67 +46,89 @@ class World:
 
     With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
     `dispatcher.decide(pairs)` in between.
+
+    Each part is given what it needs; only robots know the world.
     """
 
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
-        self.streams = Streams(seed)
-        self.env = simpy.Environment()
-        self.layout = floor.build(model.layout)
+        self.streams = streams = Streams(seed)
+        self.env = env = simpy.Environment()
+        self.layout = layout = floor.build(model.layout)
         self.log = Log(model.log)
-        self.finished = simpy.Event(self.env)
+        self.finished = simpy.Event(env)
         self.out = 0
-        self._before: list[dict[int, dict[str, Any]]] | None = None
-        fleet = model.fleet
-        use = checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at)
-        if problems := checks.faults(self.layout, use):
-            raise LayoutError(problems)
+        self._before: tuple[Rows, Rows, Rows] | None = None
+        fleet, policies = model.fleet, model.policies
+        refuse(model, layout)
         kinds = set(fleet.robots())
         self.traffic = Traffic(
-            self.env,
-            self.layout,
+            env,
+            layout,
             self.log,
             contact=fleet.contact,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
-            mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in self.layout.graph.edges(data="speed")),
-            rotate=model.traffic.gridlock == "rotate",
+            mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in layout.graph.edges(data="speed")),
+            rule=_rule(model, layout),
+            patience=PATIENCE / model.units.seconds,
         )
-        self.decisions = Decisions(self)
+        routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
-            self.layout,
+            layout,
             max(robot.speed for robot in kinds),
             model.traffic.node_time,
-            self.decisions.cost,
-            (*self.layout.bays, *self.layout.stations, *model.tasks.unload_at),
+            getattr(routing, "cost", "time"),
+            (*layout.bays, *layout.stations, *model.tasks.unload_at),
         )
-        self.stations = {
-            node: Station(self.env, node, item.places, item.servers) for node, item in self.layout.stations.items()
-        }
-        self.robots = self._fleet()
-        self.demand = Demand(self)
-        self.scarce = self.parking.scarce(len(self.robots))
-        self.shown = Shown(self)
-        policy = model.policies.allocation
-        self.dispatcher = Dispatcher(self, None if ask else create("allocation", policy.name, policy.params))
-
-    def _fleet(self) -> list[Robot]:
-        """Bays with their places, and in them the robots, dealt out over the start nodes in turn."""
-        fleet = self.model.fleet
-        start = fleet.start or tuple(self.layout.bays)
-        homes = [start[number % len(start)] for number in range(fleet.size)]
-        bays = []
-        for node, item in self.layout.bays.items():
-            places = homes.count(node) if item.places is None else item.places
-            chargers = places if item.chargers is None else item.chargers
-            bays.append(Bay(self.env, node, places, chargers))
-        self.parking = Parking(bays)
-        robots = []
-        for number, (shape, home) in enumerate(zip(fleet.robots(), homes, strict=True)):
+        self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
+        self.stations = Stations(env, model.tasks, layout, self.travel, streams)
+        homes = fleet.homes(layout.bays)
+        self.bays = _bays(env, layout, homes, keep=self.traffic.rules.guard is not None)
+        open_tasks: OrderedDict[int, Task] = OrderedDict()
+        self.reach = Reach(
+            model,
+            layout,
+            self.travel,
+            ChargingLevels(env, create("charging", policies.charging.name, policies.charging.params)),
+            rates=Battery(model.battery).rates,
+            stations=self.stations,
+            bays=self.bays,
+            open_tasks=open_tasks.values(),
+        )
+        parking = create("parking", policies.parking.name, policies.parking.params)
+        self.bay_choice = BayChoice(env, parking, self.travel, self.reach)
+        self.demand = Demand(env, model, layout, streams)
+        self.robots: list[Robot] = []
+        allocation = create("allocation", policies.allocation.name, policies.allocation.params)
+        self.dispatcher = Dispatcher(
+            env,
+            self.log,
+            policies,
+            None if ask else allocation,
+            open_tasks=open_tasks,
+            robots=self.robots,
+            stations=self.stations,
+            bays=self.bays,
+            reach=self.reach,
+            situations=Situations(
+                env,
+                model,
+                layout,
+                self.travel,
+                routes=self.routes,
+                reach=self.reach,
+                open_tasks=open_tasks,
+                streams=streams,
+            ),
+            on_assigned=self.demand.refill,
+        )
+        levels = energy.start_levels(model, streams)
+        for number, (shape, home, level) in enumerate(zip(fleet.robots(), homes, levels, strict=True)):
             robot = Robot(self, number, home, shape.speed)
-            self.parking.settle(robot, self.parking.bays[home])
-            robots.append(robot)
-        return robots
+            robot.battery.start(level)
+            self.bays.settle(robot, self.bays.by_node[home])
+            self.robots.append(robot)
 
     # The run
 
@@ -106,15 +141,14 @@ class World:
     def begin(self) -> None:
         """Set everything going at time 0."""
         env, length = self.env, self.model.run.length
-        self.demand.start()
+        self.demand.start(self.dispatcher.release)
         for robot in self.robots:
             env.process(robot.life())
         if self.model.run.warm_up:
             Timeout(env, self.model.run.warm_up).callbacks.append(lambda _: self._count_from_here())
         if self.demand.total is None:
             assert length is not None
-            self.over = simpy.Event(env)
-            self.over._ok, self.over._value = True, None
+            self.over = happened(env)
             env.schedule(self.over, URGENT, length)
         else:
             self.over = self.finished if length is None else self.finished | Timeout(env, length)
@@ -134,40 +168,20 @@ class World:
         return False
 
     def close(self) -> None:
-        """Bring all tallies up to the present, less what was counted before the warm-up ended."""
+        """Log the waits under way, and tally what has happened since the warm-up ended."""
         log, now = self.log, self.env.now
-        self.traffic.end_waits(self.robots)
         for robot in self.robots:
-            robot.enter(robot.state)
-        before = self._before or [{} for _ in range(3)]
-        log.robots, log.edges, log.nodes = (
-            [_less(row, earlier.get(i)) for i, row in enumerate(rows)]
-            for rows, earlier in zip(self._tallies(), before, strict=True)
-        )
+            robot.body.end_waits(now)
+        found = tallies(self.robots, self.traffic, now)
+        if self._before is not None:
+            robots, edges, nodes = self._before
+            found = less(found[0], robots), less(found[1], edges), less(found[2], nodes)
+        log.robots, log.edges, log.nodes = found
         log.close(now)
 
     def _count_from_here(self) -> None:
-        for robot in self.robots:
-            robot.enter(robot.state)
         self.log.begin = self.env.now
-        self._before = [dict(enumerate(rows)) for rows in self._tallies()]
-
-    def _tallies(self) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any]]]:
-        now = self.env.now
-        edges = [
-            {"edge": ">".join(edge), "passages": lane.passages, "waits": lane.waits, "blocked": lane.blocked}
-            for edge, lane in self.traffic.lanes.items()
-        ]
-        nodes = [
-            {
-                "node": "+".join(node.nodes),
-                "passages": node.passages,
-                "waits": node.waits,
-                "blocked": node.blocked,
-            }
-            for node in dict.fromkeys(self.traffic.nodes.values())
-        ]
-        return [robot.tally(now) for robot in self.robots], edges, nodes
+        self._before = tallies(self.robots, self.traffic, self.env.now)
 
     def came_home(self) -> None:
         """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run."""
@@ -177,7 +191,9 @@ class World:
 
     def _stalled(self) -> str:
         blocked = "; ".join(
-            f"robot {robot.number} {robot.place(self.env.now)}" for robot in self.robots if robot.lane is not None
+            f"robot {robot.number} {robot.body.place(self.env.now)}"
+            for robot in self.robots
+            if robot.body.lane is not None
         )
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
@@ -188,21 +204,25 @@ class World:
     def _unable(self) -> str:
         """Why nobody takes the first open task, if it is for the battery."""
         task = next(iter(self.dispatcher.open.values()), None)
-        if task is None or any(self.shown.lasts(robot.view(), task) for robot in self.robots):
+        if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
         charging = self.model.policies.charging.name
         return f"; no robot's battery lasts for task {task.number}, by policies.charging ({charging})"
 
-    # What robots ask
 
-    def record(self, kind: str, robot: Powered) -> None:
-        """A row of the log: what a robot does, with its energy."""
-        energy = None if robot.battery.spec is None else robot.battery.level(self.env.now)
-        self.log.event(self.env.now, kind, robot.number, robot.task, robot.node, energy)
+def _rule(model: Model, layout: Layout) -> Rule:
+    """What keeps robots from being stuck: traffic.gridlock, or what fits the lanes."""
+    rule = model.traffic.gridlock
+    if rule == "auto":
+        return "avoid" if layout.two_way else "rotate"
+    return rule
 
 
-def _less(row: dict[str, Any], earlier: dict[str, Any] | None) -> dict[str, Any]:
-    """A row of tallies, less what it was earlier."""
-    if earlier is None:
-        return row
-    return {key: value if isinstance(value, str) else value - earlier[key] for key, value in row.items()}
+def _bays(env: simpy.Environment, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
+    """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
+    bays = []
+    for node, item in layout.bays.items():
+        places = homes.count(node) if item.places is None else item.places
+        chargers = places if item.chargers is None else item.chargers
+        bays.append(Bay(env, node, places, chargers))
+    return Bays(env, bays, keep=keep)

@@ -157,7 +157,7 @@ def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
         "Input.dispatchMouseEvent", {"type": "mouseMoved", "x": box["x"] + 1 + x, "y": box["y"] + 1 + y}
     )
     page.frame()
-    assert "Robot 0: carrying" in page.text("tip")
+    assert "Robot 0: driving loaded" in page.text("tip")
     assert "task 0, good 11" in page.text("tip")
     assert "battery" in page.text("tip")
 

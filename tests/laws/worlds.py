@@ -20,7 +20,9 @@ def reals(low, high):
 
 def lengths(contact, low, high):
     """Any length, or one about a multiple of D."""
-    off = st.sampled_from([0.0, 1e-7, -1e-7, 3e-6, -3e-6, 0.05, -0.05, 0.4])
+    off = st.sampled_from([0.0, 1e-9, 1e-7, 1e-6, 3e-6, 1e-5, 0.05]).flatmap(
+        lambda x: st.sampled_from([x, -x])
+    ) | st.just(0.4)
     return reals(low, high) | st.builds(lambda times, more: times * contact + more, st.integers(1, 3), off)
 
 

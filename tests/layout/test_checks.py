@@ -50,11 +50,11 @@ def test_a_sound_layout_has_no_findings():
 ERRORS = [
     (
         with_edges(["E", "A"], E=[-20, 0]) | {"layout__bays": {"home": {"at": ["A", "E"]}}},
-        f"layout: node E: cannot be reached, but bay home is there; {ADVICE}",
+        f"layout: node E: cannot be reached, but bay home is there; {ADVICE} [UNREACHABLE]",
     ),
     (
         with_edges(["A", "E"], E=[-20, 0]) | {"tasks__unload_at": ["E"]},
-        f"layout: node E: cannot be left, but unloading is there; {ADVICE}",
+        f"layout: node E: cannot be left, but unloading is there; {ADVICE} [UNREACHABLE]",
     ),
     (
         with_edges(["E", "F"], ["F", "E"], E=[-20, 0], F=[-40, 0])
@@ -62,32 +62,32 @@ ERRORS = [
             "layout__storage": [{"edge": ["A", "B"], "offset": 10}, {"edge": ["E", "F"], "offset": 5}],
         },
         (
-            f"layout: node E: cannot be reached and left, but good 1 is there; {ADVICE}\n"
-            f"layout: node F: cannot be reached and left, but good 1 is there; {ADVICE}"
+            f"layout: node E: cannot be reached and left, but good 1 is there; {ADVICE} [UNREACHABLE]\n"
+            f"layout: node F: cannot be reached and left, but good 1 is there; {ADVICE} [UNREACHABLE]"
         ),
     ),
     (
         with_edges(["A", "E"], E=[-20, 0]) | {"layout__stations": {"pack": {"at": ["E"]}}},
-        f"layout: node E: cannot be left, but station pack is there; {ADVICE}",
+        f"layout: node E: cannot be left, but station pack is there; {ADVICE} [UNREACHABLE]",
     ),
-    ({"layout__bays": {}}, "layout.bays: there are none; robots start from bays and go home to them"),
+    ({"layout__bays": {}}, "layout.bays: there are none; robots start from bays and go home to them [NO_BAYS]"),
     (
         {"fleet__start": ["A", "B"]},
-        "fleet.start: B: there is no bay at this node; name nodes with bays",
+        "fleet.start: B: there is no bay at this node; name nodes with bays [START_WITHOUT_BAY]",
     ),
     (
         {"layout__bays": {"home": {"at": ["A", "B"], "places": 1}}, "fleet__start": ["A"]},
         (
             "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
-            "give it more, or spread fleet.start over more nodes"
+            "give it more, or spread fleet.start over more nodes [BAY_CROWDED]"
         ),
     ),
     (
         {"layout__bays": {"home": {"at": ["A", "B", "C"], "places": 1}}, "fleet__size": 6},
         (
             "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
-            "give it more, or spread fleet.start over more nodes (as at B, C)\n"
-            "layout.bays: 6 robots but only 3 bay places; every robot needs one"
+            "give it more, or spread fleet.start over more nodes (as at B, C) [BAY_CROWDED]\n"
+            "layout.bays: 6 robots but only 3 bay places; every robot needs one [TOO_FEW_PLACES]"
         ),
     ),
 ]
@@ -107,13 +107,16 @@ LONG = {f"N{i}": [20 * i + 40, 0] for i in range(10)}
 OTHERS = [
     (
         with_edges(["A", "E"], E=[-20, 0]),
-        f"warning: layout: node E: cannot be left; nothing is there, so no robot will go; {ADVICE}",
+        (
+            "warning: layout: node E: cannot be left; nothing is there, so no robot will go; "
+            f"{ADVICE} [UNREACHABLE_UNUSED]"
+        ),
     ),
     (
         with_edges(["B", "A"], ["D", "C"]),
         (
-            "warning: layout: edges: two-way between A-B, C-D: taken as two lanes side by side; "
-            "where there is only one, keep one edge"
+            "note: layout: edges: 2 lanes are two-way, used in one direction at a time: A-B, C-D; a robot takes a step "
+            "only if nobody can be stuck afterwards (traffic.gridlock: avoid) [TWO_WAY]"
         ),
     ),
     (
@@ -121,7 +124,7 @@ OTHERS = [
         (
             "warning: tasks.unload_at: C: robots unload standing on a node where B>C, A>C meet, and hold "
             "all of them up; "
-            "a station beside the node would not (layout.stations)"
+            "a station beside the node would not (layout.stations) [UNLOAD_IN_LANE]"
         ),
     ),
     (
@@ -134,7 +137,7 @@ OTHERS = [
         },
         (
             "note: layout: storage: 2 places are nearer than 2 (D) to a node; robots stop D clear of it to load there: "
-            "good 0, good 2"
+            "good 0, good 2 [LOAD_NEAR_NODE]"
         ),
     ),
     (
@@ -142,7 +145,7 @@ OTHERS = [
         (
             "note: layout.stations: 1 places for 2 robots: a robot takes a task only when its station has "
             "a place for it, "
-            "so the others stay in their bays; more places let more of them work"
+            "so the others stay in their bays; more places let more of them work [STATION_PLACES]"
         ),
     ),
     (
@@ -150,12 +153,15 @@ OTHERS = [
         (
             "warning: layout: edges: 1 are shorter than 2 (D), so the nodes at their ends are used by one "
             "robot at a time: "
-            "E>B; smaller robots or longer edges avoid it"
+            "E>B; smaller robots or longer edges avoid it [SHORT_EDGES]"
         ),
     ),
     (
         with_edges(["E", "B"], ["D", "E"], E=[20, -3]),
-        "note: layout: edges: 1 are shorter than 4 (2 D), so robots wait on the nodes before them: E>B",
+        (
+            "note: layout: edges: 1 are shorter than 4 (2 D), so robots wait on the nodes before them: E>B "
+            "[EDGES_BELOW_2D]"
+        ),
     ),
     (
         # 20 along, 10 down: E>B comes at atan(10 / 20) = 27 degrees to A>B
@@ -163,14 +169,14 @@ OTHERS = [
         (
             "warning: layout: edges: meet at less than 60 degrees, where robots waiting on both would come "
             "closer than D: "
-            "E>B and A>B"
+            "E>B and A>B [SHARP_MERGE]"
         ),
     ),
     (
         with_edges(["A", "C"], ["D", "B"]),
         (
             "warning: layout: edges: cross where there is no node, so robots there do not give way to each other: "
-            "A>C and D>B; a node where they cross makes it an intersection"
+            "A>C and D>B; a node where they cross makes it an intersection [CROSSING_EDGES]"
         ),
     ),
 ]
@@ -228,5 +234,5 @@ def test_capacity_counts_places_d_apart_and_d_clear_of_both_ends():
 
 
 def test_the_models_that_we_ship_have_no_errors():
-    for name in ("multibots", "tutorial", "medium", "large"):
+    for name in ("multibots", "tutorial", "medium", "large", "mir250"):
         assert not [finding for finding in check(dw.load(f"models/{name}.yaml")).findings if finding.level == "error"]

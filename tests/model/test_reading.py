@@ -124,7 +124,7 @@ def test_a_mapping_has_no_lines_but_its_order():
         "<mapping>: tasks.load_time: too small (got -1), expected a number of at least 0",
         (
             "<mapping>: colour: unknown key, expected name, description, units, layout, fleet, "
-            "tasks, battery, traffic, policies, run, cost or log"
+            "tasks, battery, traffic, policies, run, cost, log or accept"
         ),
     ]
 

@@ -44,22 +44,22 @@ def test_answers_that_cannot_be_carried_out(tmp_path, body, message):
 
 def test_a_robot_whose_energy_does_not_last_gets_no_task(tmp_path):
     name = mine(tmp_path, "return [(r.number, t.number) for r, t in zip(situation.robots, situation.tasks)]")
+    reach_aware = {"policies.charging": {"name": "reach-aware", "margin": 0.99}}
+    model = load(MULTIBOTS, {"policies.allocation": name, "accept": ["BATTERY_TOO_SMALL"], **reach_aware})
     with pytest.raises(PolicyError, match=r"robot 0 may not take task 0: its energy, 10, .*charging \(reach-aware\)"):
-        simulate(
-            load(MULTIBOTS, {"policies.allocation": name, "policies.charging": {"name": "reach-aware", "margin": 0.99}})
-        )
+        simulate(model)
 
 
 @pytest.mark.parametrize(
     ("kind", "method", "body", "message"),
     [
-        ("routing", "route(self, origin, goal, roads)", "return [origin, goal]", r"routing \(Mine\).*is no way from"),
-        ("routing", "route(self, origin, goal, roads)", "return []", r"nothing is no way from"),
+        ("routing", "route(self, origin, goal, roads)", "return [origin, goal]", r"routing \(Mine\).*is no route from"),
+        ("routing", "route(self, origin, goal, roads)", "return []", r"nothing is no route from"),
         (
             "parking",
             "choose(self, robot, bays, travel)",
             "return 'Z'",
-            r"parking \(Mine\).*'Z' is no bay with a free place",
+            r"parking \(Mine\).*'Z' is no bay with a free slot",
         ),
         ("charging", "levels(self, robot)", "return 3", r"charging \(Mine\).*robot \d: 3 are no Levels"),
         (

@@ -14,7 +14,7 @@ MULTIBOTS = dw.load("models/multibots.yaml")
 
 
 def roads(world, queued=None, waits=None):
-    shown = world.decisions.roads()
+    shown = world.routes.roads
     return Roads(
         shown.graph,
         shown.oracle,
@@ -61,30 +61,50 @@ def test_a_queue_turns_a_robot_to_another_way():
     assert list(CongestionAware(queues=0).route("G", "P", roads(world, queued={edge: 20}))) == free
 
 
+BUSY = {
+    "fleet.size": 30,
+    "layout.bays.charging.places": 5,
+    "tasks.goods": {"random": 150},
+    "tasks.unload_at": ["M", "O", "R"],
+    "tasks.station_choice": "nearest",
+    "battery.threshold": 4.5,
+    "battery.reserve": 9,
+    "policies.routing": "congestion-aware",
+}
+
+
+@pytest.mark.parametrize(
+    ("policy", "changes"), [({"name": "congestion-aware", "detours": 0}, True), ("fastest", False)]
+)
+def test_routes_follow_traffic_also_where_nobody_decides_again_on_the_way(policy, changes):
+    world = World(MULTIBOTS.replace({**BUSY, "policies.routing": policy}), 2)
+    taken = {}
+    original = world.routes.route
+
+    def route(origin, goal):
+        lanes = original(origin, goal)
+        taken.setdefault((origin, goal), set()).add(tuple(lane.edge for lane in lanes))
+        return lanes
+
+    world.routes.route = route
+    world.run()
+    assert any(len(routes) > 1 for routes in taken.values()) is changes
+
+
 def test_detours_are_taken_and_limited_and_work_still_ends():
-    busy = {
-        "fleet.size": 30,
-        "layout.bays.charging.places": 5,
-        "tasks.goods": {"random": 150},
-        "tasks.unload_at": ["M", "O", "R"],
-        "tasks.station_choice": "nearest",
-        "battery.threshold": 4.5,
-        "battery.reserve": 9,
-        "policies.routing": "congestion-aware",
-    }
     taken = []
 
-    world = World(MULTIBOTS.replace(busy), 2)
-    original = world.decisions.detour
+    world = World(MULTIBOTS.replace(BUSY), 2)
+    original = world.routes.detour
 
-    def detour(robot, route, index, stop):
-        way = original(robot, route, index, stop)
+    def detour(node, route, index, stop):
+        way = original(node, route, index, stop)
         if way is not None:
-            taken.append(robot.number)
+            taken.append(node)
             assert way[-1] is route[-1] or stop is None
         return way
 
-    world.decisions.detour = detour
+    world.routes.detour = detour
     world.run()
     assert world.dispatcher.done == 150
     assert taken

@@ -13,8 +13,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.export import export, trace
-from desim_warehouse.report.states import state_table
+from desim_warehouse.report.export import export, state_table, trace
 
 TABLES = {"kpis", "log", "states", "waits", "robots", "edges", "nodes"}
 

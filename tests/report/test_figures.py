@@ -9,8 +9,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.plot import style
-from desim_warehouse.report.states import energy_curves
+from desim_warehouse.report import palette
 from desim_warehouse.study.statistics import compare, mser
 
 plot = dw.plot
@@ -147,7 +146,7 @@ def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
     ax = plot.utilisation(run)
     stacks = np.array([[bar.get_height() for bar in container] for container in ax.containers])
     np.testing.assert_allclose(stacks.sum(axis=0), 1.0)
-    states = list(style.STATE_COLOURS)
+    states = list(palette.STATE_COLOURS)
     np.testing.assert_allclose(stacks[states.index("loaded")], run.robots["loaded"] / run.T)
     np.testing.assert_allclose(stacks[states.index("waiting")], run.robots["waiting"] / run.T)
 
@@ -163,7 +162,7 @@ def test_utilisation_by_a_factor_shows_the_means(run):
 def test_a_gantt_row_adds_up_to_the_tallies(run):
     ax = plot.gantt(run)
     rows = [c for c in ax.collections if len(c.get_facecolor()) > 1]
-    loaded = mpl.colors.to_rgba(style.STATE_COLOURS["loaded"])
+    loaded = mpl.colors.to_rgba(palette.STATE_COLOURS["loaded"])
     for number, row in enumerate(rows):
         width = sum(
             np.ptp(path.vertices[:, 0])
@@ -201,7 +200,7 @@ def test_batteries_fall_at_the_rates_of_the_model_while_driving_and_while_waitin
     """Between corners the slope is one of the consumption rates, or 0 at rest; charging alone rises."""
     rates = np.array([0.0, 0.002, 0.003, 0.005, 0.006])
     standing = 0
-    for times, levels in energy_curves(lifelong):
+    for times, levels in lifelong.history.energy_curves:
         long_enough = np.diff(times) > 1e-3
         slopes = -np.diff(levels)[long_enough] / np.diff(times)[long_enough]
         falling = slopes[slopes > -1e-9]

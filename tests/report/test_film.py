@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.film import COLOURS, Picture, film
+from desim_warehouse.report.film import Picture, film
+from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.positions import Positions
 from tests.report.replay.floors import busy, busy_run, paper_run
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @pytest.mark.parametrize("run", [paper_run(), busy_run()], ids=["paper", "busy"])
 def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.Run) -> None:
     picture, where = Picture(Figure().add_subplot(), run), Positions(run)
-    colours = COLOURS["safe"]
+    colours = PALETTES["safe"]["light"]
     for row in [row for row in run.record.rows if row[1] == "collision" and row[6] > 1][:5]:
         time = row[0] - row[6] / 2
         picture.show(time)
@@ -33,7 +34,7 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
         assert to_hex(picture.robots.get_edgecolor()[row[2]]) == colours["wait"]
     loads = [row for row in run.record.rows if row[1] == "loaded"]
     time, _, robot, task, *_ = loads[3]
-    good = picture.events.tasks[task].good
+    good = run.history.tasks[task].good
     for moment, mood, colour in ((time - 0.1, "empty", colours["loaded"]), (time, "loaded", colours["none"])):
         picture.show(moment)
         assert picture.moods(moment)[robot] == mood
@@ -45,6 +46,8 @@ def test_the_caption_counts_as_the_run_does() -> None:
     picture = Picture(Figure().add_subplot(), run)
     picture.show(run.record.end)
     assert f"S {run.S} " in picture.caption.get_text()
+    assert picture.caption.get_text().endswith(f"delivered {run.kpis['tasks']}")
+    assert len(run.history.delivered) > run.kpis["tasks"]
 
 
 def test_a_gif_has_the_frames_that_its_speed_asks_for(tmp_path: Path) -> None:

@@ -17,12 +17,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import browser, notebook, words
 from desim_warehouse.report.notebook import report
 from desim_warehouse.report.sentences import conclusions
-from desim_warehouse.report.source import read_study
+from desim_warehouse.report.study_parts import read
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 
@@ -112,7 +113,7 @@ def test_the_results_are_those_of_the_table(page, study_folder):
 
 
 def test_the_conclusions_on_the_page_are_the_statistics(page, study_folder):
-    lines = conclusions(read_study(study_folder))
+    lines = conclusions(read(study_folder))
     assert len(lines) >= 2
     for line in lines:
         assert line in page.text
@@ -209,6 +210,21 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     ]  # fmt: skip
 
 
+def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
+    """After a warm-up of 500, 1500 of 2000 are counted, in the sentence, the table, the places and at the stations."""
+    from desim_warehouse.report import run_parts
+
+    run = dw.simulate(model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 2000, "warm_up": 500}}))
+    kpis = run.kpis
+    assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
+    sentence = f"{kpis['tasks']} tasks delivered in 1,500 step (75 s) after a warm-up of 500 step, "
+    assert f"{sentence}{words.number(kpis['throughput_per_hour'])} an hour." in run_parts.short(run).source
+    shown = {row[0]: row[2] for row in Page(run_parts.indicators(run).source).tables["indicators"][1:]}
+    assert shown == {key: words.number(float(value)) for key, value in kpis.items()}
+    assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
+    assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
+
+
 def test_failed_runs_are_listed(study_folder, tmp_path):
     for file in ("study.json", "results.parquet"):
         (tmp_path / file).write_bytes((study_folder / file).read_bytes())
@@ -218,7 +234,7 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     table.to_parquet(tmp_path / "results.parquet")
     from desim_warehouse.report import study_parts
 
-    shown = Page(study_parts.method(read_study(tmp_path)).source)
+    shown = Page(study_parts.method(read(tmp_path)).source)
     assert "1 run failed and is left out everywhere above" in shown.text
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
@@ -257,7 +273,7 @@ def test_folders_without_anything_to_report_are_refused(tmp_path):
         report(tmp_path)
     (tmp_path / "study.json").write_text("{")
     with pytest.raises(ReportError, match="cannot be read"):
-        read_study(tmp_path)
+        read(tmp_path)
 
 
 def test_a_cell_that_fails_stops_the_report_with_its_message(study_folder, tmp_path):

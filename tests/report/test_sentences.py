@@ -2,40 +2,38 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 import pytest
 
 from desim_warehouse.report import words
 from desim_warehouse.report.sentences import conclusions
-from desim_warehouse.report.source import StudyFacts
+from desim_warehouse.study.design import Rule
+from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.factors import Factor, Level
+from desim_warehouse.study.plan import StudyPlan
+from desim_warehouse.study.results import Results, Row
 from desim_warehouse.study.statistics import paired
 
 
-def facts(model, table, baseline=(1,), **changes):
-    designs = tuple((int(size),) for size in sorted(table["fleet.size"].unique()))
+def facts(model, table, *, deterministic=False):
+    """The results of a study of fleet sizes whose runs had these indicators; a column without randomness is exact."""
+    sizes = sorted(table["fleet.size"].unique().tolist())
+    levels = tuple(Level(size, {"fleet.size": size}, ("factors", "fleet.size", n)) for n, size in enumerate(sizes))
     indicators = tuple(name for name in table if name not in ("fleet.size", "replication"))
-    study = StudyFacts(
-        name="s",
-        description="",
-        base=model,
-        factors=("fleet.size",),
-        designs=designs,
-        models={},
-        baseline=baseline,
-        indicators=indicators,
-        table=table.assign(error=None),
-        confidence=0.95,
-        seed=0,
-        rule="grid",
-        replications="5",
-        deterministic=False,
-        versions={},
-        folder=".",
-    )
-    return dataclasses.replace(study, **changes)
+    base = model if deterministic else model.replace({"tasks.goods": {"random": 4}})
+    plan = StudyPlan(base, (Factor("fleet.size", levels),), Rule(), indicators=indicators)
+    points = plan.points()
+    rows = [
+        Row(
+            points[sizes.index(run["fleet.size"])],
+            int(run["replication"]),
+            0,
+            Outcome({name: run[name] for name in indicators if run[name] == run[name]}, 0.1),
+        )
+        for run in table.to_dict("records")
+    ]
+    return Results(plan, tuple(points), tuple(rows))
 
 
 def runs(**columns):

@@ -58,6 +58,12 @@ class Home:
             if not copy:
                 time.sleep(1000)
             self.leave_mark(copy)
+        if self.what == "fork and die" and not os.path.exists(self.mark):
+            copy = os.fork()
+            if not copy:
+                time.sleep(1000)
+            self.leave_mark(copy)
+            os.kill(os.getpid(), signal.SIGKILL)
         if self.what == "die once" and not os.path.exists(self.mark):
             open(self.mark, "w").close()
             os.kill(os.getpid(), signal.SIGKILL)

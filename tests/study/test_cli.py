@@ -119,6 +119,32 @@ def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
     assert "1 difference, its interval holds with 95 %" in call("compare", tmp_path).stdout
 
 
+def test_only_single_runs_are_said_to_say_little(tmp_path):
+    """Several runs that happen to agree have no interval either, but nobody ran a design once."""
+    vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "rotations", "--out", tmp_path]
+    assert "One run of a design" in call("what-if", MULTIBOTS, *vary).stdout
+    result = call("what-if", MULTIBOTS, *vary, "--replications", "3")
+    assert "±" not in result.stdout
+    assert "One run of a design" not in result.stdout
+
+
+def test_lifelong_models_show_throughput_and_no_constant_task_time(tmp_path):
+    lifelong = [
+        "--set",
+        "run.length=2000",
+        "--vary",
+        "tasks.goods={saturated: 6, due_within: 300},{poisson: 900, due_within: 300}",
+    ]
+    call("what-if", MULTIBOTS, *lifelong, "--replications", "2", "--out", tmp_path)
+    for command in ("study", "compare"):
+        head, first, second = call(command, tmp_path).stdout.splitlines()[1:4]
+        shown = ["throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting"]
+        assert head.split() == ["tasks.goods", *shown, "runs"]
+        assert first.startswith(" saturated 6, due_within 300 ")
+        assert second.startswith(" poisson 900, due_within 300 ")
+    assert call("screen", tmp_path).stdout.startswith("throughput_per_hour: mean")
+
+
 def test_compare_shows_nothing_where_the_baseline_is_wrong(tmp_path):
     call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
     with pytest.raises(WarehouseError, match="--baseline fleet: no assignment, expected KEY=VALUE"):
@@ -157,11 +183,21 @@ def test_warm_up_writes_a_plot(tmp_path):
         (["--vary", "fleet.sise=1,2"], "--vary fleet.sise: no key of a model, did you mean 'fleet.size'?"),
         (["--vary", "fleet.size={rang: [1, 2]}"], "--vary fleet.size: rang: unknown key, did you mean 'range'?"),
         (["--vary", "policies.charging={name: threshold, lvl: 1}"], "--vary policies.charging: policies.charging.lvl:"),
+        (
+            ["--vary", "fleet.size=8-12"],
+            "--vary fleet.size: not a whole number (got '8-12'), expected a whole number of at least 1; write 8..12",
+        ),
+        (
+            ["--vary", "fleet=2,4"],
+            "(got 2), expected a section with size and robot; vary a key in it, such as fleet.size",
+        ),
+        (["--replications", "30000000"], "--replications: too many (got 30000000), expected at most 100,000"),
         (["--set", "fleet.sise=3"], "--set fleet.sise: unknown key, did you mean 'fleet.size'?"),
         (["--indicator", "throughput"], "--indicator: unknown indicator (got 'throughput'), did you mean"),
         (["--until", "throughput"], "--until: unknown indicator (got 'throughput'), did you mean"),
         (["--until", "T", "--half-width", "far"], "--half-width: not understood (got 'far')"),
         (["--workers", "some"], "workers 'some': expected a number"),
+        (["--workers", "100000"], "workers '100000': expected a number from 1 to 256, or auto"),
         (["--replications", "none"], "--replications: not understood"),
         (["--design", "spiral"], "--design: not understood"),
         (["--design", "{sobol: 3}", "--vary", "fleet.size=1,2"], "--design: sobol: not a power of 2 (got 3)"),
@@ -179,6 +215,11 @@ def test_mistakes_of_the_command_line_are_told_at_their_option(arguments, messag
         (["what-if", MULTIBOTS, "--cap", "20"], "name an indicator with --until"),
         (["what-if", MULTIBOTS, "--confidence", "95"], "95.0 is not in the range 0<x<1"),
         (["best", MULTIBOTS, "--indicator", "T", "--delta", "5", "--cap", "4"], "4 is less than --first 10"),
+        (
+            ["best", MULTIBOTS, "--indicator", "T", "--delta", "5", "--first", "30000000"],
+            "not in the range 2<=x<=100000",
+        ),
+        (["warm-up", MULTIBOTS, "--replications", "30000000"], "30000000 is not in the range 1<=x<=100000"),
         (["size", MULTIBOTS, "--target", "T <= 9", "--range", "2,1"], "--range 2,1: not upwards"),
         (["warm-up", MULTIBOTS, "--observations", "0"], "0 is not in the range x>=1"),
     ],

@@ -3,14 +3,13 @@
 import pytest
 
 from desim_warehouse.study.design import Rule, points
-from desim_warehouse.study.factors import read_factor
+from desim_warehouse.study.factors import Factor, Level, label
+from desim_warehouse.study.file import StudyFile
 from desim_warehouse.study.plan import run_seed
 
 
 def factor(key, spec):
-    problems = []
-    made = read_factor(key, spec, problems)
-    assert not problems
+    (made,) = StudyFile(model="m.yaml", factors={key: spec}, design={"sobol": 2}).varied()
     return made
 
 
@@ -49,6 +48,23 @@ def test_policies_are_called_by_name_and_parameters():
 def test_lists_are_shown_as_text_and_names_as_they_are():
     assert labels("tasks.goods", [[11, 8]]) == ["[11, 8]"]
     assert labels("tasks.goods", {"named": {"few": [11, 8]}}) == ["few"]
+
+
+@pytest.mark.parametrize(
+    ("value", "row"),
+    [
+        (3, "fleet.size=3"),
+        (["M", "N"], "fleet.size=[M, N]"),
+        ({"poisson": 200}, "fleet.size=poisson 200"),
+        ({"saturated": 12, "due_within": 500}, "fleet.size=saturated 12, due_within 500"),
+        ({"rows": ["east", "west"], "on": {"a": None}}, "fleet.size=rows [east, west], on {a: null}"),
+        ("[odd", "fleet.size=[odd"),
+        ({"name": "reach-aware", "margin": 0.2}, "fleet.size=reach-aware(margin=0.2)"),
+    ],
+)
+def test_rows_are_named_without_json(value, row):
+    (made,) = points([Factor("fleet.size", (Level(label(value), {"fleet.size": value}, ()),))], Rule())
+    assert str(made) == row
 
 
 def test_in_a_grid_the_last_factor_changes_fastest():

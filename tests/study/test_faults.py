@@ -8,15 +8,19 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.connection import Connection
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.cli import desim
 from desim_warehouse.study.execution.batches import Batches
-from desim_warehouse.study.execution.ctrl_c import CtrlC
-from desim_warehouse.study.execution.work import Bench, Wanted
+from desim_warehouse.study.execution.signals import Interrupts
+from desim_warehouse.study.execution.work import Simulator, Wanted
 from desim_warehouse.study.store import JOURNAL, Store
 
 from .conftest import MULTIBOTS
@@ -146,20 +150,20 @@ def test_ctrl_c_that_strikes_as_python_closes_a_generator_is_not_lost(tmp_path, 
 
 
 def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then():
-    ctrl_c = CtrlC()
-    with pytest.raises(KeyboardInterrupt), ctrl_c, ctrl_c.held():
+    interrupts = Interrupts()
+    with pytest.raises(KeyboardInterrupt), interrupts, interrupts.held():
         os.kill(os.getpid(), signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        ctrl_c.heed()
+        interrupts.heed()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
-    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
     wait_for(lambda: children(process.pid))
-    (worker,) = children(process.pid)
-    os.kill(worker, signal.SIGSTOP)  # it never says hello
+    worker = children(process.pid)[0]
+    os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
     wait_for(lambda: lines(tmp_path) > 0)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate(timeout=30)
@@ -170,7 +174,7 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
 
 def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command(tmp_path, 100_000, 2), **options)
+    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     process.terminate()
@@ -180,6 +184,55 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command goes on\n"
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == count
     assert not any(alive(pid) for pid in workers)
+
+
+START_UP = [
+    ("1", "study.Progress.__enter__"),
+    ("1", "study.Store.__init__"),
+    ("1", "study.StudyRunner.__init__"),
+    ("1", "record.write_record"),
+    ("1", "execution.work.Simulator.__init__"),
+    ("1", "execution.work.simulate"),
+    ("2", "execution.pool.Pool.__init__"),
+    ("2", "execution.pool.Worker.__init__"),
+    ("2", "execution.pool.Pool._receive"),
+]
+
+
+@pytest.mark.parametrize(("workers", "place"), START_UP)
+def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, place):
+    """The signal comes as this is called for the first time; were it not heeded, the study would go on for long."""
+    place = f"desim_warehouse.study.{place}"
+    called = resolve_name(place)
+
+    def struck(*args, **options):
+        monkeypatch.setattr(place, called)
+        os.kill(os.getpid(), signal.SIGTERM)
+        return called(*args, **options)
+
+    before = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("nobody listens"))
+    monkeypatch.setattr(place, struck)
+    try:
+        done = CliRunner().invoke(desim, command(tmp_path / "out", 100_000, workers)[len(DESIM) :])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert done.exit_code == 143
+    assert done.stderr == f"stopped: 0 finished runs are kept in {tmp_path / 'out'}; the same command goes on\n"
+    assert not children(os.getpid())
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
+    """Before the command listens the system ends the process, which a shell tells as 143 too."""
+    chance = random.Random(workers)
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    for number in range(4):
+        process = subprocess.Popen(command(tmp_path / str(number), 100_000, workers), **options)
+        time.sleep(chance.uniform(0, 1.5))
+        process.terminate()
+        _, said = process.communicate(timeout=30)
+        assert process.returncode in {143, -signal.SIGTERM}
+        assert said == "" or (said.startswith("stopped: ") and said.count("\n") == 1)
 
 
 def test_workers_end_with_a_killed_study_even_at_code_that_lets_no_other_thread_run(tmp_path, parking):
@@ -206,6 +259,26 @@ def test_what_a_policy_starts_in_a_worker_ends_with_the_study(tmp_path, parking,
     wait_for(lambda: not alive(int(mark.read_text())))
 
 
+def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_path, parking):
+    mark = tmp_path / "mark"
+    made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
+    made.run(workers=2)
+    assert made.table["error"].isna().all()
+    assert set(made.notes) == {"a worker process died; its runs are done again"}  # twice if both were at it
+    wait_for(lambda: not alive(int(mark.read_text())))
+
+
+@pytest.mark.parametrize(("main", "limit", "status"), [(id, 120, 0), (Connection.recv, 0.5, -9)], ids=["ends", "hangs"])
+def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monkeypatch, main, limit, status):
+    monkeypatch.setattr("desim_warehouse.study.execution.pool._START", limit)
+    monkeypatch.setattr("desim_warehouse.study.execution.worker.main", main)
+    said = rf"^worker processes end before they can begin \(exit status {status}\); try --workers 1$"
+    with pytest.raises(dw.StudyError, match=said):
+        study(1).run(workers=2, out=tmp_path)
+    assert not children(os.getpid())
+    assert lines(tmp_path) == 0
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parking, workers):
     cases = {"exits": parking("exit"), "good": "home"}
@@ -226,7 +299,7 @@ def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, worke
 
 
 def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkeypatch):
-    monkeypatch.setattr("desim_warehouse.study.execution.processes._GRACE", 0.5)
+    monkeypatch.setattr("desim_warehouse.study.execution.pool._GRACE", 0.5)
     factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
     made = study(1, factors, timeout=2.5).run(workers=2)
     errors = made.table.set_index("policies.parking")["error"]
@@ -250,10 +323,10 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     wanted = [Wanted(0, {}, seed) for seed in range(5)]
     done = []
     batches = Batches(wanted, lambda position, _: done.append(position))
-    bench = Bench(base)
+    simulator = Simulator(base)
     batches.run_time = 0.0001
     while positions := batches.take(1):
-        outcomes = bench.batch([wanted[position] for position in positions])
+        outcomes = simulator.batch([wanted[position] for position in positions])
         assert len(outcomes) == 1
         batches.finish(positions, outcomes)
     assert done == [0, 1, 2, 3, 4]

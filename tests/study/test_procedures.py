@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.study import procedures
+from desim_warehouse.study.statistics import Target
 from desim_warehouse.study.warm_up import settle
 
 from .conftest import MULTIBOTS
@@ -73,6 +74,17 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
         (lambda: procedures.best(study({"fleet.size": [1, 2]}), "Tt", 1), "indicator 'Tt': there is none"),
         (lambda: procedures.best(study({"fleet.size": [1]}), "T", 1), "expected factors with several values"),
         (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 0), "indifference zone"),
+        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 1e-300), "must be at least 1e-09"),
+        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", float("nan")), "must be at least 1e-09"),
+        (
+            lambda: procedures.size(study({"fleet.size": [1, 2]}), "on_time >= 95"),
+            "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
+        ),
+        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
+        (
+            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"),
+            "T is no share, expected a number",
+        ),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
         (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
     ],
@@ -80,6 +92,11 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
 def test_what_cannot_be_asked_is_told(call, message):
     with pytest.raises(dw.StudyError, match=message):
         call()
+
+
+@pytest.mark.parametrize("text", ["on_time >= 0.95", "on_time >= 95 %", "on_time ≥ 95%"])
+def test_a_target_for_a_share_is_a_number_or_a_percentage(text):
+    assert procedures.read_target(text) == Target("on_time", ">=", 0.95)
 
 
 def test_a_failed_run_ends_a_procedure_with_its_error(parking):

@@ -2,9 +2,13 @@
 
 from textwrap import dedent
 
+import jsonschema
 import pytest
+from ruamel.yaml import YAML
 
 import desim_warehouse as dw
+from desim_warehouse.study.factors import EXPECTED
+from desim_warehouse.study.file import study_schema
 from desim_warehouse.study.reading import read_study
 
 from .conftest import MULTIBOTS, ROOT
@@ -18,6 +22,7 @@ def problems(tmp_path, text):
     return [line.replace(f"{tmp_path}/", "") for line in caught.value.problems]
 
 
+COUNT, FLEET = "a whole number of at least 1", "a section with size and robot"
 BAD = {
     "unknown key": ("model: MODEL\nfactor: {fleet.size: 1..3}\n", "2:1: factor: unknown key, did you mean 'factors'?"),
     "no model": (
@@ -70,6 +75,50 @@ BAD = {
         "model: MODEL\ndesign: {sobol: 50}\nfactors: {fleet.size: [1, 2]}\n",
         "2:17: design.sobol: not a power of 2 (got 50)",
     ),
+    "a range with a dash": (
+        "model: MODEL\nfactors:\n  fleet.size: 8-12\n",
+        f"3:15: factors.fleet.size: not understood (got '8-12'), expected {EXPECTED}; write 8..12",
+    ),
+    "a range with a dash in a list": (
+        "model: MODEL\nfactors:\n  fleet.size: [8-12]\n",
+        f"3:16: factors.fleet.size.0: not a whole number (got '8-12'), expected {COUNT}; write 8..12 for a range",
+    ),
+    "numbers for a section": (
+        "model: MODEL\nfactors:\n  fleet: [2, 4]\n",
+        f"3:11: factors.fleet.0: not a section (got 2), expected {FLEET}; vary a key in it, such as fleet.size",
+    ),
+    "keys of a form": (
+        "model: MODEL\nfactors:\n  fleet.size: {range: [1, 6], step: 2}\n",
+        "3:15: factors.fleet.size: not understood (got {range: [1, 6], step: 2}), expected a list of values",
+    ),
+    "half a linspace": (
+        "model: MODEL\nfactors:\n  fleet.size: {linspace: [1, 6]}\n",
+        "3:26: factors.fleet.size.linspace: not understood (got [1, 6]), expected low, high and how many",
+    ),
+    "not a case": (
+        "model: MODEL\nfactors:\n  demand: {cases: {low: 3}}\n",
+        "3:19: factors.demand.cases: not understood (got {low: 3}), expected names, each followed by keys",
+    ),
+    "a cap below the minimum": (
+        "model: MODEL\nreplications: {indicator: T, half_width: 2 %, minimum: 20, cap: 9}\n",
+        "2:65: replications.cap: below the minimum (got 9), expected at least 20",
+    ),
+    "an indicator that is a number": (
+        "model: MODEL\nindicators: [T, 5]\n",
+        "2:17: indicators.1: unknown indicator (got 5), expected one of T, S, C",
+    ),
+    "30 million replications": (
+        "model: MODEL\nreplications: 30000000\n",
+        "2:15: replications: too many (got 30000000), expected at most 100,000",
+    ),
+    "30 million runs": (
+        "model: MODEL\nfactors: {battery.capacity: {linspace: [6, 9, 1000]}}\nreplications: 30000\n",
+        "3:15: replications: too many runs (got 30,000,000), expected at most 1,000,000 runs in all",
+    ),
+    "30 million designs": (
+        "model: MODEL\nfactors: {battery.capacity: {linspace: [6, 9, 30000]}, fleet.size: 1..1000}\n",
+        "2:10: factors: more than 1,000,000 designs, expected fewer",
+    ),
     "no replications": ("model: MODEL\nreplications: 0\n", "2:15: replications: not understood (got 0)"),
     "half of a rule": (
         "model: MODEL\nreplications: {indicator: T}\n",
@@ -115,6 +164,14 @@ def test_a_mistake_is_told_at_its_place(tmp_path, case):
 def test_all_problems_are_told_at_once(tmp_path):
     found = problems(tmp_path, "model: MODEL\nseed: x\nfactors:\n  fleet.size: 3..1\nset: {fleet.sise: 1}\n")
     assert len(found) == 3
+    text = "model: MODEL\ncap: 3\nfactors:\n  fleet.sise: [1]\n  fleet.size: 3..1\n  seed: [1]\nconfidence: 2\n"
+    assert [line.split(": ")[1] for line in problems(tmp_path, text)] == [
+        "cap",
+        "factors.fleet.sise",
+        "factors.fleet.size",
+        "factors.seed",
+        "confidence",
+    ]
 
 
 def test_a_combination_that_is_no_model_is_told_as_a_design(tmp_path):
@@ -139,6 +196,17 @@ def test_a_missing_model_file_is_told_with_its_path(tmp_path):
 def test_a_missing_study_file_is_told_with_the_nearest():
     with pytest.raises(dw.ModelError, match=r"no such file, expected a study file; did you mean '.*paper.yaml'"):
         read_study(ROOT / "studies" / "papr.yaml")
+
+
+@pytest.mark.parametrize("name", ["paper", "fleet_size", "charging", "demand", "congestion"])
+def test_the_schema_for_editors_knows_the_studies_that_come_with_us(name):
+    schema = study_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    content = YAML(typ="safe", pure=True).load((ROOT / "studies" / f"{name}.yaml").read_text())
+    jsonschema.validate(content, schema)
+    for wrong in ({"factor": {}}, {"seed": -1}, {"design": {"sobol": "x"}}, {"factors": {"fleet.size": {"rang": 3}}}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({**content, **wrong}, schema)
 
 
 @pytest.mark.parametrize("name", ["paper", "fleet_size", "charging", "demand", "congestion"])

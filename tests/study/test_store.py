@@ -5,6 +5,8 @@ import json
 import os
 import subprocess
 import sys
+import zlib
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -75,6 +77,69 @@ def test_a_damaged_byte_costs_that_run_only(tmp_path):
     assert ("model", 2) not in runs
     assert len(runs) == 4
     assert "1 run is damaged and not used" in notes[0]
+
+
+SOUND = {"model": "model", "seed": 9, "version": dw.__version__, "values": {"T": 1.5}, "time": 0.1}
+
+
+def line_of(text: str) -> bytes:
+    """A line of the journal with the right checksum."""
+    return b"%08x %s\n" % (zlib.crc32(text.encode()), text.encode())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[]",
+        "3",
+        "{}",
+        100_000 * "[" + 100_000 * "]",
+        json.dumps(SOUND)[:-1] + ', "more": ' + 100_000 * '{"a":' + "1" + 100_001 * "}",
+        json.dumps(SOUND | {"model": ["model"]}),
+        json.dumps(SOUND | {"seed": "9"}),
+        json.dumps(SOUND | {"seed": True}),
+        json.dumps(SOUND | {"version": {"of": 1}}),
+        json.dumps(SOUND | {"values": None}),
+        json.dumps(SOUND | {"values": ["T"]}),
+        json.dumps(SOUND | {"values": {"T": "1.5"}}),
+        json.dumps(SOUND | {"values": {"T": None}}),
+        json.dumps(SOUND | {"values": {"\ud800": 1}}),
+        json.dumps(SOUND | {"time": "0.1"}),
+        json.dumps(SOUND | {"error": 3}),
+        json.dumps(SOUND | {"error": "\udfff"}),
+        json.dumps(SOUND | {"error": "x", "final": "no"}),
+        json.dumps(SOUND | {"seed": 0}).replace("0,", "9" * 5000 + ","),
+    ],
+    ids=lambda text: text[:10] if len(text) < 10 else f"{text[:5]}{zlib.crc32(text.encode()):x}",
+)
+def test_odd_content_under_a_right_checksum_costs_that_run_only(tmp_path, text):
+    journal = filled(tmp_path)
+    journal.write_bytes(line_of(text) + journal.read_bytes() + line_of(json.dumps(SOUND)))
+    runs, notes = opened(tmp_path)
+    assert sorted(seed for _, seed in runs) == [0, 1, 2, 3, 4, 9]
+    assert runs["model", 9].values == {"T": 1.5}  # noqa: PD011
+    (note,) = notes
+    assert note.startswith(f"{journal}: 1 run is damaged and not used; done again where needed")
+
+
+def test_a_value_of_any_size_under_a_right_checksum_is_shown_in_the_table(tmp_path):
+    made = study(replications=2).run(out=tmp_path)
+    journal = tmp_path / JOURNAL
+    entries = [json.loads(line[9:]) for line in journal.read_bytes().splitlines()]
+    entries[0]["values"]["S"] = 10**30
+    journal.write_bytes(b"".join(line_of(json.dumps(entry)) for entry in entries))
+    again = study(replications=2).run(out=tmp_path)
+    assert again.notes == []
+    assert again.table["S"].tolist() == [1e30, *made.table["S"].tolist()[1:]]
+    assert again.table["T"].equals(made.table["T"])
+
+
+def test_an_error_that_is_no_proper_text_is_kept_as_one(tmp_path, policies):
+    Path(policies).write_text(Path(policies).read_text().replace("no bay for me", "no \\udce4 bay"))
+    parking = {"name": f"{policies}:Home", "what": "raise"}
+    made = dw.Study(MULTIBOTS, {"policies.parking": [parking]}).run(out=tmp_path / "out")
+    assert r"no \udce4 bay" in made.table["error"][0]
+    assert dw.Study.open(tmp_path / "out").table.equals(made.table)
 
 
 def test_runs_of_another_version_are_kept_but_not_used(tmp_path, monkeypatch):

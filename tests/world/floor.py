@@ -35,7 +35,7 @@ class Floor:
             theta=math.radians(theta),
             node_time=node_time,
             mixed=mixed,
-            rotate=rotate,
+            rule="rotate" if rotate else "stop",
         )
         self.robots = []
 

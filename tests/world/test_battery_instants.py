@@ -165,7 +165,7 @@ def test_a_robot_that_was_never_out_is_not_recharged():
 
 def test_a_robot_without_charge_stops_the_run_and_is_named():
     with pytest.raises(BatteryError) as flat:
-        play(battery__capacity=50, battery__threshold=5)
+        play(battery__capacity=50, battery__threshold=5, accept=["BATTERY_TOO_SMALL"])
     # loaded at 45, 10 beyond B; 5 farther at 50
     assert str(flat.value) == (
         "robot 0 ran flat at time 50, on edge B>C at 15, loaded: "

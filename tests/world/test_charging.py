@@ -47,7 +47,7 @@ def test_reach_aware_takes_a_task_exactly_as_long_as_its_energy_lasts():
     world = play({**reach, "battery.capacity": (NEED + 0.001) / 0.9})
     assert times(world, "delivered") == [pytest.approx(56)]
     with pytest.raises(StallError, match=r"no robot's battery lasts for task 0, by policies.charging \(reach-aware\)"):
-        play({**reach, "battery.capacity": (NEED - 0.001) / 0.9})
+        play({**reach, "battery.capacity": (NEED - 0.001) / 0.9, "accept": ["BATTERY_TOO_SMALL"]})
 
 
 def test_reach_aware_goes_to_charge_after_the_last_task_it_can_finish():
@@ -86,7 +86,7 @@ def test_reach_aware_gives_its_task_back_at_the_instant_at_which_waiting_has_eat
 
 def test_the_threshold_takes_a_task_back_at_the_threshold_to_the_instant():
     # 45 drawn at 1 from 0.0 on: out at 1 with 60 - 1; threshold 45 is reached at 15, on A > B: B at 21, home at 81.
-    low = {"battery.capacity": 60, "battery.threshold": 45, "battery.reserve": 200}
+    low = {"battery.capacity": 60, "battery.threshold": 45, "battery.reserve": 200, "accept": ["BATTERY_TOO_SMALL"]}
     world = play({**low, "run.length": 90})
     assert times(world, "returned")[0] == pytest.approx(15)
     assert times(world, "parked")[0] == pytest.approx(81)
@@ -170,7 +170,7 @@ def test_a_robot_that_runs_flat_is_named_with_time_place_and_policy():
     with pytest.raises(
         BatteryError, match=r"robot 0 ran flat at time 50, .*C.*, unloading: policies.charging \(threshold\)"
     ):
-        play({"battery.capacity": 50, "battery.threshold": 10})
+        play({"battery.capacity": 50, "battery.threshold": 10, "accept": ["BATTERY_TOO_SMALL"]})
 
 
 SCARCE = {

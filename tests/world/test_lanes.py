@@ -162,3 +162,15 @@ def test_robots_that_come_out_of_a_bay_let_a_robot_turn_in_between():
     floor.run()
     # the passing robot leaves B at 10, is D beyond it at 12
     assert [floor.enters(robot)["B>C"] for robot in (one, passing, two)] == [near(7.5), near(10), near(12)]
+
+
+@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("off", [0.0, 1e-9, 1e-7, 1e-6, 1e-5])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_length_at_d_or_2_d_give_or_take_the_tolerance_is_driven_with_a_stop_on_it(times, off, sign):
+    """Once a lane of 2 D - 1e-6 had its stop line before the place where robots stop on it: they never got there."""
+    length = 0.44 * times + sign * off
+    floor = line("A B C D", 5, length, 5, D=0.44)
+    robots = [floor.robot(("A B C", length / 2), 1.0, "C D", PARK, start=i) for i in range(3)]
+    floor.run()
+    assert all(len(floor.there(robot)) == 2 for robot in robots)

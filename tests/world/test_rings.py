@@ -259,6 +259,7 @@ SMALL = {
     },
     "tasks": {"goods": [0] * 6, "unload_at": list("CABCA"), "load_time": 0, "unload_time": 0},
     "traffic": {"collision_angle": 0},
+    "accept": ["ROBOT_WIDER_THAN_AISLE"],
 }
 
 

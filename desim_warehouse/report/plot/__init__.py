@@ -19,6 +19,7 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 
 from __future__ import annotations
 
+from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.battery import battery
 from desim_warehouse.report.plot.factors import by_factor, throughput
 from desim_warehouse.report.plot.fleet import gantt, utilisation
@@ -27,7 +28,6 @@ from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
 from desim_warehouse.report.plot.response import surface
 from desim_warehouse.report.plot.series import warm_up
-from desim_warehouse.report.plot.style import COLOURS
 
 __all__ = [
     "COLOURS",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.states import energy_curves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +46,7 @@ def battery(
     begin, until = start or 0.0, run.record.end if end is None else end
     if not begin < until:
         raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
-    curves = energy_curves(run)
+    curves = run.history.energy_curves
     shown = list(range(len(curves))) if robots is None else list(robots)
     strange = [number for number in shown if not 0 <= number < len(curves)]
     if strange:
@@ -59,8 +59,8 @@ def battery(
                 shape = look.cycle(index) | {"marker": ""}
                 axes.plot(times, levels, label=f"robot {number}", linewidth=1.4, **shape)
             else:
-                axes.plot(times, levels, color=look.COLOURS[0], alpha=0.25, linewidth=0.8)
-        axes.axhline(spec.threshold, color=look.INK, linestyle="--", linewidth=1, label="threshold")
+                axes.plot(times, levels, color=palette.COLOURS[0], alpha=0.25, linewidth=0.8)
+        axes.axhline(spec.threshold, color=palette.INK, linestyle="--", linewidth=1, label="threshold")
         lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
         axes.set_ylim(min(0.0, lowest) * 1.05, spec.capacity * 1.03)
         axes.set_xlim(begin, until)

@@ -6,16 +6,16 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import words
+from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.tables import cells, is_numeric
+from desim_warehouse.study.table import cells, is_numeric
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
     from desim_warehouse.model import Model
-    from desim_warehouse.report.tables import Cell
+    from desim_warehouse.study.table import Cell
 
 Kind = Literal["auto", "line", "bars", "points"]
 _MANY = 24
@@ -111,10 +111,10 @@ def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: 
             width * 0.92,
             yerr=errors,
             label=label or None,
-            color=look.COLOURS[index % len(look.COLOURS)],
+            color=palette.COLOURS[index % len(palette.COLOURS)],
             hatch=look.HATCHES[index % len(look.HATCHES)],
             edgecolor="white",
-            error_kw={"ecolor": look.INK, "capsize": 3, "elinewidth": 1.2},
+            error_kw={"ecolor": palette.INK, "capsize": 3, "elinewidth": 1.2},
         )
         return
     numeric = is_numeric(levels)
@@ -185,11 +185,11 @@ def _marks(axes: Axes, found: list[Cell]) -> None:
     sizes, means = [float(cell.levels[0]) for cell in found], [cell.estimate.mean for cell in found]
     shape = knee(sizes, means)
     if shape.at is not None:
-        axes.axvline(shape.at, color=look.COLOURS[1], linestyle="--", linewidth=1.2, label=f"knee: {shape.at:g}")
+        axes.axvline(shape.at, color=palette.COLOURS[1], linestyle="--", linewidth=1.2, label=f"knee: {shape.at:g}")
     near = smallest_within(sizes, means)
     axes.axhline(
         0.95 * shape.maximum,
-        color=look.FAINT,
+        color=palette.FAINT,
         linestyle=":",
         linewidth=1.2,
         label=f"95 % of the maximum: from {near:g}",

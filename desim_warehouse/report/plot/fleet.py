@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import words
+from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.states import stays
-from desim_warehouse.report.tables import cells, names
 from desim_warehouse.run import Run
+from desim_warehouse.study.table import cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +54,7 @@ def utilisation(
                 0.8,
                 bottom=bottom,
                 label=words.STATE_WORDS[state],
-                color=look.STATE_COLOURS[state],
+                color=palette.STATE_COLOURS[state],
                 hatch=look.HATCHES[place % len(look.HATCHES)] if style == "print" else "",
                 edgecolor="white",
                 linewidth=0.5,
@@ -73,13 +72,13 @@ def utilisation(
 def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
     length = run.record.end - run.record.begin
     table = run.robots
-    shares = {state: [float(v) / length for v in table[state]] for state in look.STATE_COLOURS}
+    shares = {state: [float(v) / length for v in table[state]] for state in palette.STATE_COLOURS}
     return [str(number) for number in table.index], shares
 
 
 def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, list[float]]]:
-    by_state = {state: cells(table, [factor], f"share_{state}") for state in look.STATE_COLOURS}
-    labels = [names(cell.levels) for cell in by_state["idle"]]
+    by_state = {state: cells(table, [factor], f"share_{state}") for state in palette.STATE_COLOURS}
+    labels = [", ".join(map(words.level, cell.levels)) for cell in by_state["idle"]]
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 
@@ -116,7 +115,7 @@ def gantt(
     begin, until = start or 0.0, run.record.end if end is None else end
     if not begin < until:
         raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
-    fleet = stays(run)
+    fleet = run.history.states
     shown = range(len(fleet)) if robots is None else robots
     strange = [number for number in shown if not 0 <= number < len(fleet)]
     if strange:
@@ -128,7 +127,7 @@ def gantt(
             axes.broken_barh(
                 [(s.start, s.end - s.start) for s in parts],
                 (row - 0.4, 0.8),
-                facecolors=[look.STATE_COLOURS[s.state] for s in parts],
+                facecolors=[palette.STATE_COLOURS[s.state] for s in parts],
                 linewidth=0,
             )
         _waits(axes, run, list(shown), begin, until)
@@ -142,15 +141,13 @@ def gantt(
 
 def _waits(axes: Axes, run: Run, shown: list[int], begin: float, until: float) -> None:
     """Black bars in the middle of a row while a robot waits."""
-    if not run.record.everything:
-        return
     spans: dict[int, list[tuple[float, float]]] = {}
-    for start, end, robot in run.waits[["start", "end", "robot"]].itertuples(index=False):
-        if end > begin and start < until:
-            spans.setdefault(robot, []).append((start, end - start))
+    for wait in run.history.waits:
+        if wait.end > begin and wait.start < until:
+            spans.setdefault(wait.robot, []).append((wait.start, wait.end - wait.start))
     for row, number in enumerate(shown):
         if number in spans:
-            axes.broken_barh(spans[number], (row - 0.15, 0.3), facecolors=look.STATE_COLOURS["waiting"])
+            axes.broken_barh(spans[number], (row - 0.15, 0.3), facecolors=palette.STATE_COLOURS["waiting"])
 
 
 def _rows(axes: Axes, shown: list[int]) -> None:
@@ -163,5 +160,7 @@ def _rows(axes: Axes, shown: list[int]) -> None:
 def _key(axes: Axes) -> None:
     from matplotlib.patches import Patch
 
-    handles = [Patch(facecolor=colour, label=words.STATE_WORDS[state]) for state, colour in look.STATE_COLOURS.items()]
+    handles = [
+        Patch(facecolor=colour, label=words.STATE_WORDS[state]) for state, colour in palette.STATE_COLOURS.items()
+    ]
     look.legend(axes, len(handles), handles=handles)

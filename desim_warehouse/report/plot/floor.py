@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.zones import robot_radii, zones
 from desim_warehouse.run import Run
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 _NAMED = 60
 """Up to so many nodes have their names drawn."""
-BAY, STATION, GOOD, FETCHED = look.COLOURS[2], look.COLOURS[0], "#BBBBBB", look.COLOURS[1]
+BAY, STATION, GOOD, FETCHED = palette.COLOURS[2], palette.COLOURS[0], "#BBBBBB", palette.COLOURS[1]
 
 
 def layout(
@@ -40,7 +41,7 @@ def layout(
     step = step_of(floor)
     with look.drawing(ax, style, title, size_of(floor), f"Layout of {model.name}") as axes:
         draw_goods(axes, floor, step, fetched_of(model))
-        draw_edges(axes, floor, step, look.FAINT)
+        draw_edges(axes, floor, step, palette.FAINT)
         beside = _zones(axes, floor, model)
         draw_nodes(axes, floor, set(model.tasks.unload_at))
         frame(axes, floor, step, model, beside)
@@ -151,7 +152,7 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str]) -> None:
     """A dot for each node, with its name where there are few; unloading nodes in the colour of stations."""
     graph = floor.graph
     named = len(graph) <= _NAMED
-    for chosen, colour in ((False, look.INK), (True, STATION)):
+    for chosen, colour in ((False, palette.INK), (True, STATION)):
         nodes = [name for name in graph if (name in unloading) == chosen]
         axes.scatter(
             [graph.nodes[name]["x"] for name in nodes],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.report import words
+from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def differences(
     size = (6.4, 1.3 + 0.29 * len(rows))
     alt = f"Differences in {words.indicator_name(indicator)} to {base}"
     with look.drawing(ax, style, title, size, alt) as axes:
-        axes.axvline(0.0, color=look.INK, linewidth=1.0)
+        axes.axvline(0.0, color=palette.INK, linewidth=1.0)
         for place, row in enumerate(rows):
             told, mean = bool(row.differs), row.estimate.mean
             low, high = row.estimate.interval or (mean, mean)
@@ -52,9 +52,9 @@ def differences(
                 [mean],
                 [place],
                 xerr=None if row.estimate.interval is None else [[mean - low], [high - mean]],
-                color=look.COLOURS[0] if told else look.FAINT,
+                color=palette.COLOURS[0] if told else palette.FAINT,
                 marker="o" if told else "D",
-                markerfacecolor=look.COLOURS[0] if told else "white",
+                markerfacecolor=palette.COLOURS[0] if told else "white",
                 linestyle="none",
                 capsize=3,
                 elinewidth=1.4,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import floor as plan
 from desim_warehouse.report.plot import style as look
 
@@ -79,7 +80,7 @@ def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: flo
     from matplotlib.collections import LineCollection
 
     lines = [plan.ends(run.layout, edge, step) for edge in values]
-    plan.arrows(axes, lines, look.FAINT)
+    plan.arrows(axes, lines, palette.FAINT)
     shown = LineCollection(lines, cmap=_map(), zorder=2)
     shown.set_array(list(values.values()))
     shown.set_clim(0, top)
@@ -98,7 +99,7 @@ def _nodes(axes: Axes, run: Run, values: dict[str, float], top: float) -> None:
         cmap=_map(),
         vmin=0,
         vmax=top,
-        edgecolors=look.INK,
+        edgecolors=palette.INK,
         linewidths=0.6,
         zorder=3,
     )
@@ -115,10 +116,9 @@ def _nodes(axes: Axes, run: Run, values: dict[str, float], top: float) -> None:
 
 
 def _map() -> Colormap:
-    """Grey for nothing to dark red for much: legible on white, in grey print, and to colour-blind readers."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("waiting", ["#DDDDDD", "#F0A860", look.COLOURS[1], "#5A1E00"])
+    return LinearSegmentedColormap.from_list("waiting", palette.WAITED)
 
 
 def _bar(axes: Axes, what: str, top: float) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import words
+from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.tables import cells, is_numeric
+from desim_warehouse.study.table import cells, is_numeric
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from desim_warehouse.model import Model
-    from desim_warehouse.report.tables import Cell
+    from desim_warehouse.study.table import Cell
 
 _WRITTEN = 64
 """Means are written in the cells if a row of them has no more characters than this."""
@@ -71,7 +71,7 @@ def _grid(axes: Axes, found: list[Cell], xs: list[Any], ys: list[Any]) -> Scalar
     means = np.full((len(ys), len(xs)), np.nan)
     for cell in found:
         means[ys.index(cell.levels[1]), xs.index(cell.levels[0])] = cell.estimate.mean
-    mesh = axes.pcolormesh(np.ma.masked_invalid(means), cmap=look.MAP, edgecolors="white", linewidth=0.8)
+    mesh = axes.pcolormesh(np.ma.masked_invalid(means), cmap=palette.MAP, edgecolors="white", linewidth=0.8)
     width = max(len(words.number(cell.estimate.mean)) for cell in found)
     if len(xs) * (width + 1) <= _WRITTEN and len(ys) <= _WRITTEN // 4:
         middle = (np.nanmin(means) + np.nanmax(means)) / 2
@@ -92,7 +92,7 @@ def _contours(axes: Axes, found: list[Cell]) -> ScalarMappable:
     x, y = ([float(cell.levels[place]) for cell in found] for place in (0, 1))
     means = [cell.estimate.mean for cell in found]
     flat = len(found) < 4 or min(means) == max(means)  # noqa: PLR2004 - too few for a surface
-    points = axes.scatter(x, y, c=means, cmap=look.MAP, edgecolors="white", linewidths=0.8, zorder=3)
+    points = axes.scatter(x, y, c=means, cmap=palette.MAP, edgecolors="white", linewidths=0.8, zorder=3)
     if flat:
         return points
-    return axes.tricontourf(x, y, means, levels=12, cmap=look.MAP)
+    return axes.tricontourf(x, y, means, levels=12, cmap=palette.MAP)

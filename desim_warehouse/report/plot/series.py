@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.run import Run
 
@@ -20,14 +21,7 @@ if TYPE_CHECKING:
 
 def cycle_times(run: Run) -> list[float]:
     """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
-    released: dict[int, float] = {}
-    times = []
-    for row in run.record.rows:
-        if row[1] == "released":
-            released[row[3]] = row[0]
-        elif row[1] == "delivered":
-            times.append(row[0] - released[row[3]])
-    return times
+    return [task.cycle_time for task in run.history.delivered]
 
 
 def warm_up(
@@ -70,19 +64,21 @@ def warm_up(
 
 def _draw(axes: Axes, found: WarmUp) -> None:
     places = found.positions + found.batch / 2
-    (means,) = axes.plot(places, found.means, color=look.COLOURS[0], linewidth=1.2, label=f"means of {found.batch}")
+    (means,) = axes.plot(places, found.means, color=palette.COLOURS[0], linewidth=1.2, label=f"means of {found.batch}")
     verdict = "" if found.valid else " (second half: run longer)"
-    cut = axes.axvline(found.truncate, color=look.COLOURS[1], linestyle="--", label=f"cut at {found.truncate}{verdict}")
+    cut = axes.axvline(
+        found.truncate, color=palette.COLOURS[1], linestyle="--", label=f"cut at {found.truncate}{verdict}"
+    )
     if found.truncate:
-        axes.axvspan(0, found.truncate, color=look.FAINT, alpha=0.15, linewidth=0)
+        axes.axvspan(0, found.truncate, color=palette.FAINT, alpha=0.15, linewidth=0)
     kept = found.means[found.truncate // found.batch :]
     level = axes.hlines(
-        kept.mean(), found.truncate, places[-1], color=look.INK, linewidth=1.2, label="mean after the cut"
+        kept.mean(), found.truncate, places[-1], color=palette.INK, linewidth=1.2, label="mean after the cut"
     )
     right = axes.twinx()
     tail = found.statistic[:-4]  # the last means are too few for the statistic
     (curve,) = right.plot(
-        found.positions[: tail.size], tail, color=look.COLOURS[2], linestyle=":", label="MSER (right)"
+        found.positions[: tail.size], tail, color=palette.COLOURS[2], linestyle=":", label="MSER (right)"
     )
     right.set_ylabel("MSER statistic")
     right.spines["right"].set_visible(True)

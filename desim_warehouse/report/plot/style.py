@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
+from desim_warehouse.report.palette import COLOURS, FAINT, INK
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -13,26 +15,9 @@ if TYPE_CHECKING:
 
 Style = Literal["light", "print"]
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C00")
-"""Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow darkened to be seen."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (7, 2)))
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "---", "+++", "ooo")
-STATE_COLOURS = {
-    "loaded": "#D55E00",
-    "empty": "#0072B2",
-    "loading": "#E69F00",
-    "unloading": "#F0E442",
-    "returning": "#56B4E9",
-    "charging": "#009E73",
-    "queueing": "#CC79A7",
-    "idle": "#D9D9D9",
-    "waiting": "#000000",
-}
-"""States of a robot, in the order in which figures stack them."""
-INK, FAINT = "#222222", "#777777"
-MAP = "cividis"
-"""Colour map for amounts: Nuñez, Anderton & Renslow (2018), the same to readers with and without colour blindness."""
 
 _COMMON: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.report.palette import PALETTES
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
-
-PALETTES = ("safe", "paper")
 
 
 class Replay:

@@ -1,13 +1,13 @@
 """Columns of whole numbers in few bytes: seven bits a byte, then deflate, then base64 for the page.
 
-The page reads the same columns with `DecompressionStream`; `unpack` is its mirror, for tests.
+The page reads them with `DecompressionStream`; tests/report/replay/unpacked.py does the same in Python.
 """
 
 from __future__ import annotations
 
 import base64
 import zlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,11 +28,6 @@ def zigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(values < 0, -2 * values - 1, 2 * values)
 
 
-def unzigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The inverse of `zigzag`."""
-    return np.where(values & 1, -((values + 1) >> 1), values >> 1)
-
-
 def to_bytes(values: ArrayLike) -> bytes:
     """Numbers of either sign, seven bits a byte, low bits first; the high bit says that more follow."""
     left = zigzag(np.asarray(values, dtype=np.int64))
@@ -50,18 +45,6 @@ def to_bytes(values: ArrayLike) -> bytes:
     return out.tobytes()
 
 
-def from_bytes(data: bytes) -> NDArray[np.int64]:
-    """The inverse of `to_bytes`."""
-    values, value, shift = [], 0, 0
-    for byte in data:
-        value |= (byte & (MORE - 1)) << shift
-        shift += BITS
-        if byte < MORE:
-            values.append(value)
-            value, shift = 0, 0
-    return unzigzag(np.array(values, dtype=np.int64))
-
-
 def pack(columns: Mapping[str, ArrayLike]) -> tuple[list[tuple[str, int, int]], str]:
     """Columns as base64 text, and for each its name, how many numbers and how many bytes it has."""
     index, parts = [], []
@@ -72,13 +55,3 @@ def pack(columns: Mapping[str, ArrayLike]) -> tuple[list[tuple[str, int, int]], 
     squeeze = zlib.compressobj(LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
     packed = squeeze.compress(b"".join(parts)) + squeeze.flush()
     return index, base64.b64encode(packed).decode("ascii")
-
-
-def unpack(index: list[tuple[str, int, int]], text: str) -> dict[str, Any]:
-    """The inverse of `pack`."""
-    data = zlib.decompress(base64.b64decode(text), -zlib.MAX_WBITS)
-    columns, at = {}, 0
-    for name, _, size in index:
-        columns[name] = from_bytes(data[at : at + size])
-        at += size
-    return columns

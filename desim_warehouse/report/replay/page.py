@@ -7,6 +7,7 @@ import json
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.report.palette import GROUND, HEAT, PALETTES
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
 
@@ -27,7 +28,7 @@ def page(run: Run, start: float, end: float, palette: str) -> str:
         "title": html.escape(f"{run.model.name}: replay"),
         "style": home.joinpath("page.css").read_text(encoding="utf-8"),
         "script": "\n".join(item.read_text(encoding="utf-8") for item in scripts if item.name.endswith(".js")),
-        "header": safe_json({**header, "palette": palette, "columns": index}),
+        "header": safe_json({**header, "palette": palette, "colours": _colours(), "columns": index}),
         "columns": text,
     }
     result: list[str] = []
@@ -35,6 +36,11 @@ def page(run: Run, start: float, end: float, palette: str) -> str:
         name, mark, rest = piece.partition("}}")
         result.append(parts[name] + rest if mark else piece)
     return "".join(result)
+
+
+def _colours() -> dict[str, Any]:
+    """The colours of the page: of its floor, of what moves on it, and of waiting."""
+    return {"ground": GROUND, "palettes": PALETTES, "heat": HEAT}
 
 
 def safe_json(value: Any) -> str:

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.log import STATES
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
-from desim_warehouse.report.replay.timeline import Timeline, timeline
 from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.states import FOR_CHARGER, STATES, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from desim_warehouse.history import History, StateSpan
     from desim_warehouse.run import Run
 
 FINENESS = 100
@@ -29,6 +29,9 @@ ENERGY = 1000
 """Steps in a full battery."""
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge; any edge, named in a column of its own; or the n-th out of the last one's end."""
+SHOWN = [*(seen(name, task=0) for name in STATES), FOR_CHARGER]
+"""States as the page shows them: a robot that waits for a charger is not at work."""
+_NUMBERS = {state.doing: number for number, state in enumerate(SHOWN)}
 
 Columns = dict[str, Any]
 
@@ -64,24 +67,23 @@ def payload(run: Run, start: float, end: float) -> tuple[dict[str, Any], Columns
     """Header and columns of the page for a window of a run."""
     positions = Positions(run)
     scale = scale_of(run, start, end)
-    events = timeline(run)
+    history = run.history
     columns = {
         **_leg_columns(positions, scale),
-        **_state_columns(run, events, scale),
-        **_task_columns(events, scale),
-        **_wait_columns(events, scale),
-        **_count_columns(run, events, scale),
+        **_state_columns(history, scale),
+        **_task_columns(history, scale),
+        **_wait_columns(run, scale),
+        **_count_columns(run, scale),
         **_storage_columns(run, scale),
     }
-    return _header(run, positions, events, scale), columns
+    return _header(run, positions, scale), columns
 
 
-def _header(run: Run, positions: Positions, events: Timeline, scale: Scale) -> dict[str, Any]:
-    model, layout, edges = run.model, run.layout, positions.edges
+def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
+    model, layout, edges, history = run.model, run.layout, positions.edges, run.history
     nodes = list(layout.graph.nodes)
     number = {node: i for i, node in enumerate(nodes)}
     blocks = model.layout.blocks
-    counted = [wait for wait in events.waits if wait.time >= run.record.begin]
     return {
         "name": model.name,
         "description": model.description,
@@ -91,8 +93,8 @@ def _header(run: Run, positions: Positions, events: Timeline, scale: Scale) -> d
         "tick": scale.tick,
         "start": scale.start,
         "end": scale.end,
-        "begin": run.record.begin,
-        "finish": run.record.end,
+        "begin": history.begin,
+        "finish": history.end,
         "capacity": None if model.battery is None else model.battery.capacity,
         "radii": robot_radii(model),
         "aisle": 0.0 if blocks is None else blocks.aisle_width,
@@ -105,11 +107,13 @@ def _header(run: Run, positions: Positions, events: Timeline, scale: Scale) -> d
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "unload_at": sorted({number[node] for node in model.tasks.unload_at}),
-        "states": STATES,
-        "rings": [[time, list(robots)] for time, robots, _ in run.record.rings if scale.start <= time <= scale.end],
+        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
+        "rings": [
+            [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
+        ],
         "before": {
-            "S": sum(wait.time < scale.start for wait in counted),
-            "C": sum(run.record.begin <= time < scale.start for time in events.recharged),
+            "S": sum(history.begin <= wait.end < scale.start for wait in history.waits),
+            "C": sum(history.begin <= time < scale.start for time in history.recharges),
         },
     }
 
@@ -180,11 +184,18 @@ def _edge_codes(
     return codes, others
 
 
-def _state_columns(run: Run, events: Timeline, scale: Scale) -> Columns:
-    """Per robot, what it begins to do, with its task and energy there."""
-    capacity = 1.0 if run.model.battery is None else run.model.battery.capacity
-    flat = np.array([row for rows in events.states for row in rows], dtype=float)
-    sizes = [len(rows) for rows in events.states]
+def _state_columns(history: History, scale: Scale) -> Columns:
+    """Per robot, what it begins to do, with its task and energy there; and once more at the end of the run."""
+    battery = history.model.battery
+    capacity = 1.0 if battery is None else battery.capacity
+    ends = history.energy_at_end or [0.0] * len(history.changes)
+    rows = []
+    for changes, left in zip(history.changes, ends, strict=True):
+        rows += [(span.start, _number(span), span.task, span.energy or 0.0) for span in changes]
+        last = changes[-1]
+        rows.append((last.end, _number(last), last.task, left))
+    flat = np.array(rows, dtype=float)
+    sizes = [len(changes) + 1 for changes in history.changes]
     first = np.concatenate([[0], np.cumsum(sizes)])
     windows = _window(flat[:, 0], first, scale)
     keep = np.concatenate([np.arange(low, high) for low, high in windows])
@@ -198,11 +209,15 @@ def _state_columns(run: Run, events: Timeline, scale: Scale) -> Columns:
     }
 
 
-def _task_columns(events: Timeline, scale: Scale) -> Columns:
+def _number(span: StateSpan) -> int:
+    return _NUMBERS[seen(span.state, span.task).doing]
+
+
+def _task_columns(history: History, scale: Scale) -> Columns:
     """Tasks whose good is there at some time of the window; those never loaded are, until the end and longer."""
     shown = [
         (number, task)
-        for number, task in sorted(events.tasks.items())
+        for number, task in sorted(history.tasks.items())
         if task.released <= scale.end and task.delivered > scale.start
     ]
     after = scale.end + (scale.end - scale.start) + 1.0
@@ -215,29 +230,29 @@ def _task_columns(events: Timeline, scale: Scale) -> Columns:
     }
 
 
-def _wait_columns(events: Timeline, scale: Scale) -> Columns:
-    """Waits that are counted or under way in the window, in the order in which they are counted."""
-    shown = [wait for wait in events.waits if max(wait.time, wait.end) >= scale.start and wait.begin <= scale.end]
-    time = scale.times([wait.time for wait in shown])
-    begin, end = (scale.times([getattr(wait, key) for wait in shown]) for key in ("begin", "end"))
+def _wait_columns(run: Run, scale: Scale) -> Columns:
+    """Waits that are counted or under way in the window, in the order in which they end and are counted."""
+    number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
+    shown = [wait for wait in run.history.waits if wait.end >= scale.start and wait.start <= scale.end]
+    end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
     return {
-        "wait_time": _steps(time),
-        "wait_begin": time - begin,
+        "wait_time": _steps(end),
+        "wait_begin": end - begin,
         "wait_length": end - begin,
         "wait_robot": [wait.robot for wait in shown],
         "wait_other": [wait.other for wait in shown],
-        "wait_edge": [wait.edge for wait in shown],
+        "wait_edge": [-1 if wait.on is None else number[wait.on] for wait in shown],
     }
 
 
-def _count_columns(run: Run, events: Timeline, scale: Scale) -> Columns:
+def _count_columns(run: Run, scale: Scale) -> Columns:
     """Deliveries, also those before the window, and the times at which recharged robots went out in it."""
     number = {node: i for i, node in enumerate(run.layout.graph.nodes)}
-    done = [item for item in events.deliveries if item[0] <= scale.end]
-    out = [time for time in events.recharged if scale.start <= time <= scale.end]
+    done = [task for task in run.history.delivered if task.delivered <= scale.end]
+    out = [time for time in run.history.recharges if scale.start <= time <= scale.end]
     return {
-        "done_time": _steps(scale.times([time for time, _ in done])),
-        "done_node": [number[node] for _, node in done],
+        "done_time": _steps(scale.times([task.delivered for task in done])),
+        "done_node": [number[task.station] for task in done],
         "recharged": _steps(scale.times(out)),
     }
 

@@ -1,97 +1,77 @@
-"""Carrying out runs: here, in processes of this machine, or on a Dask cluster; the results are the same."""
+"""Carrying out the runs of a study: here, in worker processes of this machine, or on a Dask cluster.
+
+The results are the same. `work` simulates runs wherever that is; `pool` has the worker processes, whose own code is
+`worker`; `batches` says which runs are handed out next; `signals` makes Ctrl-C safe.
+"""
 
 from __future__ import annotations
 
 import os
-from contextlib import AbstractContextManager, ExitStack
-from typing import TYPE_CHECKING, Protocol, Self
+import sys
+from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.execution.ctrl_c import CtrlC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from types import TracebackType
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.signals import Interrupts
     from desim_warehouse.study.execution.work import Outcome, Wanted
 
+MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no more at once
 
-class Execution(Protocol):
-    """Simulates runs, in any order, and hands over each as soon as it is finished."""
+
+class Executor(Protocol):
+    """Simulates runs, in any order; processes and connections are made when the first run is wanted."""
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run; `done` is told the run's position and what came out, in this thread."""
+        """Simulate every wanted run; `done` gets the run's position and its outcome as soon as it is finished."""
+        ...
+
+    def close(self) -> None:
+        """End all processes and connections, whatever they are doing."""
         ...
 
 
-class Opened:
-    """The way to run, opened when a first run is wanted: a finished study starts no process.
+def make_executor(
+    base: Model,
+    workers: int | str,
+    cluster: str | None,
+    timeout: float | None,
+    say: Callable[[str], None],
+    interrupts: Interrupts,
+) -> Executor:
+    """The executor for designs of a base model: `cluster`, else so many worker processes, else this process.
 
-    `cluster` (a Dask scheduler's address, or `local`), else so many processes, else this one.
+    `timeout` is in seconds a run; messages about workers that were lost go to `say`.
+
+    Raises:
+        StudyError: where there is no such number of workers.
     """
+    count = worker_count(workers)
+    if cluster is not None:
+        from desim_warehouse.study.execution.cluster import Cluster
 
-    def __init__(
-        self,
-        base: Model,
-        workers: int | str,
-        cluster: str | None,
-        timeout: float | None,
-        say: Callable[[str], None],
-    ) -> None:
-        """Raise StudyError where there is no such number of workers."""
-        self.base = base
-        self.count = worker_count(workers)
-        self.cluster = cluster
-        self.timeout = timeout
-        self.say = say
-        self.stack = ExitStack()
-        self.ctrl_c = CtrlC()
-        self.execution: Execution | None = None
+        return Cluster(base, cluster, count, timeout, say)
+    if count > 1:
+        from desim_warehouse.study.execution.pool import Pool
 
-    def __enter__(self) -> Self:
-        self.stack.enter_context(self.ctrl_c)
-        return self
+        return Pool(base, count, timeout, say, interrupts)
+    from desim_warehouse.study.execution.work import Serial
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.stack.__exit__(kind, error, trace)
-
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run."""
-        if self.execution is None:
-            self.execution = self.stack.enter_context(self._open())
-
-        def heeded(position: int, outcome: Outcome) -> None:
-            done(position, outcome)
-            self.ctrl_c.heed()
-
-        self.execution.run(wanted, heeded)
-
-    def _open(self) -> AbstractContextManager[Execution]:
-        if self.cluster is not None:
-            from desim_warehouse.study.execution.cluster import Cluster
-
-            return Cluster(self.base, self.cluster, self.count, self.timeout, self.say)
-        if self.count > 1:
-            from desim_warehouse.study.execution.processes import Processes
-
-            return Processes(self.base, self.count, self.timeout, self.say, self.ctrl_c)
-        from desim_warehouse.study.execution.serial import Serial
-
-        return Serial(self.base, self.timeout)
+    return Serial(base, timeout, interrupts)
 
 
 def worker_count(workers: int | str) -> int:
     """The number of workers: `auto` is one for each processor that we may use."""
     if workers == "auto":
         affinity = getattr(os, "sched_getaffinity", None)
-        return len(affinity(0)) if affinity else os.cpu_count() or 1
+        return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_WORKERS)
     try:
         count = int(str(workers))
     except ValueError:
         count = 0
-    if count < 1:
-        raise StudyError(f"workers {workers!r}: expected a number of at least 1, or auto")
+    if not 1 <= count <= MOST_WORKERS:
+        raise StudyError(f"workers {workers!r:.60}: expected a number from 1 to {MOST_WORKERS}, or auto")
     return count

@@ -1,23 +1,29 @@
-"""Dealing runs out to workers: few at first, then as many at a time as take about a tenth of a second."""
+"""Which runs a worker gets next: at first one, then as many as take about a tenth of a second."""
 
 from __future__ import annotations
 
 from collections import deque
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+from desim_warehouse.study.execution.work import Outcome
 
-    from desim_warehouse.study.execution.work import Outcome, Wanted
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from desim_warehouse.study.execution.work import Wanted
 
 BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
-LEAST_TIME = 0.005  # seconds of work that are not worth dividing
 _MOST = 200
-_TRIES = 3
+_TRIES = 3  # workers that a run may kill until it is given up
+_DIED = Outcome({}, 0.0, "the worker process died each time it was at this run (killed, or out of memory)", final=False)
+_RECENT = 0.2  # weight of the latest run in the mean time of a run
 
 
 class Batches:
-    """The runs still to be dealt out, by position; those that were lost with a worker are dealt out one by one."""
+    """The runs still to be handed out, by position; those that were lost with a worker go out one by one.
+
+    One by one, because any run of the lost batch may be the one that kills workers.
+    """
 
     def __init__(
         self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None], run_time: float | None = None
@@ -26,49 +32,42 @@ class Batches:
         self.done = done
         self.waiting = deque(range(len(wanted)))
         self.alone: deque[int] = deque()
-        self.tries: dict[int, int] = {}
-        self.open = len(wanted)
-        self.run_time = run_time  # seconds, mean of late
+        self.deaths: dict[int, int] = {}  # of workers that were alone with a run
+        self.open = len(wanted)  # not finished yet
+        self.run_time = run_time  # seconds, recent mean
 
     def take(self, workers: int, seconds: float = BATCH_TIME) -> list[int]:
-        """The next runs for one of so many workers; none if all are dealt out."""
+        """The next runs for one of so many workers; none if all are handed out."""
         if self.alone:
             return [self.alone.popleft()]
-        if not self.waiting:
-            return []
-        fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
-        number = max(1, self._done_in(LEAST_TIME), min(self._done_in(seconds), fair))
+        number = 1
+        if self.run_time is not None:
+            fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
+            number = max(1, min(int(seconds / max(self.run_time, 1e-6)), fair, _MOST))
         return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
 
-    def _done_in(self, seconds: float) -> int:
-        """How many runs take so long; 0 where that is not known yet."""
-        return 0 if self.run_time is None else min(int(seconds / max(self.run_time, 1e-6)), _MOST)
-
     def finish(self, positions: Sequence[int], outcomes: Sequence[Outcome]) -> None:
-        """These runs are finished; those without an outcome were not begun."""
-        self.put_back(positions[len(outcomes) :])
+        """These runs are finished; those without an outcome were not begun, and wait again."""
+        self.waiting.extendleft(reversed(positions[len(outcomes) :]))
         for position, outcome in zip(positions, outcomes, strict=False):
             before = outcome.run_time if self.run_time is None else self.run_time
-            self.run_time = before + 0.2 * (outcome.run_time - before)
+            self.run_time = before + _RECENT * (outcome.run_time - before)
             self.open -= 1
             self.done(position, outcome)
 
-    def put_back(self, positions: Iterable[int]) -> None:
-        """These runs were dealt out, and not begun."""
-        self.waiting.extendleft(reversed(list(positions)))
-
-    def lost(self, positions: Sequence[int]) -> list[int]:
-        """A worker was lost at these runs: they are dealt out again, one by one.
-
-        Returns:
-            Those that were alone with a lost worker so often that they are given up.
-        """
-        given_up = []
+    def died(self, positions: Sequence[int]) -> None:
+        """A worker died at these runs: they are done again; one that was alone with it so often is given up."""
         for position in positions:
             if len(positions) == 1:
-                self.tries[position] = self.tries.get(position, 0) + 1
-            if self.tries.get(position, 0) >= _TRIES:
-                given_up.append(position)
-            else:
+                self.deaths[position] = self.deaths.get(position, 0) + 1
+            if self.deaths.get(position, 0) < _TRIES:
                 self.alone.append(position)
-        return given_up
+            else:
+                self.finish([position], [_DIED])
+
+    def stuck(self, positions: Sequence[int], outcome: Outcome) -> None:
+        """A worker was stuck at one of these runs: it has this outcome; if it may be another, they are done again."""
+        if len(positions) == 1:
+            self.finish(positions, [outcome])
+        else:
+            self.alone.extend(positions)

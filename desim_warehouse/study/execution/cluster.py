@@ -5,16 +5,15 @@ from __future__ import annotations
 import importlib
 import pickle
 import queue
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution.batches import Batches
-from desim_warehouse.study.execution.work import Bench, Outcome, Wanted
+from desim_warehouse.study.execution.work import Outcome, Simulator, Wanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from types import TracebackType
 
     from desim_warehouse.model import Model
 
@@ -24,23 +23,23 @@ _WAIT = 10  # seconds for a scheduler to answer
 _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some milliseconds for each
 
 
-def make_bench(base: bytes, version: str) -> Bench:
-    """On a worker: the base model, made once and kept there; on other workers it is made again."""
+def make_simulator(base: bytes, version: str) -> Simulator:
+    """On a worker: made once and kept there; on other workers it is made again."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
             "the results would be mixed up; install the same version on all machines"
         )
-    return Bench(pickle.loads(base))  # noqa: S301 - our own model, from our own process
+    return Simulator(pickle.loads(base))  # noqa: S301 - our own model, from our own process
 
 
-def work(bench: Bench, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
+def simulate_batch(simulator: Simulator, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
     """On a worker: simulate a batch."""
-    return bench.batch(batch, timeout)
+    return simulator.batch(batch, timeout)
 
 
 class Cluster:
-    """Simulates on the cluster of a scheduler, or on one of this machine (`local`)."""
+    """The executor that simulates on the cluster of a scheduler, or on one of this machine (`local`)."""
 
     def __init__(
         self, base: Model, address: str, workers: int, timeout: float | None, say: Callable[[str], None]
@@ -54,7 +53,48 @@ class Cluster:
         self.local: Any = None
         self.run_time: float | None = None
 
-    def __enter__(self) -> Self:
+    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+        """Simulate every wanted run.
+
+        Raises:
+            StudyError: where no cluster answers, it is lost, or its workers cannot run our models.
+        """
+        if self.client is None:
+            self._connect()
+        batches = Batches(wanted, done, self.run_time)
+        finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        handed_out: dict[str, tuple[Any, list[int]]] = {}
+        simulator = self.client.submit(make_simulator, pickle.dumps(self.base), __version__)
+        threads = self._threads()
+        try:
+            while batches.open:
+                while len(handed_out) < _AHEAD * max(threads, 1):
+                    positions = batches.take(max(threads, 1), _BATCH_TIME)
+                    if not positions:
+                        break
+                    runs = [wanted[position] for position in positions]
+                    future = self.client.submit(simulate_batch, simulator, runs, self.timeout, pure=False)
+                    handed_out[future.key] = (future, positions)
+                    future.add_done_callback(finished.put)
+                try:
+                    future = finished.get(timeout=_POLL)
+                except queue.Empty:
+                    self._check()
+                    threads = self._threads()
+                    continue
+                _, positions = handed_out.pop(future.key)
+                self._finish(future, positions, batches)
+        finally:
+            self.client.cancel([future for future, _ in handed_out.values()])
+        self.run_time = batches.run_time
+
+    def close(self) -> None:
+        """Let go of the cluster; one of this machine ends."""
+        for part in (self.client, self.local):
+            if part is not None:
+                part.close()
+
+    def _connect(self) -> None:
         try:
             distributed: Any = importlib.import_module("distributed")
         except ImportError as error:
@@ -64,7 +104,7 @@ class Cluster:
                 self.local = distributed.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )
-            else:  # an address that is none is told at once; a client of it would be left half made
+            else:  # a client of an address that is none would be left half made
                 importlib.import_module("distributed.comm").resolve_address(self.address)
             self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -72,56 +112,14 @@ class Cluster:
                 f"cluster {self.address}: no Dask scheduler answers there ({reason(error)}); "
                 "expected an address such as tcp://10.0.0.1:8786, or local"
             ) from error
-        if not self.threads():
+        if not self._threads():
             self.say(f"cluster {self.address}: no workers yet; waiting for them")
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.client is not None:
-            self.client.close()
-        if self.local is not None:
-            self.local.close()
-
-    def threads(self) -> int:
+    def _threads(self) -> int:
         """Runs that the cluster can do at a time."""
         return sum(self.client.nthreads().values())
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run.
-
-        Raises:
-            StudyError: where the cluster is lost, or its workers cannot run our models.
-        """
-        batches = Batches(wanted, done, self.run_time)
-        finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        dealt: dict[str, tuple[Any, list[int]]] = {}
-        bench = self.client.submit(make_bench, pickle.dumps(self.base), __version__)
-        threads = self.threads()
-        try:
-            while batches.open:
-                while len(dealt) < _AHEAD * max(threads, 1):
-                    positions = batches.take(max(threads, 1), _BATCH_TIME)
-                    if not positions:
-                        break
-                    runs = [wanted[position] for position in positions]
-                    future = self.client.submit(work, bench, runs, self.timeout, pure=False)
-                    dealt[future.key] = (future, positions)
-                    future.add_done_callback(finished.put)
-                self.run_time = batches.run_time
-                try:
-                    future = finished.get(timeout=_POLL)
-                except queue.Empty:
-                    self.check()
-                    threads = self.threads()
-                    continue
-                _, positions = dealt.pop(future.key)
-                self.finish(future, positions, batches)
-        finally:
-            self.client.cancel([future for future, _ in dealt.values()])
-
-    def check(self) -> None:
+    def _check(self) -> None:
         """See that the scheduler is still there."""
         if self.client.status != "running":
             raise StudyError(
@@ -129,7 +127,7 @@ class Cluster:
                 "kept: start the study again when it is back"
             )
 
-    def finish(self, future: Any, positions: list[int], batches: Batches) -> None:
+    def _finish(self, future: Any, positions: list[int], batches: Batches) -> None:
         """Take what came out of a batch."""
         if future.status == "finished":
             batches.finish(positions, future.result())
@@ -142,8 +140,6 @@ class Cluster:
                 f"cluster {self.address}: its workers cannot run our models ({type(error).__name__}: {error}); "
                 "is desim-warehouse installed there?"
             ) from error
-        self.check()
+        self._check()
         self.say("workers of the cluster were lost; their runs are done again")
-        said = "the worker process died each time it was at this run (killed, or out of memory)"
-        for position in batches.lost(positions):
-            batches.finish([position], [Outcome({}, 0.0, said, final=False)])
+        batches.died(positions)

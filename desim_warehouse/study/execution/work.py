@@ -1,27 +1,23 @@
-"""What a worker does: simulate a few runs and say what came out of each."""
+"""Simulating runs of a study, wherever that is done: each ends with an outcome, be it an error."""
 
 from __future__ import annotations
 
-import ctypes
-import threading
-from time import monotonic, perf_counter, sleep
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from time import monotonic, perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import LayoutError, SimulationError
+from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.run import simulate
+from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from types import TracebackType
+    from collections.abc import Callable, Mapping, Sequence
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.signals import Interrupts
 
-TIME_OUT = "time-out"
 ENOUGH = 1.0  # seconds after which a batch is handed in as far as it is
-_LOOK = 0.05  # seconds between looks at the limits
 _KEPT = 64  # models at hand
 _SAID = 1000  # characters of an error that are kept
-_AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 
 
 class Wanted(NamedTuple):
@@ -46,67 +42,7 @@ class Outcome(NamedTuple):
     deterministic: bool = False
 
 
-class TimeOutError(BaseException):
-    """A run took too long; no `except Exception` of a policy can swallow it."""
-
-
-class Limit:
-    """Interrupts what its thread does within it after so many seconds.
-
-    One thread of the process watches all of them, so that a limit costs microseconds. Works in any thread and on
-    every system, as a Dask worker needs; code that does not come back to Python is interrupted when it does.
-    """
-
-    lock = threading.Lock()
-    open: ClassVar[dict[Limit, float]] = {}  # with the time at which each is over
-    watching = False
-
-    def __init__(self, seconds: float) -> None:
-        self.seconds = seconds
-        self.thread = threading.get_ident()
-        self.struck = False
-
-    def __enter__(self) -> Self:
-        with Limit.lock:
-            Limit.open[self] = monotonic() + self.seconds
-            if not Limit.watching:
-                Limit.watching = True
-                threading.Thread(target=_watch, daemon=True).start()
-        return self
-
-    def strike(self, what: type[BaseException] | None) -> None:
-        """Raise this in the thread, or (None) take back what was raised and has not arrived."""
-        error = None if what is None else ctypes.py_object(what)
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with Limit.lock:
-            Limit.open.pop(self, None)
-            if self.struck:
-                self.strike(None)
-
-
-def _watch() -> None:
-    """Interrupt what is over its limit, and again if that was swallowed; end when nothing has a limit."""
-    idle = 0
-    while True:
-        sleep(_LOOK)
-        with Limit.lock:
-            now = monotonic()
-            for limit, over in Limit.open.items():
-                if now > over:
-                    limit.struck = True
-                    limit.strike(TimeOutError)
-                    Limit.open[limit] = now + _AGAIN
-            idle = 0 if Limit.open else idle + 1
-            if idle * _LOOK > _AGAIN:
-                Limit.watching = False
-                return
-
-
-class Bench:
+class Simulator:
     """A base model with the models of designs made from it: the last few are kept."""
 
     def __init__(self, base: Model) -> None:
@@ -137,22 +73,16 @@ class Bench:
             if timeout is None:
                 run = simulate(model, wanted.seed)
             else:
-                with Limit(timeout):
+                with TimeLimit(timeout):
                     run = simulate(model, wanted.seed)
         except TimeOutError:
-            taken = _since(begin)
-            return Outcome({}, taken, f"{TIME_OUT}: not finished after {timeout:g} s", final=False)
+            return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s", final=False)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # noqa: BLE001 - one failing run, by sys.exit too, is a row with its error
-            taken = _since(begin)
-            said = " ".join(str(error)[:_SAID].split()) or "no message"
-            return Outcome(
-                {},
-                taken,
-                f"{type(error).__name__}: {said}",
-                final=isinstance(error, SimulationError | LayoutError),
-            )
+            text = " ".join(str(error)[:_SAID].split()) or "no message"
+            text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
+            return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
@@ -164,6 +94,29 @@ class Bench:
             if monotonic() > end:
                 break
         return outcomes
+
+
+class Serial:
+    """The executor that simulates in this process, one run after the other."""
+
+    def __init__(self, base: Model, timeout: float | None, interrupts: Interrupts) -> None:
+        self.base = base
+        self.timeout = timeout
+        self.interrupts = interrupts
+        self.simulator: Simulator | None = None
+
+    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+        """Simulate every wanted run, in this order."""
+        if self.simulator is None:
+            with self.interrupts.held():
+                self.simulator = Simulator(self.base)
+            self.interrupts.heed()
+        for position, one in enumerate(wanted):
+            done(position, self.simulator.run(one, self.timeout))
+            self.interrupts.heed()
+
+    def close(self) -> None:
+        """Nothing is left behind."""
 
 
 def _since(begin: float) -> float:

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim_warehouse.report.replay.columns import LARGEST, from_bytes, pack, to_bytes, unpack, unzigzag, zigzag
+from desim_warehouse.report.replay.columns import LARGEST, pack, to_bytes, zigzag
+from tests.report.replay.unpacked import from_bytes, unpack, unzigzag
 
 numbers = st.lists(
     st.integers(-LARGEST, LARGEST) | st.integers(-3, 3) | st.sampled_from([63, 64, -64, -65, 8191, 8192])

@@ -14,11 +14,11 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
-from desim_warehouse.report.replay.columns import pack, unpack
+from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.page import safe_json
 from desim_warehouse.report.replay.payload import payload
-from desim_warehouse.report.replay.timeline import timeline
 from tests.report.replay.floors import RUNS, busy, busy_run, paper_run
+from tests.report.replay.unpacked import unpack
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -76,11 +76,10 @@ def test_legs_read_back_put_robots_where_the_log_has_them(name: str, window: tup
 @pytest.mark.parametrize("name", RUNS)
 def test_counts_at_the_end_are_the_run_s_indicators(name: str) -> None:
     run = RUNS[name]()
-    events = timeline(run)
-    begin = run.record.begin
-    assert sum(wait.time >= begin for wait in events.waits) == run.S
-    assert sum(time >= begin for time in events.recharged) == run.C
-    assert sum(time >= begin for time, _ in events.deliveries) == run.kpis["tasks"]
+    history, begin = run.history, run.record.begin
+    assert sum(wait.end >= begin for wait in history.waits) == run.S
+    assert sum(time >= begin for time in history.recharges) == run.C
+    assert sum(task.delivered >= begin for task in history.delivered) == run.kpis["tasks"]
 
 
 def test_counts_of_two_windows_join_without_a_seam() -> None:
@@ -89,7 +88,7 @@ def test_counts_of_two_windows_join_without_a_seam() -> None:
     early, late = payload(run, 0, middle)[1], payload(run, middle, run.record.end)[0]
     times = np.cumsum(early["wait_time"]) * payload(run, 0, middle)[0]["tick"]
     assert late["before"]["S"] == ((times >= run.record.begin) & (times < middle)).sum()
-    assert late["before"]["C"] == sum(run.record.begin <= time < middle for time in timeline(run).recharged)
+    assert late["before"]["C"] == sum(run.record.begin <= time < middle for time in run.history.recharges)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -97,9 +96,9 @@ def test_a_robot_that_waits_on_a_lane_stands_still(name: str) -> None:
     run = RUNS[name]()
     where = Positions(run)
     stood = 0
-    for wait in timeline(run).waits:
-        if wait.end - wait.begin > 0.5 and wait.end <= run.record.end:
-            early, late = where.at(wait.begin + 0.01), where.at(wait.end - 0.01)
+    for wait in run.history.waits:
+        if wait.end - wait.start > 0.5 and wait.end <= run.record.end:
+            early, late = where.at(wait.start + 0.01), where.at(wait.end - 0.01)
             if early[0][wait.robot] < where.edges.real:
                 stood += 1
                 assert early[1][wait.robot] == pytest.approx(late[1][wait.robot])
@@ -108,7 +107,7 @@ def test_a_robot_that_waits_on_a_lane_stands_still(name: str) -> None:
 
 def test_goods_of_a_list_are_known_and_there_until_they_are_loaded() -> None:
     run = paper_run()
-    tasks = timeline(run).tasks
+    tasks = run.history.tasks
     assert [tasks[number].good for number in range(10)] == [11, 8, 39, 28, 53, 1, 69, 42, 79, 6]
     loaded = {row[3]: row[0] for row in run.record.rows if row[1] == "loaded"}
     assert {number: task.loaded for number, task in tasks.items()} == loaded
@@ -119,7 +118,7 @@ def test_goods_that_were_drawn_are_known_by_where_they_were_loaded() -> None:
     edges = list(run.layout.graph.edges)
     where = Positions(run)
     for row in [row for row in run.record.rows if row[1] == "loading"][:40]:
-        place = run.layout.storage[timeline(run).tasks[row[3]].good]
+        place = run.layout.storage[run.history.tasks[row[3]].good]
         on, at = where.at(row[0])
         assert (edges[on[row[2]]], pytest.approx(float(at[row[2]]))) == (place.edge, place.offset)
 
@@ -127,7 +126,8 @@ def test_goods_that_were_drawn_are_known_by_where_they_were_loaded() -> None:
 @pytest.mark.parametrize("name", ["paper", "tired"])
 def test_energy_that_the_robots_lose_is_what_they_used(name: str) -> None:
     run = RUNS[name]()
-    levels = [[energy for *_, energy in rows] for rows in timeline(run).states]
+    ends = run.history.energy_at_end
+    levels = [[*(span.energy for span in spans), ends[robot]] for robot, spans in enumerate(run.history.changes)]
     lost = sum(max(a - b, 0) for rows in levels for a, b in itertools.pairwise(rows))
     assert lost == pytest.approx(run.kpis["energy"])
 

@@ -90,6 +90,15 @@ class Story {
     return this.counted(this.doneTime, time);
   }
 
+  // The same by node.
+  deliveredAt(time) {
+    const counts = new Map(this.header.unload_at.map((node) => [node, 0]));
+    const last = lastBefore(this.doneTime, time);
+    for (let i = lastBefore(this.doneTime, this.from - 1e-9) + 1; i <= last; i++)
+      counts.set(this.doneNode[i], (counts.get(this.doneNode[i]) ?? 0) + 1);
+    return counts;
+  }
+
   throughput(time) {
     const { tick, units, start, begin } = this.header;
     const hours = ((time * tick + start - begin) * units.seconds) / 3600;
@@ -108,7 +117,8 @@ class Story {
   }
 }
 
-// Waiting per edge from the start of the window, in ticks, kept up as time goes on.
+// Waiting per edge from the start of the window, or from the end of the warm-up if that is later; in ticks, kept up as
+// time goes on.
 class Heat {
   constructor(story, edges) {
     this.story = story;
@@ -125,7 +135,7 @@ class Heat {
     }
     for (; this.next < waitTime.length && waitTime[this.next] <= time; this.next++) {
       const edge = waitEdge[this.next];
-      if (edge < 0 || waitTime[this.next] < 0) continue;
+      if (edge < 0 || waitTime[this.next] < Math.max(0, this.story.from - 1e-9)) continue;
       this.sum[edge] += waitLength[this.next];
       this.most = Math.max(this.most, this.sum[edge]);
     }

@@ -74,9 +74,7 @@ class Scene {
 
   // Delivered goods counted below their node.
   deliveries(time, colours) {
-    const { ctx, view, story, header } = this, counts = new Map(header.unload_at.map((node) => [node, 0]));
-    const last = lastBefore(story.doneTime, time);
-    for (let i = 0; i <= last; i++) counts.set(story.doneNode[i], (counts.get(story.doneNode[i]) ?? 0) + 1);
+    const { ctx, view } = this, counts = this.story.deliveredAt(time);
     const s = view.scale, size = Math.min(Math.max(this.floor.radius * s * 1.1, 7), 20);
     if (this.floor.radius * s < 1.5) return;
     ctx.font = `600 ${size}px system-ui, sans-serif`;
@@ -100,7 +98,7 @@ class Scene {
       const row = story.row(robot, time), state = story.state[row];
       this.mood[robot] = state;
       this.wait[robot] = story.waiting(robot, time);
-      this.groups[moodOf(state, story.task[row])].push(robot);
+      this.groups[this.header.states[state].role].push(robot);
     }
   }
 

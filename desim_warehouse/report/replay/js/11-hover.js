@@ -61,7 +61,7 @@ class Hover {
   robotLines(robot) {
     const { story, tracks, edges, header } = this.scene, time = this.player.time;
     const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
-    const lines = [[`Robot ${robot}: ${wordOf(story.state[row], task)}`]];
+    const lines = [[`Robot ${robot}: ${header.states[story.state[row]].doing}`]];
     if (task >= 0) {
       const good = story.goodOf.get(task) ?? -1;
       lines.push([`task ${task}${good >= 0 ? `, good ${good}` : ""}`]);

@@ -10,7 +10,7 @@ class App {
     const floor = new Floor(header, columns, edges);
     this.scene = new Scene({
       header, edges, floor, tracks: new Tracks(header, columns, edges), story: this.story,
-      heat: new Heat(this.story, edges), view: new View(floor.bounds), colours: new Colours(header.palette),
+      heat: new Heat(this.story, edges), view: new View(floor.bounds), colours: new Colours(header.palette, header.colours),
     }, canvas);
     this.strip = new Strip(byId("strip"), header, this.story, this.player.span);
     this.hover = new Hover(this.scene, this.player, byId("tip"));
@@ -98,9 +98,10 @@ function hook(app) {
     scale: () => view.scale,
     screen: (x, y) => [x * view.scale + view.x, y * view.scale + view.y],
     waiting: () => Array.from(scene.wait.keys()).filter((robot) => story.waiting(robot, player.time) >= 0),
-    states: () => Array.from(scene.mood, (state) => header.states[state]),
+    states: () => Array.from(scene.mood, (state) => header.states[state].name),
     chosen: () => scene.chosen,
     frames: () => ({ count: app.frames, drawing: app.drawing }),
+    deliveredAt: () => Object.fromEntries(Array.from(story.deliveredAt(player.time), ([node, count]) => [header.nodes[node][0], count])),
     heat: () => Array.from(scene.heat.upTo(player.time), (sum) => sum * header.tick),
   };
 }

@@ -1,0 +1,59 @@
+"""Whether a model can work, worked out before it runs: the hand calculation, and what is wrong by it.
+
+`examine` has all findings, for `desim check`; `refuse` raises the errors among them, before a run.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import CheckError, LayoutError
+from desim_warehouse.feasibility import rules
+from desim_warehouse.feasibility.estimate import Estimate, estimate
+from desim_warehouse.layout import build, checks
+
+if TYPE_CHECKING:
+    from desim_warehouse.findings import Finding
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+__all__ = ["Estimate", "errors", "estimate", "examine", "refuse"]
+
+
+def examine(model: Model, layout: Layout) -> tuple[list[Finding], Estimate | None]:
+    """All findings, worst first, and the hand calculation; None where the layout has errors."""
+    use = _use(model)
+    found = checks.examine(layout, use)
+    if any(item.level == "error" for item in found):
+        return found, None
+    calculation = estimate(model, layout)
+    found += rules.errors(model, layout)
+    found += rules.warnings(model, layout, calculation)
+    return checks.worst_first(found), calculation
+
+
+@lru_cache(maxsize=8)
+def errors(model: Model) -> tuple[Finding, ...]:
+    """The errors of a model, accepted ones too; runs of one model share the work."""
+    layout = build(model.layout)
+    found = checks.errors(layout, _use(model))
+    return tuple(found or rules.errors(model, layout))
+
+
+def refuse(model: Model, layout: Layout) -> None:
+    """Raise the errors that the model does not accept.
+
+    Raises:
+        LayoutError: where the layout has some.
+        CheckError: where something else cannot work.
+    """
+    found = [item for item in errors(model) if item.code not in model.accept]
+    if found:
+        kind = LayoutError if checks.errors(layout, _use(model)) else CheckError
+        raise kind([item.problem for item in found])
+
+
+def _use(model: Model) -> checks.Use:
+    fleet = model.fleet
+    return checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at, model.traffic.gridlock)

@@ -1,0 +1,331 @@
+"""What is wrong with the batteries of a model: findings before a run, and the cause where a run ends for them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.estimate import estimate
+from desim_warehouse.feasibility.free_flow import asked_for, free_flow
+from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout.checks import some
+from desim_warehouse.model import energy
+from desim_warehouse.model.schema import Consumption, PoissonGoods, RandomGoods, SaturatedGoods
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from desim_warehouse.feasibility.power import Power
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Battery
+
+EPS = 1e-9
+MINUTE = 60.0
+
+
+def errors(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What `simulate` refuses in a model with batteries."""
+    small = list(_battery_too_small(model, least_needs(model, layout)))
+    yield from small
+    chargers = chargers_at(model, layout)
+    if not chargers:
+        yield from _no_charger(model, layout)
+    elif not small:
+        found = _together(model, layout, chargers)
+        if found is not None and not isinstance(_battery(model).consumption, Consumption):
+            yield found
+
+
+def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
+    """What a planner should look at in a model with batteries."""
+    battery, units = _battery(model), model.units
+    yield from _chargers_short(model, balance)
+    chargers = chargers_at(model, layout)
+    found = _together(model, layout, chargers) if chargers else None
+    if found is not None and isinstance(battery.consumption, Consumption):
+        yield Finding("CHARGE_TOGETHER", found.place, found.text, found.cure)
+    yield from _threshold(model, layout)
+    seconds = battery.capacity / battery.charge_rate * units.seconds
+    if seconds < MINUTE and units.metre is not None:
+        yield Finding(
+            "FAST_CHARGE",
+            "battery.charge_rate",
+            f"an empty battery is full in {amount(seconds)} s",
+            f"charge_rate is energy per {units.time}, capacity in the same unit of energy",
+        )
+
+
+def cause(model: Model, layout: Layout) -> str:
+    """Why batteries run flat or do not last, and what helps, in one line: for errors in the course of a run."""
+    battery = _battery(model)
+    chargers = chargers_at(model, layout)
+    zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
+    if not chargers:
+        return f"no bay has a charger: give {_some_bay(layout)}"
+    balance = estimate(model, layout).power
+    known = [*errors(model, layout), *warnings(model, layout, balance)]
+    if known:
+        return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
+    count = sum(chargers.values())
+    text = f"{count} charger{'s' * (count > 1)} (at {some(chargers)}) for {model.fleet.size} robots"
+    if zones:
+        text += f", none in the bays {some(zones)} (layout.bays)"
+    wait = "it waited longer than its battery lasts, in traffic or for a charger"
+    cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
+    return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
+
+
+@dataclass(frozen=True)
+class Needs:
+    """The least that tasks draw from a battery: `most` for the good that is worst, `reach` up to an edge of a good."""
+
+    worst: int
+    most: float
+    reach: float
+
+
+def least_needs(model: Model, layout: Layout) -> Needs:
+    """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
+
+    Where work ends a task may also begin where robots start and end in any bay: it may be the robot's only one.
+    """
+    battery, tasks = _battery(model), model.tasks
+    draws, node_time = battery.draws, model.traffic.node_time
+    speed = max(robot.speed for robot in model.fleet.robots())
+    paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
+    times = {edge: data["length"] / paces[edge] + node_time for edge, data in layout.graph.edges.items()}
+    back_in_time = {(target, source): time for (source, target), time in times.items()}
+    begins = ends = list(chargers_at(model, layout))
+    if not begins or not is_lifelong(model):
+        begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
+    reach = least_costs(times, draws.empty, dict.fromkeys(begins, draws.empty * model.fleet.exit_time))
+    back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
+    cleared = {node: back[node] + draws.empty * tasks.clear_time for node in tasks.unload_at}
+    beyond = least_costs(back_in_time, draws.loaded, cleared)
+    handling = draws.handling * (tasks.load_time + tasks.unload_time)
+    worst, most, farthest = 0, 0.0, 0.0
+    for number in asked_for(model, layout):
+        place = layout.storage[number]
+        to_good = place.offset / paces[place.edge]
+        farthest = max(farthest, reach[place.edge[0]])
+        need = reach[place.edge[0]] + beyond[place.edge[1]] + handling
+        need += draws.empty * to_good + draws.loaded * (times[place.edge] - to_good)
+        if need > most:
+            worst, most = number, need
+    return Needs(worst, most, farthest)
+
+
+def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
+    """The least cost of every node: of a beginning, and `rate` for each time unit on the way (Dijkstra)."""
+    onward: dict[str, list[tuple[str, float]]] = {}
+    for (source, target), time in times.items():
+        onward.setdefault(source, []).append((target, rate * time))
+    costs: dict[str, float] = {}
+    heap = [(cost, node) for node, cost in begins.items()]
+    heapify(heap)
+    while heap:
+        cost, node = heappop(heap)
+        if node not in costs:
+            costs[node] = cost
+            for target, more in onward.get(node, ()):
+                if target not in costs:
+                    heappush(heap, (cost + more, target))
+    return costs
+
+
+def holds(model: Model, battery: Battery) -> float:
+    """What a task may draw at most: a full battery, and the reserve where the policy does not look ahead."""
+    known = levels(model)
+    if known is None or known.margin is None:
+        return battery.capacity + battery.reserve
+    return known.full if is_lifelong(model) else battery.capacity
+
+
+def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
+    battery, known = _battery(model), levels(model)
+    units = f"consumption is energy per {model.units.time}"
+    margin = 0.0 if known is None or known.margin is None else known.margin
+    if needs.most + margin > holds(model, battery) * (1 + EPS):
+        kept = f", and {model.policies.charging.name} keeps {amount(margin)} back" if margin else ""
+        yield Finding(
+            "BATTERY_TOO_SMALL",
+            "battery.capacity",
+            (
+                f"good {needs.worst} draws at least {amount(needs.most)}: the way there, to the station and to a "
+                f"charger or home; a battery gives {amount(holds(model, battery))}{kept}"
+            ),
+            f"{units}: check it; else a larger battery, or chargers nearer by",
+        )
+    elif known is not None and known.margin is None and needs.reach > (battery.capacity - known.critical) * (1 + EPS):
+        yield Finding(
+            "BATTERY_TOO_SMALL",
+            "battery.threshold",
+            (
+                f"the drive to a good draws {amount(needs.reach)}, but the threshold {known.critical:g} leaves only "
+                f"{amount(battery.capacity - known.critical)} of a full battery for it, so the good is never fetched"
+            ),
+            f"a lower threshold, or a larger battery ({units})",
+        )
+
+
+def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:
+    battery, known = _battery(model), levels(model)
+    floor = battery.threshold if known is None else known.critical
+    has = battery.capacity * sum(start_energy(model)) / 2 - floor
+    drawn = _drawn_by_each(model, layout)
+    if drawn > has * (1 + EPS):
+        yield Finding(
+            "NO_CHARGER",
+            "layout.bays",
+            (
+                f"no bay has a charger, and the batteries do not last: the run draws {amount(drawn)} from each, which "
+                f"has {amount(has)} above {floor:g}, where robots stop working"
+            ),
+            f"give {_some_bay(layout)} chargers, the model no battery, or the run a length below {_ends(drawn, has)}",
+        )
+
+
+def _some_bay(layout: Layout) -> str:
+    zone = next(iter(layout.bays.values())).zone
+    return f"layout.bays.{zone}.chargers (or total_chargers) some"
+
+
+def _ends(drawn: float, has: float) -> str:
+    return f"{100 * max(has, 0.0) / drawn:.2g} % of this"
+
+
+def _drawn_by_each(model: Model, layout: Layout) -> float:
+    """What the whole run draws from a robot that is never charged, in free flow, robots sharing the work evenly."""
+    battery, goods, robots = _battery(model), model.tasks.goods, model.fleet.size
+    cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
+    draws = battery.draws
+    length = model.run.length
+    if isinstance(goods, PoissonGoods | SaturatedGoods):
+        assert length is not None
+        most = length / cycle.time if cycle.time else math.inf
+        asked = length * goods.poisson / model.units.hour / robots if isinstance(goods, PoissonGoods) else most
+        tasks = min(most, asked)
+        return tasks * cycle.energy(draws) + draws.standing * max(length - tasks * cycle.time, 0.0)
+    count = goods.random if isinstance(goods, RandomGoods) else len(goods)
+    tasks = count / robots
+    if length is not None and cycle.time:
+        tasks = min(tasks, length / cycle.time)
+    return tasks * cycle.energy(draws)
+
+
+def _battery(model: Model) -> Battery:
+    assert model.battery is not None
+    return model.battery
+
+
+def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding | None:
+    """All robots come to charge together, and those that wait run flat.
+
+    Certain where every state draws the same, all start alike, parking never leads to a charger, and nobody charges
+    before he has to; likely where the states draw differently.
+    """
+    battery, known = _battery(model), levels(model)
+    low, high = start_energy(model)
+    if known is None or known.good > known.critical or low < high:
+        return None
+    if model.policies.parking.name not in {"home", "stay"}:
+        return None
+    away = [node for node in model.fleet.homes(layout.bays) if node not in chargers]
+    count = sum(chargers.values())
+    if len(away) <= count:
+        return None
+    level = known.critical
+    if known.margin is not None:
+        flow = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots()))
+        out = max(float(flow.travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
+        level = max(level, battery.draws.empty * (model.fleet.exit_time + out) + known.margin)
+    rate = battery.draws.standing
+    begins = low * battery.capacity - level
+    ends = battery.capacity * low + battery.reserve
+    if not rate or begins <= 0 or not _lasts(model, layout, ends / rate):
+        return None
+    wait, rounds = 0.0, math.ceil(len(away) / count) - 1
+    for _ in range(rounds):
+        left = level - rate * wait
+        wait += known.swap_time if known.swap_time is not None else energy.charge_time(battery, left, known.sufficient)
+        if rate * wait > level + battery.reserve:
+            break
+    else:
+        return None
+    zones = dict.fromkeys(layout.bays[node].zone for node in away)
+    lasts = (level + battery.reserve) / rate
+    return Finding(
+        "HOME_WITHOUT_CHARGER",
+        f"layout.bays.{next(iter(zones))}",
+        (
+            f"{len(away)} robots park at {some(dict.fromkeys(away))}, where no charger is; all start with the same "
+            f"energy and run down alike, so at {level:g} they come to {count} charger{'s' * (count > 1)} together, "
+            f"and the last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
+            f"{amount(lasts)}"
+        ),
+        (
+            "chargers in the bays where they park, more chargers, policies.charging: four-thresholds or opportunity, "
+            "policies.parking: nearest, or batteries that differ (fleet.start_energy: {uniform: [0.5, 1]})"
+        ),
+    )
+
+
+def _lasts(model: Model, layout: Layout, time: float) -> bool:
+    """Whether a run surely goes on beyond a time."""
+    if model.run.length is not None and is_lifelong(model):
+        return model.run.length > time
+    goods = model.tasks.goods
+    if not isinstance(goods, tuple | RandomGoods):
+        return False
+    count = goods.random if isinstance(goods, RandomGoods) else len(goods)
+    cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
+    least = count * (cycle.load + cycle.loaded + cycle.unload) / model.fleet.size
+    return least > time and (model.run.length is None or model.run.length > time)
+
+
+def _chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
+    if balance is None or not balance.short or not balance.chargers or balance.draws is None:
+        return
+    units = model.units
+    time = units.time
+    falls = (balance.draws - balance.gives) * units.hour / (model.fleet.size * _battery(model).capacity)
+    yield Finding(
+        "CHARGERS_SHORT",
+        "layout.bays",
+        (
+            f"{balance.chargers} charger{'s' * (balance.chargers > 1)} give {amount(balance.gives)} per {time}, but "
+            f"the fleet draws {amount(balance.draws)}, up to {amount(balance.most)}: the batteries fall by "
+            f"{amount(100 * falls)} % an hour, however well a short run looks"
+        ),
+        f"need at least {balance.needed} chargers, or a higher charge_rate",
+    )
+
+
+def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
+    """A robot just above the threshold that is on its good's edge finishes the task: it must get to a charger then."""
+    battery, known, tasks = _battery(model), levels(model), model.tasks
+    chargers = list(chargers_at(model, layout))
+    if known is None or known.margin is not None or not chargers:
+        return
+    slowest = min(robot.speed for robot in model.fleet.robots())
+    flow, draws = free_flow(model, layout, slowest), battery.draws
+    stations = list(flow.stations)
+    back = flow.travel.times(stations, chargers).min(axis=1)
+    rest = (draws.loaded * flow.from_edges(stations) + draws.empty * (tasks.clear_time + back)).min(axis=1)
+    need = rest[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
+    most = float(need.max()) + draws.handling * (tasks.load_time + tasks.unload_time)
+    if most > known.critical + battery.reserve:
+        yield Finding(
+            "THRESHOLD_TOO_LOW",
+            "battery.threshold",
+            (
+                f"a robot just above {known.critical:g} finishes its task, which with the way to a charger draws up to "
+                f"{amount(most)} free of traffic; it can run flat"
+            ),
+            f"a threshold above {amount(most)}, with something for waiting; it is energy, as capacity is",
+        )

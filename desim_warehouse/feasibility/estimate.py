@@ -1,0 +1,268 @@
+"""The hand calculation of a model: what a planner works out on half a page before anything is simulated.
+
+All of it is free flow: no robot waits for another, goods are fetched as they come (`in-order`; an allocation that
+looks for near ones does better), and every robot always has a next task. Capacities are upper bounds from that, by
+Little's law and the asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978)
+225-261): throughput is at most N robots / cycle time, and at most what the busiest station or intersection lets
+through; the knee is where the two meet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.free_flow import Cycle, free_flow
+from desim_warehouse.feasibility.power import Power, is_lifelong, power
+from desim_warehouse.findings import amount
+from desim_warehouse.layout import checks
+from desim_warehouse.model.schema import PoissonGoods
+
+if TYPE_CHECKING:
+    from desim_warehouse.feasibility.free_flow import FreeFlow
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Units
+
+_ROUTES = 5000
+"""Routes that are looked through for the busiest intersection; on larger floors it is left out."""
+
+
+@dataclass(frozen=True)
+class StationLoad:
+    """A station: the part of all tasks it gets, its servers, tasks per time unit it can serve.
+
+    `busy` is rate x unloading time / servers: above 1 its queue grows. None: no rate is asked for.
+    """
+
+    node: str
+    share: float
+    servers: int
+    capacity: float
+    busy: float | None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a model comes to in free flow, in the model's units; see the module for what is assumed.
+
+    Attributes:
+        width: of the floor, from the westernmost to the easternmost node; `height` from north to south.
+        metre: the length unit in metres; None where its name does not say.
+        lanes_hold: robots that can stand in the lanes at once.
+        robots: size of the fleet; `at_work` of them can be on a task, as station places allow.
+        cycle: the mean task, over robots of different speeds.
+        rate: tasks per time unit asked for; None where the demand is a list, or as much as can be done.
+        charging: time that a robot charges for each task, None without battery or where it never has to.
+        fleet_capacity: tasks per time unit that the fleet can do.
+        robots_needed: for the rate.
+        stations: each node where goods are unloaded.
+        crossing: the intersection that most of the tasks go through; None where it was not looked for.
+        crossing_capacity: tasks per time unit for which it suffices.
+        knee: robots beyond which throughput stops growing; None where nothing but the fleet limits it.
+        limit: what limits it there, in words.
+        power: the energy balance; None without battery.
+    """
+
+    width: float
+    height: float
+    metre: float | None
+    lanes_hold: int
+    robots: int
+    at_work: int
+    cycle: Cycle
+    rate: float | None
+    charging: float | None
+    fleet_capacity: float
+    robots_needed: float | None
+    stations: tuple[StationLoad, ...]
+    crossing: str | None
+    crossing_capacity: float | None
+    knee: float | None
+    limit: str
+    power: Power | None
+
+    @property
+    def capacity(self) -> float:
+        """Tasks per time unit that fleet and stations can do."""
+        return min(self.fleet_capacity, self.station_capacity)
+
+    @property
+    def station_capacity(self) -> float:
+        """Tasks per time unit at which the first station is always busy."""
+        return min((item.capacity / item.share for item in self.stations if item.share), default=math.inf)
+
+    def lines(self, units: Units) -> list[str]:
+        """The hand calculation in words."""
+        time, hour = units.time, units.hour
+        cycle, metre = self.cycle, self.metre
+        floor = f"floor: {amount(self.width)} x {amount(self.height)} {units.length}"
+        if metre not in {None, 1.0}:
+            floor += f" ({amount(self.width * metre)} x {amount(self.height * metre)} m)"
+        lines = [
+            floor,
+            (
+                f"one task, free of traffic: {amount(cycle.time)} {time} = {amount(cycle.empty)} empty "
+                f"+ {amount(cycle.load)} loading + {amount(cycle.loaded)} loaded + {amount(cycle.unload)} unloading"
+                + (f" + {amount(cycle.clear)} clearing" if cycle.clear else "")
+            ),
+            self._robots(time, hour),
+            self._stations(hour),
+        ]
+        if self.power is not None:
+            lines += self.power.lines(time)
+        if self.knee is not None:
+            lines.append(f"knee: about {_whole(self.knee)} robots; with more, {self.limit} limits the throughput")
+        return lines
+
+    def _robots(self, time: str, hour: float) -> str:
+        robots = f"{self.robots} robot{'s' * (self.robots > 1)}"
+        if self.at_work < self.robots:
+            robots = f"{self.at_work} of {robots} (for more the stations have no place)"
+        text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
+        if self.charging:
+            text += f", charging {amount(self.charging)} {time} for each"
+        if self.rate is not None and self.robots_needed is not None:
+            text += f"; the {amount(self.rate * hour)} asked for need {amount(self.robots_needed)}"
+        return text
+
+    def _stations(self, hour: float) -> str:
+        most = self.station_capacity
+        text = "stations: "
+        if math.isinf(most):
+            return text + "unloading takes no time"
+        text += f"they can serve {amount(most * hour)} tasks an hour, shared as the tasks come"
+        busy = [item for item in self.stations if item.busy is not None]
+        if busy:
+            worst = max(busy, key=lambda item: item.busy or 0.0)
+            servers = f"{worst.servers} server{'s' * (worst.servers > 1)}"
+            text += f"; asked for, {worst.node} ({servers}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+        return text
+
+
+def estimate(model: Model, layout: Layout) -> Estimate:
+    """Work out a model whose layout has no errors."""
+    fleet = model.fleet
+    speeds = Counter(robot.speed for robot in fleet.robots())
+    cycles = {speed: free_flow(model, layout, speed).cycle() for speed in speeds}
+    cycle = _mean_cycle(speeds, cycles)
+    goods = model.tasks.goods
+    rate = goods.poisson / model.units.hour if isinstance(goods, PoissonGoods) else None
+    at_work = _at_work(model, layout)
+    balance = power(model, layout, cycle, rate, at_work)
+    charging = None
+    if balance is not None and balance.charging_rate is not None and is_lifelong(model):
+        charging = balance.task / balance.charging_rate
+    total = cycle.time + (charging or 0.0)
+    flow = free_flow(model, layout, max(speeds))
+    stations = _stations(model, layout, flow, rate)
+    crossing, through = _busiest_crossing(model, flow)
+    found = Estimate(
+        *_extent(layout),
+        model.units.metre,
+        checks.capacity(layout, fleet.contact),
+        fleet.size,
+        at_work,
+        cycle,
+        rate,
+        charging,
+        at_work / total if total else math.inf,
+        None if rate is None else rate * total,
+        stations,
+        crossing,
+        through,
+        None,
+        "",
+        balance,
+    )
+    return _with_knee(found, total)
+
+
+def _extent(layout: Layout) -> tuple[float, float]:
+    at = [layout.point(node) for node in layout.graph]
+    x, y = [point.real for point in at], [point.imag for point in at]
+    return max(x) - min(x), max(y) - min(y)
+
+
+def _mean_cycle(speeds: Counter[float], cycles: dict[float, Cycle]) -> Cycle:
+    """The mean task: robots do the more tasks the less time they need for one."""
+    tasks = {speed: count / cycles[speed].time if cycles[speed].time else 1.0 for speed, count in speeds.items()}
+    every = sum(tasks.values())
+    empty, loaded = (
+        sum(tasks[speed] * getattr(cycles[speed], part) for speed in speeds) / every for part in ("empty", "loaded")
+    )
+    one = next(iter(cycles.values()))
+    return Cycle(empty, one.load, loaded, one.unload, one.clear)
+
+
+def _at_work(model: Model, layout: Layout) -> int:
+    """Robots that can be on a task at once: each needs a place at its station from the beginning."""
+    used = dict.fromkeys(model.tasks.unload_at)
+    if not all(node in layout.stations for node in used):
+        return model.fleet.size
+    return min(model.fleet.size, sum(layout.stations[node].places for node in used))
+
+
+def _stations(model: Model, layout: Layout, flow: FreeFlow, rate: float | None) -> tuple[StationLoad, ...]:
+    """The stations; a node without one serves one robot at a time, which clears it before the next comes."""
+    tasks, found = model.tasks, []
+    for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
+        station = layout.stations.get(node)
+        servers = 1 if station is None else station.servers
+        time = tasks.unload_time + (tasks.clear_time if station is None else 0.0)
+        capacity = servers / time if time else math.inf
+        found.append(StationLoad(node, share, servers, capacity, None if rate is None else rate * share / capacity))
+    return tuple(found)
+
+
+def _busiest_crossing(model: Model, flow: FreeFlow) -> tuple[str | None, float | None]:
+    """The intersection with the most passages for a task, and the tasks per time unit that it lets through.
+
+    Robots that follow each other over a node do so at least D / speed + node time apart.
+    """
+    import numpy as np
+
+    if 2 * len(flow.edges) * len(flow.stations) > _ROUTES:
+        return None, None
+    share = np.bincount(flow.edge_of, flow.weights, minlength=len(flow.edges))
+    chosen = flow.station_shares()
+    begins = share @ chosen
+    passages: Counter[str] = Counter()
+    for i, edge in enumerate(flow.edges):
+        for j, station in enumerate(flow.stations):
+            if begins[j]:
+                for _, node in pairwise(flow.travel.way(station, edge[0])):
+                    passages[node] += begins[j] * share[i]
+            if chosen[i, j]:
+                for node in flow.travel.way(edge[1], station):
+                    passages[node] += share[i] * chosen[i, j]
+    if not passages:
+        return None, None
+    node, most = max(passages.items(), key=lambda item: item[1])
+    headway = model.fleet.contact / flow.travel.speed + model.traffic.node_time
+    return node, 1 / (float(most) * headway)
+
+
+def _with_knee(found: Estimate, total: float) -> Estimate:
+    """The estimate with the number of robots at which something else than the fleet becomes the limit."""
+    from dataclasses import replace
+
+    limits = [(found.lanes_hold + 0.0, "the room in the lanes")]
+    limits += [
+        (item.capacity / item.share * total, f"unloading at {item.node}")
+        for item in found.stations
+        if item.share and math.isfinite(item.capacity)
+    ]
+    if found.crossing is not None and found.crossing_capacity is not None:
+        limits.append((found.crossing_capacity * total, f"the intersection {found.crossing}"))
+    if found.at_work < found.robots:
+        limits.append((found.at_work + 0.0, "the number of places at the stations"))
+    knee, limit = min(limits)
+    return replace(found, knee=knee, limit=limit)
+
+
+def _whole(robots: float) -> str:
+    return f"{max(math.floor(robots + 1e-9), 1):,}"

@@ -1,0 +1,157 @@
+"""What cannot work, and what is probably a slip, by the hand calculation: sizes, times and demand."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.power import is_lifelong
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.schema import PoissonGoods
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+FASTEST, SLOWEST = 3.0, 0.05
+"""Speeds in m/s between which robots in warehouses drive."""
+LARGEST, SMALLEST = 2000.0, 2.0
+"""Sides of a floor in metres between which warehouses lie."""
+FEW = 30
+"""Tasks of which a run should hold more."""
+HOUR = 3600.0
+
+
+def errors(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What `simulate` refuses; the layout has no errors of its own."""
+    yield from _width(model)
+    if model.battery is not None:
+        yield from batteries.errors(model, layout)
+
+
+def warnings(model: Model, layout: Layout, found: Estimate) -> Iterator[Finding]:
+    """What a planner should look at."""
+    yield from _units(model, found)
+    yield from _length(model, found)
+    yield from _demand(model, found)
+    yield from _due(model, layout)
+    if model.battery is not None:
+        yield from batteries.warnings(model, layout, found.power)
+
+
+# Widths, units and times
+
+
+def _width(model: Model) -> Iterator[Finding]:
+    blocks = model.layout.blocks
+    if blocks is None:
+        return
+    width = 2 * max(robot.radius for robot in model.fleet.robots())
+    aisles = {"aisle_width": blocks.aisle_width, "cross_aisle_width": blocks.cross_aisle_width or blocks.aisle_width}
+    narrow = [(aisle, key) for key, aisle in aisles.items() if aisle < width * (1 - 1e-9)]
+    if narrow:
+        aisle, key = min(narrow)
+        yield Finding(
+            "ROBOT_WIDER_THAN_AISLE",
+            f"layout.blocks.{key if key == 'aisle_width' or blocks.cross_aisle_width else 'aisle_width'}",
+            f"an aisle is {aisle:g} {model.units.length} wide, a robot {width:g} (2 x its radius)",
+            "give lengths in one unit (units.length), wider aisles or smaller robots",
+        )
+
+
+def _units(model: Model, found: Estimate) -> Iterator[Finding]:
+    metre, length = found.metre, model.units.length
+    if metre is None:
+        return
+    sides = [side * metre for side in (found.width, found.height)]
+    if max(sides) > LARGEST or max(sides) < SMALLEST:
+        yield Finding(
+            "FLOOR_SIZE",
+            "layout",
+            f"the floor is {sides[0]:g} x {sides[1]:g} m",
+            f"lengths are in {length}; units.length says so, e.g. mm",
+        )
+    for speed in dict.fromkeys(robot.speed for robot in model.fleet.robots()):
+        real = speed * metre / model.units.seconds
+        text = f"a robot drives {amount(real)} m/s ({amount(3.6 * real)} km/h)"
+        cure = f"speed is in {length} per {model.units.time}; robots in warehouses drive 0.5 to 2 m/s"
+        if real > FASTEST:
+            yield Finding("FAST", "fleet.robot.speed", text, cure)
+        elif real < SLOWEST:
+            yield Finding("SLOW", "fleet.robot.speed", text, cure)
+
+
+def _length(model: Model, found: Estimate) -> Iterator[Finding]:
+    tasks, units = model.tasks, model.units
+    for key in ("load_time", "unload_time"):
+        time = getattr(tasks, key) * units.seconds
+        if time >= HOUR:
+            text = f"{time:g} s for one good ({amount(time / HOUR)} h)"
+            yield Finding("LONG_HANDLING", f"tasks.{key}", text, f"times are in {units.time}")
+    length = model.run.length
+    if length is None:
+        return
+    counted = length - model.run.warm_up
+    done = counted * min(found.capacity, math.inf if found.rate is None else found.rate)
+    if counted < 3 * found.cycle.time or (done < FEW and is_lifelong(model)):
+        warm_up = f", of which {counted:g} are counted" if model.run.warm_up else ""
+        yield Finding(
+            "SHORT_RUN",
+            "run.length",
+            (
+                f"the run lasts {length:g} {units.time}{warm_up}; one task takes a robot "
+                f"{amount(found.cycle.time)}, and about {done:.2g} can be done"
+            ),
+            f"times are in {units.time} (an hour has {units.hour:g}); let it last for some hundred tasks",
+        )
+
+
+# Demand
+
+
+def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
+    goods, hour = model.tasks.goods, model.units.hour
+    if not isinstance(goods, PoissonGoods) or found.rate is None or found.robots_needed is None:
+        return
+    if found.rate > found.fleet_capacity:
+        who = f"{found.robots} robots" if found.at_work == found.robots else f"{found.at_work} station places"
+        yield Finding(
+            "DEMAND_ABOVE_FLEET",
+            "tasks.goods.poisson",
+            f"{goods.poisson:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
+            f"about {math.ceil(found.robots_needed)} robots are needed, each with a place at a station",
+        )
+    over = [item for item in found.stations if item.busy is not None and item.busy > 1]
+    if over:
+        worst = max(over, key=lambda item: item.busy or 0.0)
+        need = math.ceil(worst.servers * (worst.busy or 0.0))
+        yield Finding(
+            "DEMAND_ABOVE_STATIONS",
+            f"layout.stations: {worst.node}",
+            (
+                f"unloading at {worst.node} takes {amount(100 * (worst.busy or 0.0))} % of the time of its "
+                f"{worst.servers} server{'s' * (worst.servers > 1)}, so its queue grows without end"
+            ),
+            f"it needs {need} servers, or less unload_time, or a part of its tasks elsewhere (station_choice)",
+        )
+
+
+def _due(model: Model, layout: Layout) -> Iterator[Finding]:
+    within = getattr(model.tasks.goods, "due_within", None)
+    if within is None:
+        return
+    flow, tasks = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())), model.tasks
+    loaded = float((flow.after + flow.from_edges(flow.stations).min(axis=1)[flow.edge_of]).min())
+    least = tasks.load_time + loaded + tasks.unload_time
+    if within < least:
+        yield Finding(
+            "DUE_TOO_SOON",
+            "tasks.goods.due_within",
+            f"tasks are due after {within:g} {model.units.time}; a robot that is there needs {amount(least)}",
+            f"due_within is in {model.units.time}",
+        )

@@ -1,0 +1,88 @@
+"""What a check of a model can find: every code with its severity and meaning, and a finding with place and cure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+Level = Literal["error", "warning", "note"]
+Acceptable = Literal["BATTERY_TOO_SMALL", "HOME_WITHOUT_CHARGER", "NO_CHARGER", "ROBOT_WIDER_THAN_AISLE"]
+"""Errors that a model may accept (`accept: [CODE]`): those that rest on an estimate. Without what the others ask for
+nothing can be simulated."""
+
+
+class Code(NamedTuple):
+    """The severity of a code, and what it means."""
+
+    level: Level
+    meaning: str
+
+
+CODES: dict[str, Code] = {
+    "UNREACHABLE": Code("error", "a node that is used cannot be reached from the others, or not left"),
+    "NO_BAYS": Code("error", "the layout has no bays"),
+    "START_WITHOUT_BAY": Code("error", "`fleet.start` names a node without a bay"),
+    "BAY_CROWDED": Code("error", "more robots start at a node than its bay has places"),
+    "TOO_FEW_PLACES": Code("error", "all bays together have fewer places than there are robots"),
+    "ROTATE_TWO_WAY": Code("error", "`traffic.gridlock: rotate` on a layout with two-way lanes"),
+    "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
+    "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the way to a charger"),
+    "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
+    "HOME_WITHOUT_CHARGER": Code(
+        "error",
+        "robots with equal batteries park where no charger is, so all run low together, and the last ones run flat "
+        "waiting for a charger",
+    ),
+    "UNREACHABLE_UNUSED": Code("warning", "a node that nothing is at cannot be reached, or not left"),
+    "LANES_OVERLAP": Code("warning", "two lanes are drawn on one aisle, side by side with less than D between them"),
+    "UNLOAD_IN_LANE": Code("warning", "robots unload standing on a node where edges meet"),
+    "SHORT_EDGES": Code("warning", "edges are shorter than D, the distance that robots keep"),
+    "SHARP_MERGE": Code("warning", "edges meet at less than 60 degrees"),
+    "CROSSING_EDGES": Code("warning", "edges cross where there is no node"),
+    "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
+    "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
+    "STATION_PLACES": Code("note", "the stations have fewer places than there are robots"),
+    "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
+    "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),
+    "FAST": Code("warning", "robots drive faster than 3 m/s"),
+    "SLOW": Code("warning", "robots drive slower than 0.05 m/s"),
+    "LONG_HANDLING": Code("warning", "loading or unloading one good takes an hour or more"),
+    "SHORT_RUN": Code("warning", "the run, or what is counted of it, is shorter than a few tasks take"),
+    "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are asked for than the robots can do"),
+    "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are asked for than the stations can serve"),
+    "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot that is at the good can deliver them"),
+    "CHARGERS_SHORT": Code("warning", "the chargers give less than the fleet draws"),
+    "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
+    "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold does not get through a task to a charger"),
+    "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
+}
+"""Every code, errors first. A code, once published, keeps its meaning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing to know about a model: its code, the place, what is the matter and what to do about it."""
+
+    code: str
+    place: str
+    text: str
+    cure: str = ""
+
+    @property
+    def level(self) -> Level:
+        """The severity: `error`s are refused by `simulate`, unless accepted; the others are not."""
+        return CODES[self.code].level
+
+    @property
+    def problem(self) -> str:
+        """One line: place, what is the matter and what to do, and the code."""
+        return f"{self.place}: {self.text}{'; ' if self.cure else ''}{self.cure} [{self.code}]"
+
+    def __str__(self) -> str:
+        """One line, the severity first."""
+        return f"{self.level}: {self.problem}"
+
+
+def amount(value: float) -> str:
+    """A number as messages have it: three or four digits."""
+    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e12 else f"{value:.4g}"  # noqa: PLR2004 - whole from 10,000 on

@@ -1,0 +1,312 @@
+"""What happened in a run, read from its log: the only module that knows what follows from which rows.
+
+`History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
+asked for; indicators, figures, replay, films and exports start from them. `rows` gives the rows themselves by the names
+of their columns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim_warehouse.log import NONE, STATES, LogRow
+from desim_warehouse.model import energy
+from desim_warehouse.streams import Streams
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.log import Log
+    from desim_warehouse.model import Model
+
+    Edge = tuple[str, str]
+    Curve = tuple[list[float], list[float]]
+
+_CURVE = 16
+"""Pieces of a charge curve that is not straight."""
+
+
+@dataclass(slots=True)
+class TaskHistory:
+    """When a task was released, loaded and delivered (inf: never), where, and when it was due (None: at no time)."""
+
+    number: int
+    good: int
+    released: float
+    due: float | None
+    loaded: float = math.inf
+    delivered: float = math.inf
+    station: str = ""
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release to its delivery."""
+        return self.delivered - self.released
+
+
+class StateSpan(NamedTuple):
+    """A robot in one state from `start` to `end`, with its task (-1: none), its energy and node at the start.
+
+    `energy` is None without batteries. `node`: where the robot is, or comes to next.
+    """
+
+    robot: int
+    state: str
+    start: float
+    end: float
+    task: int
+    energy: float | None
+    node: str
+
+
+class Assignment(NamedTuple):
+    """A robot with a task from its assignment to its delivery or return (`ended`; `open` at the end of the run)."""
+
+    robot: int
+    task: int
+    start: float
+    end: float
+    ended: str
+
+
+class Wait(NamedTuple):
+    """A collision: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
+
+    `on`: the edge on which it stands; None in a bay or station.
+    """
+
+    robot: int
+    other: int
+    start: float
+    end: float
+    node: str | None
+    edge: Edge | None
+    on: Edge | None
+
+
+class Rotation(NamedTuple):
+    """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
+
+    time: float
+    robots: tuple[int, ...]
+    edges: tuple[str, ...]
+
+
+class History:
+    """The history of a run, from the start at 0 to `end`; indicators count from `begin`, the end of the warm-up, on."""
+
+    def __init__(self, log: Log, model: Model, layout: Layout, seed: int) -> None:
+        self.log = log
+        self.model = model
+        self.layout = layout
+        self.seed = seed
+        self.begin: float = log.begin
+        self.end: float = log.end
+
+    def rows(self, *kinds: str) -> Iterator[LogRow]:
+        """The rows of some kinds, in order of time; all rows if none is named."""
+        wanted = frozenset(kinds)
+        return (LogRow._make(row) for row in self.log.rows if not wanted or row[1] in wanted)
+
+    # What is counted
+
+    @property
+    def counted(self) -> float:
+        """The length of time in which indicators count."""
+        return self.end - self.begin
+
+    def counts(self, time: float) -> bool:
+        """Whether what happens at a time is counted: from the very end of the warm-up on."""
+        return time >= self.begin
+
+    @cached_property
+    def totals(self) -> dict[str, float]:
+        """The tallies of all robots together (see `Run.robots`), in the counted time."""
+        return {key: math.fsum(robot[key] for robot in self.log.robots) for key in self.log.robots[0]}
+
+    # Tasks
+
+    @cached_property
+    def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory]]:
+        """All tasks by number, and those delivered in the order in which they were."""
+        tasks: dict[int, TaskHistory] = {}
+        delivered: list[TaskHistory] = []
+        for row in self.rows("released", "loaded", "delivered"):
+            if row.kind == "released":
+                tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, self.log.due.get(row.task))
+            elif row.kind == "loaded":
+                tasks[row.task].loaded = row.time
+            else:
+                task = tasks[row.task]
+                task.delivered, task.station = row.time, row.node or ""
+                delivered.append(task)
+        return tasks, delivered
+
+    @property
+    def tasks(self) -> dict[int, TaskHistory]:
+        """All tasks by number, in order of release."""
+        return self._tasks[0]
+
+    @property
+    def delivered(self) -> list[TaskHistory]:
+        """The tasks that were delivered, in order of delivery, the warm-up included."""
+        return self._tasks[1]
+
+    @cached_property
+    def counted_deliveries(self) -> list[TaskHistory]:
+        """The tasks that were delivered in the counted time, in order of delivery."""
+        return [task for task in self.delivered if self.counts(task.delivered)]
+
+    @cached_property
+    def cycle_times(self) -> list[float]:
+        """The cycle times of the counted deliveries, shortest first."""
+        return sorted(task.cycle_time for task in self.counted_deliveries)
+
+    @cached_property
+    def lateness(self) -> list[float]:
+        """By how much each counted delivery that was due was late, 0 if it was not."""
+        return [max(task.delivered - task.due, 0.0) for task in self.counted_deliveries if task.due is not None]
+
+    @cached_property
+    def assignments(self) -> list[Assignment]:
+        """Which robot had which task when, in order of time."""
+        held: dict[int, tuple[int, float]] = {}
+        found = []
+        for row in self.rows("assigned", "delivered", "returned"):
+            if row.kind == "assigned":
+                held[row.task] = row.robot, row.time
+            elif row.task in held:
+                robot, start = held.pop(row.task)
+                found.append(Assignment(robot, row.task, start, row.time, row.kind))
+        found += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
+        return sorted(found, key=lambda one: (one.start, one.robot))
+
+    # States
+
+    @cached_property
+    def changes(self) -> list[list[StateSpan]]:
+        """For each robot all its states in order of time, those of no length included; at the start it is idle."""
+        batteries = self.model.battery is not None
+        levels = energy.start_levels(self.model, Streams(self.seed))
+        homes = self.model.fleet.homes(self.layout.bays)
+        now = [
+            StateSpan(robot, "idle", 0.0, 0.0, NONE, level if batteries else None, home)
+            for robot, (level, home) in enumerate(zip(levels, homes, strict=True))
+        ]
+        found: list[list[StateSpan]] = [[] for _ in now]
+        for row in self.rows(*STATES):
+            found[row.robot].append(now[row.robot]._replace(end=row.time))
+            now[row.robot] = StateSpan(row.robot, row.kind, row.time, row.time, row.task, row.value, row.node or "")
+        for last in now:
+            found[last.robot].append(last._replace(end=self.end))
+        return found
+
+    @cached_property
+    def states(self) -> list[list[StateSpan]]:
+        """For each robot its states in order of time; together they fill the run, none of no length."""
+        return [[span for span in robot if span.end > span.start] for robot in self.changes]
+
+    @cached_property
+    def recharges(self) -> list[float]:
+        """When robots that had been charged went out again."""
+        return [row.time for row in self.rows("recharged")]
+
+    # Traffic
+
+    @cached_property
+    def waits(self) -> list[Wait]:
+        """All waiting episodes, in the order in which they ended; needs `log: all`."""
+        on: list[Edge | None] = [None] * self.model.fleet.size
+        found = []
+        for row in self.rows("drive", "enter", "parked", "docked", "collision"):
+            if row.kind == "collision":
+                stands = on[row.robot] if row.edge is None else row.edge
+                start = row.time - (row.value or 0.0)
+                found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
+            else:  # in a bay or station it may wait, too, but on no edge
+                on[row.robot] = row.edge
+        return found
+
+    @cached_property
+    def rotations(self) -> list[Rotation]:
+        """The rings of robots that turned."""
+        return [Rotation(*ring) for ring in self.log.rings]
+
+    # Energy
+
+    @cached_property
+    def energy_curves(self) -> list[Curve]:
+        """For each robot times and energies between which its battery runs straight; empty without batteries.
+
+        The log has the energy at every change of state. In between it falls at the state's rate; where standing draws
+        another rate, waits are corners too, and a tapered charge is sampled. Waits are recorded with `log: all`: below
+        that, a robot that is on its way at the end of the run is taken to have driven since its last change of state.
+        """
+        if self.model.battery is None:
+            return []
+        waits: dict[int, list[Wait]] = defaultdict(list)
+        if len(set(self._rates.values())) > 1:
+            for wait in self.waits:
+                waits[wait.robot].append(wait)
+        curves: list[Curve] = []
+        for robot, changes in enumerate(self.changes):
+            points = [point for span in changes if span.end > span.start for point in self._corners(span, waits[robot])]
+            points.append((self.end, self._level_at_end(changes[-1], waits[robot])))
+            curves.append(([time for time, _ in points], [level for _, level in points]))
+        return curves
+
+    @property
+    def energy_at_end(self) -> list[float]:
+        """The energy left in each robot's battery at the end of the run; empty without batteries."""
+        return [levels[-1] for _, levels in self.energy_curves]
+
+    @cached_property
+    def _rates(self) -> dict[str, float]:
+        return energy.rates(self.model.battery)
+
+    def _rate(self, span: StateSpan) -> float:
+        """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
+        if span.state == "charging" or (span.state == "queueing" and span.task == NONE):
+            return 0.0
+        if span.state == "idle" and self.layout.bays[span.node].chargers != 0:
+            return 0.0
+        return self._rates[span.state]
+
+    def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
+        """Time and energy at the start of a state, and wherever the rate changes in it."""
+        level = span.energy or 0.0
+        points = [(span.start, level)]
+        if span.state == "charging":
+            if self.model.battery is not None and self.model.battery.taper is not None:
+                step = (span.end - span.start) / _CURVE
+                points += [(span.start + n * step, level + self._charged(level, n * step)) for n in range(1, _CURVE)]
+            return points
+        driving, standing = self._rate(span), self._rates["waiting"]
+        now = span.start
+        for wait in waits:
+            start, end = max(wait.start, span.start), min(wait.end, span.end)
+            if end > start:
+                at_start = level - driving * (start - now)
+                level, now = at_start - standing * (end - start), end
+                points += [(start, at_start), (end, level)]
+        return points
+
+    def _level_at_end(self, span: StateSpan, waits: list[Wait]) -> float:
+        """The energy that a robot in its last state has left, which no row tells."""
+        if span.state == "charging":
+            level = span.energy or 0.0
+            return level + self._charged(level, span.end - span.start)
+        time, level = self._corners(span, waits)[-1]
+        return level - self._rate(span) * (span.end - time)
+
+    def _charged(self, level: float, time: float) -> float:
+        """Energy taken up in a time at a charger; a battery that is swapped is full only after that."""
+        battery = self.model.battery
+        if battery is None or self.model.policies.charging.name == "swap":
+            return 0.0
+        return energy.charge_gain(battery, level, time)

@@ -1,0 +1,75 @@
+"""The laws of a battery: what is drawn in each state, and how the level rises at a charger.
+
+They stand here once, for the simulation that plays them and for whoever reads a battery's level from the log.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.model.schema import Consumption, SpreadEnergy
+from desim_warehouse.states import TIMES
+
+if TYPE_CHECKING:
+    from desim_warehouse.model.schema import Battery, Model
+    from desim_warehouse.streams import Streams
+
+RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
+"""Which consumption of the model file holds in which state; a charging robot draws nothing."""
+
+
+def rates(spec: Battery | None) -> dict[str, float]:
+    """Energy per time unit in every state but charging; beside a charger a robot at rest draws nothing instead."""
+    if spec is None:
+        return dict.fromkeys(RATE_OF, 0.0)
+    drawn = spec.consumption
+    return {state: getattr(drawn, name) if isinstance(drawn, Consumption) else drawn for state, name in RATE_OF.items()}
+
+
+def start_levels(model: Model, streams: Streams) -> list[float]:
+    """What the battery of each robot holds at the start of a run; inf without battery.
+
+    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
+    """
+    if model.battery is None:
+        return [math.inf] * model.fleet.size
+    capacity, given = model.battery.capacity, model.fleet.start_energy
+    if isinstance(given, SpreadEnergy):
+        return [
+            capacity * float(streams.stream("start-energy", robot).uniform(*given.uniform))
+            for robot in range(model.fleet.size)
+        ]
+    return [capacity * given] * model.fleet.size
+
+
+def charge_time(spec: Battery, start: float, end: float) -> float:
+    """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
+
+    Tapered, the rate falls linearly with the level l above `taper.start`: dl/dt = r(l), so the time is an
+    integral of 1 / r(l), a logarithm.
+    """
+    if end <= start:
+        return 0.0
+    rate, taper = spec.charge_rate, spec.taper
+    if taper is None:
+        return (end - start) / rate
+    knee = taper.start * spec.capacity
+    time = max(min(end, knee) - start, 0.0) / rate
+    low, high = max(start, knee), max(end, knee)
+    slope = (1 - taper.end_rate) / (spec.capacity - knee)
+    return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
+
+
+def charge_gain(spec: Battery, start: float, time: float) -> float:
+    """Energy taken up in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
+    rate, taper = spec.charge_rate, spec.taper
+    if taper is None:
+        return min(rate * time, spec.capacity - start)
+    knee = taper.start * spec.capacity
+    steady = min(max(knee - start, 0.0) / rate, time)
+    low = max(start, knee)
+    slope = (1 - taper.end_rate) / (spec.capacity - knee)
+    here = 1 - slope * (low - knee)
+    gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
+    return min(rate * steady + gain, spec.capacity - start)

@@ -1,0 +1,117 @@
+"""The colours of figures, films and replay pages."""
+
+from __future__ import annotations
+
+from desim_warehouse.states import TIMES
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C00")
+"""Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow darkened to be seen."""
+STATE_COLOURS = {state.name: state.colour for state in sorted(TIMES.values(), key=lambda state: state.stacked)}
+"""States of a robot in figures, in the order in which they are stacked."""
+INK, FAINT = "#222222", "#777777"
+MAP = "cividis"
+"""Colour map for amounts: Nuñez, Anderton & Renslow (2018), the same to readers with and without colour blindness."""
+WAITED = ("#DDDDDD", "#F0A860", COLOURS[1], "#5A1E00")
+"""Figures of congestion, from grey for nothing to dark red for much: legible on white, in grey print, and to
+colour-blind readers."""
+
+GROUND = {
+    "light": {
+        "back": "#eceff2",
+        "floor": "#ffffff",
+        "border": "#8995a1",
+        "aisle": "#aab4be",
+        "ink": "#16202a",
+        "soft": "#51606e",
+        "bar": "#b9c3cc",
+        "barLine": "#16202a",
+        "outline": "#16202a",
+        "label": "#ffffff",
+        "bay": "#e3efe8",
+        "bayLine": "#5c7a69",
+        "out": "#f4e9dc",
+        "outLine": "#8a6a3f",
+    },
+    "dark": {
+        "back": "#0b0e12",
+        "floor": "#1a2027",
+        "border": "#5b6874",
+        "aisle": "#55616d",
+        "ink": "#e8edf2",
+        "soft": "#a3b0bd",
+        "bar": "#4a5560",
+        "barLine": "#e8edf2",
+        "outline": "#f2f5f8",
+        "label": "#ffffff",
+        "bay": "#1d2b25",
+        "bayLine": "#7fa38f",
+        "out": "#2f271d",
+        "outLine": "#c09b68",
+    },
+}
+"""The floor of a replay page on light or dark ground; films are on light ground."""
+
+PALETTES = {
+    "safe": {
+        "light": {
+            "empty": "#0062a3",
+            "loaded": "#d55e00",
+            "idle": "#00735a",
+            "wait": "#f0a500",
+            "good": "#d55e00",
+            "none": "#2f3942",
+            "noneFar": "#aeb8c2",
+            "low": "#d55e00",
+            "full": "#00735a",
+            "ring": "#a0418a",
+        },
+        "dark": {
+            "empty": "#56b4e9",
+            "loaded": "#ff8a3d",
+            "idle": "#2fc79b",
+            "wait": "#ffd34d",
+            "good": "#f07a2c",
+            "none": "#46525e",
+            "noneFar": "#333d47",
+            "low": "#ff8a3d",
+            "full": "#2fc79b",
+            "ring": "#e58fcb",
+            "label": "#0b0e12",
+        },
+    },
+    "paper": {
+        "light": {
+            "empty": "#0000ff",
+            "loaded": "#ff0000",
+            "idle": "#008000",
+            "wait": "#ffb000",
+            "good": "#ff0000",
+            "none": "#000000",
+            "noneFar": "#b0b0b0",
+            "low": "#ff0000",
+            "full": "#008000",
+            "ring": "#c000c0",
+        },
+        "dark": {
+            "empty": "#6f8dff",
+            "loaded": "#ff4d4d",
+            "idle": "#3ddc5a",
+            "wait": "#ffd34d",
+            "good": "#ff3b3b",
+            "none": "#000000",
+            "noneFar": "#0c0f12",
+            "low": "#ff4d4d",
+            "full": "#3ddc5a",
+            "ring": "#ff7bff",
+            "label": "#0b0e12",
+        },
+    },
+}
+"""What moves on the floor, by the role of a robot's state, and goods: safe for colour-blind people (after Okabe and
+Ito), or the paper's; on light and on dark ground, over which it goes."""
+
+HEAT = {
+    "light": ["#f6e8b1", "#f3c969", "#eb9f45", "#d9702f", "#b8432b", "#872139", "#4e0d3f"],
+    "dark": ["#3b2a4f", "#65316b", "#973a70", "#c84b63", "#ec7150", "#fba749", "#fde58a"],
+}
+"""Waiting on the floor of a replay page, one hue from little to much: more waiting stands out more."""

@@ -1,0 +1,210 @@
+"""One simulation run and what came out of it."""
+
+from __future__ import annotations
+
+import gc
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse import indicators
+from desim_warehouse.history import History
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import pandas as pd
+
+    from desim_warehouse.feasibility import Estimate
+    from desim_warehouse.findings import Finding
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.log import Log
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.replay import Replay
+
+
+class Run:
+    """The outcome of a run: indicators as plain numbers, everything else as tables."""
+
+    def __init__(self, model: Model, seed: int, log: Log, layout: Layout, *, deterministic: bool = False) -> None:
+        self.model = model
+        self.seed = seed
+        self.record = log
+        self.layout = layout
+        self.deterministic = deterministic
+        """Whether no random stream and no policy of the user's own was used: every seed gives this run."""
+        self.history = History(log, model, layout, seed)
+        self.kpis = indicators.kpis(self.history)
+
+    @property
+    def T(self) -> float:  # noqa: N802 - the paper's name
+        """Task time: until the last robot is back with all goods delivered, in the model's time unit."""
+        return self.kpis["T"]
+
+    @property
+    def S(self) -> int:  # noqa: N802 - the paper's name
+        """Collisions: waiting episodes of all robots."""
+        return int(self.kpis["S"])
+
+    @property
+    def C(self) -> int:  # noqa: N802 - the paper's name
+        """Chargings after which a robot went out again."""
+        return int(self.kpis["C"])
+
+    @cached_property
+    def log(self) -> pd.DataFrame:
+        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `desim_warehouse.log`)."""
+        return self.record.frame()
+
+    @cached_property
+    def robots(self) -> pd.DataFrame:
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, chargings."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.robots).rename_axis("robot")
+
+    @cached_property
+    def edges(self) -> pd.DataFrame:
+        """Congestion per edge: passages, waits behind other robots, time blocked."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.edges).set_index("edge")
+
+    @cached_property
+    def nodes(self) -> pd.DataFrame:
+        """Congestion per intersection: passages, waits before it, time blocked."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.nodes).set_index("node")
+
+    @cached_property
+    def waits(self) -> pd.DataFrame:
+        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`."""
+        import pandas as pd
+
+        waits, text = self.history.waits, self.log["node"].dtype
+        columns: dict[str, pd.Series[Any]] = {
+            "start": pd.Series([wait.start for wait in waits], dtype=float),
+            "end": pd.Series([wait.end for wait in waits], dtype=float),
+            "robot": pd.Series([wait.robot for wait in waits], dtype="int64"),
+            "other": pd.Series([wait.other for wait in waits], dtype="int64"),
+            "node": pd.Series([wait.node for wait in waits], dtype=text),
+            "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
+        }
+        return pd.DataFrame(columns)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
+        from desim_warehouse.run.folder import save_run
+
+        return save_run(self, Path(folder))
+
+    @cached_property
+    def rotations(self) -> pd.DataFrame:
+        """Gridlock rotations: time, the robots of the ring, and the edges they were on (None: in a bay)."""
+        import pandas as pd
+
+        return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
+
+    def replay(
+        self,
+        path: str | Path | None = None,
+        *,
+        start: float | None = None,
+        end: float | None = None,
+        palette: str = "safe",
+    ) -> Replay:
+        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself."""
+        from desim_warehouse.report.replay import replay
+
+        return replay(self, path, start=start, end=end, palette=palette)
+
+    def __repr__(self) -> str:
+        """The three numbers of the paper."""
+        return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What `check` found.
+
+    Attributes:
+        facts: about the layout, in words.
+        findings: worst first, accepted errors too.
+        calculation: the hand calculation; None where the layout has errors.
+        accepted: codes of the errors that the model accepts.
+        lines: the hand calculation in words.
+    """
+
+    facts: list[str]
+    findings: list[Finding]
+    calculation: Estimate | None
+    accepted: tuple[str, ...]
+    lines: list[str]
+
+    @property
+    def errors(self) -> list[Finding]:
+        """What `simulate` refuses."""
+        return [item for item in self.findings if item.level == "error" and item.code not in self.accepted]
+
+    @property
+    def verdict(self) -> str:
+        """All in a line: how many errors and warnings there are."""
+        errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
+        waived = sum(item.level == "error" for item in self.findings) - errors
+        said = f"{errors} error{'s' * (errors > 1)}" if errors else "no errors"
+        said += f", {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
+        said += f", {waived} error{'s' * (waived > 1)} accepted" if waived else ""
+        return said + (": this model would be refused" if errors else "")
+
+
+def check(model: Model) -> Check:
+    """Look at a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
+    from desim_warehouse.feasibility import examine
+    from desim_warehouse.layout import build, checks
+
+    layout = build(model.layout)
+    graph = layout.graph
+    contact = model.fleet.contact
+    length, speed = model.units.length, max(robot.speed for robot in model.fleet.robots())
+    facts = [
+        f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
+        f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
+        f"the lanes hold {checks.capacity(layout, contact)} robots at once, the fleet has {model.fleet.size}",
+    ]
+    for ring in checks.shortest_rings(graph):
+        around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
+        facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
+    findings, calculation = examine(model, layout)
+    lines = [] if calculation is None else calculation.lines(model.units)
+    return Check(facts, findings, calculation, model.accept, lines)
+
+
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    """Keep Python's cycle collector away: a run makes few cycles and millions of log rows that it would scan."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def simulate(model: Model, seed: int = 0) -> Run:
+    """Simulate a model once; the same model and seed give the same log.
+
+    Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
+    and the model does not accept, SimulationError and PolicyError for what goes wrong on the way.
+    """
+    from desim_warehouse.world import World
+
+    world = World(model, seed)
+    with _no_collector():
+        world.run()
+    deterministic = not world.streams.used and not model.policies.own()
+    return Run(model, seed, world.log, world.layout, deterministic=deterministic)

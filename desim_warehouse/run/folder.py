@@ -1,0 +1,129 @@
+"""A run on disk: what `Run.save` writes and `load_run` reads back.
+
+run.json holds seed, version, the model's content and the tallies; log.parquet the rows; kpis.json and the tables
+robots.csv, edges.csv and nodes.csv are there for people and other programs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.errors import ReportError, reason
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
+
+FORMAT = 1
+RUN, STUDY = "run.json", "study.json"
+"""The files by which the folder of a run and that of a study are known."""
+NUMBER = "edge_number"
+"""Column of the log with the edges' numbers, where two edges have one name."""
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(path)
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder of a run; raises ReportError where that is not possible, or the folder is a study's."""
+    if (folder / STUDY).exists():
+        raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+
+
+def save_run(run: Run, folder: Path) -> Path:
+    """Write a run to a folder; run.json comes last, so a folder that has it is complete.
+
+    Raises ReportError where nothing can be written, or the folder is a study's.
+    """
+    prepare(folder)
+    try:
+        return _write(run, folder)
+    except OSError as error:
+        raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
+
+
+def _write(run: Run, folder: Path) -> Path:
+    log = run.record
+    table = log.frame()
+    edges = list(run.layout.graph.edges)
+    if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
+        number = {edge: i for i, edge in enumerate(edges)}
+        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
+    table.to_parquet(folder / "log.parquet", index=False)
+    kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
+    write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
+    for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
+        write_whole(folder / f"{name}.csv", table.to_csv())
+    content = {
+        "format": FORMAT,
+        "version": __version__,
+        "seed": run.seed,
+        "deterministic": run.deterministic,
+        "model": run.model.content(),
+        "log": {
+            "level": log.level,
+            "begin": log.begin,
+            "end": log.end,
+            "rings": log.rings,
+            "due": list(log.due.items()),
+            "robots": log.robots,
+            "edges": log.edges,
+            "nodes": log.nodes,
+        },
+    }
+    write_whole(folder / RUN, json.dumps(content) + "\n")
+    return folder
+
+
+def load_run(folder: str | Path) -> Run:
+    """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
+    import pandas as pd
+
+    from desim_warehouse.layout import build
+    from desim_warehouse.log import Log, LogRow
+    from desim_warehouse.model import load
+    from desim_warehouse.run import Run
+
+    folder = Path(folder)
+    try:
+        content: dict[str, Any] = json.loads((folder / RUN).read_text(encoding="utf-8"))
+        table = pd.read_parquet(folder / "log.parquet")
+        kept = content["log"]
+        model = load(content["model"])
+        layout = build(model.layout)
+        edges: list[tuple[str, str]] = list(layout.graph.edges)
+        numbers = table.pop(NUMBER) if NUMBER in table else None
+        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
+        table = table.astype(object).where(table.notna(), None)
+        if numbers is None:
+            table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
+        else:
+            table["edge"] = [None if number < 0 else edges[number] for number in numbers]
+        log = Log(
+            level=kept["level"],
+            rows=[tuple(row) for row in table.to_numpy().tolist()],
+            rings=[(time, tuple(robots), tuple(edges)) for time, robots, edges in kept["rings"]],
+            robots=kept["robots"],
+            edges=kept["edges"],
+            nodes=kept["nodes"],
+            due=dict(kept["due"]),
+            begin=kept["begin"],
+            end=kept["end"],
+        )
+        return Run(model, content["seed"], log, layout, deterministic=content.get("deterministic", False))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ReportError(
+            f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
+        ) from error

@@ -1,0 +1,147 @@
+"""What a robot can be doing: the one list of its states.
+
+Everything that knows more about a state than its name reads it here: the log and the share of time in it, the battery,
+figures, film and replay page. To add one, add it to `STATES`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+Role = Literal["idle", "empty", "loaded", "wait"]
+Consumption = Literal["standing", "empty", "loaded", "handling"]
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of a robot.
+
+    `name`: the kind of its row in the log, its column in the table of robots, and `share_NAME` among the indicators.
+    `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
+    done in its share of time. `draws`: which consumption of the model file holds; None: nothing is drawn. `role`: how
+    the replay page and films draw a robot that is in it. `colour` and `stacked`: in figures, and its place in a stack
+    of states, from below.
+    """
+
+    name: str
+    doing: str
+    begins: str
+    time: str
+    draws: Consumption | None
+    role: Role
+    colour: str
+    stacked: int
+
+
+STATES = {
+    state.name: state
+    for state in (
+        State(
+            "idle",
+            doing="idle",
+            begins="a robot stands in a bay, with nothing to do",
+            time="in a bay, with nothing to do",
+            draws="standing",
+            role="idle",
+            colour="#D9D9D9",
+            stacked=7,
+        ),
+        State(
+            "empty",
+            doing="driving empty",
+            begins="it sets out for a good",
+            time="driving to a good",
+            draws="empty",
+            role="empty",
+            colour="#0072B2",
+            stacked=1,
+        ),
+        State(
+            "loading",
+            doing="loading",
+            begins="it begins to take the good",
+            time="taking a good",
+            draws="handling",
+            role="empty",
+            colour="#E69F00",
+            stacked=2,
+        ),
+        State(
+            "loaded",
+            doing="driving loaded",
+            begins="it sets out for a station",
+            time="driving to a station",
+            draws="loaded",
+            role="loaded",
+            colour="#D55E00",
+            stacked=0,
+        ),
+        State(
+            "queueing",
+            doing="queueing for a server or charger",
+            begins="a robot in a station waits for a server, or in a bay for a charger",
+            time="in a station, waiting for a server, or in a bay, waiting for a charger",
+            draws="standing",
+            role="loaded",
+            colour="#CC79A7",
+            stacked=6,
+        ),
+        State(
+            "unloading",
+            doing="unloading",
+            begins="it begins to put the good down",
+            time="putting a good down",
+            draws="handling",
+            role="loaded",
+            colour="#F0E442",
+            stacked=3,
+        ),
+        State(
+            "returning",
+            doing="going to a bay",
+            begins="it sets out for a bay",
+            time="driving to a bay",
+            draws="empty",
+            role="idle",
+            colour="#56B4E9",
+            stacked=4,
+        ),
+        State(
+            "charging",
+            doing="charging",
+            begins="it begins to be charged",
+            time="being charged",
+            draws=None,
+            role="idle",
+            colour="#009E73",
+            stacked=5,
+        ),
+    )
+}
+"""By name, in the order of tables and indicators."""
+
+WAITING = State(
+    "waiting",
+    doing="waiting in traffic",
+    begins="",
+    time="waiting in traffic, whatever for",
+    draws="standing",
+    role="wait",
+    colour="#000000",
+    stacked=8,
+)
+"""Held up by other robots, whatever it is doing: no row of the log begins it, but its time and energy count apart."""
+
+TIMES = {**STATES, "waiting": WAITING}
+"""Among which the time of a robot is divided."""
+
+FOR_SERVER = replace(STATES["queueing"], doing="queueing for a server")
+FOR_CHARGER = replace(STATES["queueing"], doing="queueing for a charger", role="idle")
+
+
+def seen(name: str, task: int) -> State:
+    """The state of a robot as it can be seen, given the number of its task: one without a task queues to be charged."""
+    if name != "queueing":
+        return STATES[name]
+    return FOR_CHARGER if task < 0 else FOR_SERVER

@@ -1,0 +1,77 @@
+"""Ctrl-C ends a study wherever it strikes."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NoReturn, Self
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from types import FrameType, TracebackType
+
+
+def interrupt(number: int, _frame: FrameType | None) -> NoReturn:
+    """As Python's own handler of Ctrl-C; the number of the signal is the argument of the exception."""
+    raise KeyboardInterrupt(number)
+
+
+class Interrupts:
+    """Remembers Ctrl-C: Python drops what is raised while it closes a generator, as it does after every run.
+
+    Only signals that raise KeyboardInterrupt anyway are taken over: SIGINT, and SIGTERM where its handler is
+    `interrupt`. Both belong to the main thread; a study in another thread takes over nothing.
+    """
+
+    def __init__(self) -> None:
+        self.struck: int | None = None  # the signal
+        self.holding = False
+        self.handlers: dict[signal.Signals, Callable[[int, FrameType | None], object]] = {}  # that were there before
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                handler = signal.getsignal(number)
+                if handler is signal.default_int_handler or handler is interrupt:
+                    self.handlers[number] = handler
+                    signal.signal(number, self._strike)
+        self.hook = sys.unraisablehook
+        if self.handlers:
+            sys.unraisablehook = self._dropped
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self.handlers.items():
+            signal.signal(number, handler)
+        if sys.unraisablehook == self._dropped:
+            sys.unraisablehook = self.hook
+        if kind is None:
+            self.heed()
+
+    def heed(self) -> None:
+        """Raise KeyboardInterrupt if there was a Ctrl-C."""
+        if self.struck is not None:
+            raise KeyboardInterrupt(self.struck)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Within it Ctrl-C waits for `heed`: a process half started, or a module half imported, cannot be mended."""
+        before, self.holding = self.holding, True
+        try:
+            yield
+        finally:
+            self.holding = before
+
+    def _dropped(self, what: sys.UnraisableHookArgs) -> None:
+        """Ctrl-C was dropped: nothing to say, the study ends after this run."""
+        if self.struck is None or what.exc_type is not KeyboardInterrupt:
+            self.hook(what)
+
+    def _strike(self, number: int, _frame: FrameType | None) -> None:
+        self.struck = number
+        if not self.holding:
+            raise KeyboardInterrupt(number)

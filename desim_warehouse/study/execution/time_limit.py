@@ -1,0 +1,52 @@
+"""A limit on the time that a run may take."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+_AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
+
+
+class TimeOutError(BaseException):
+    """A run took too long; no `except Exception` of a policy can swallow it."""
+
+
+class TimeLimit:
+    """Raises TimeOutError in its thread when what is done within it takes longer than so many seconds.
+
+    Works in any thread and on every system, as a Dask worker needs, which signals do not. Code that does not come
+    back to Python is interrupted when it does.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.thread = threading.get_ident()
+        self.over = threading.Event()
+        self.watcher = threading.Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> Self:
+        self.watcher.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.over.set()
+        self.watcher.join()
+        self._raise(None)
+
+    def _watch(self) -> None:
+        seconds = self.seconds
+        while not self.over.wait(min(seconds, threading.TIMEOUT_MAX)):
+            self._raise(TimeOutError)
+            seconds = _AGAIN
+
+    def _raise(self, what: type[BaseException] | None) -> None:
+        """Raise this in the thread, or (None) take back what was raised and has not arrived."""
+        error = None if what is None else ctypes.py_object(what)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error)

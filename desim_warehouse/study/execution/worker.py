@@ -1,0 +1,60 @@
+"""What a worker process does. A study waits for its workers, so they begin as fast as they can."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+_END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
+
+
+def main(parent: Connection[Any, Any]) -> None:
+    """Take the base model and the time-out, then answer batches until the parent ends.
+
+    What is sent: ("hello", None) when it waits for the model, which may be too long to be sent to a process that
+    does not read; ("ready", []); ("done", outcomes) after each batch; ("failed", text) for an error of ours.
+    """
+    _prepare()
+    process = os.getpid()
+    try:
+        from desim_warehouse.study.execution.work import Simulator
+
+        parent.send(("hello", None))
+        base, timeout = parent.recv()
+        simulator = Simulator(base)
+        gc.freeze()
+        gc.enable()
+        parent.send(("ready", []))
+        while True:
+            outcomes = simulator.batch(parent.recv(), timeout)
+            if os.getpid() != process:  # a policy forked: the copy has nothing to say
+                os._exit(0)
+            parent.send(("done", outcomes))
+    except (EOFError, ConnectionError):
+        return
+    except Exception as error:  # noqa: BLE001 - the parent says it, in one line
+        parent.send(("failed", f"{type(error).__name__}: {error}"))
+
+
+def _prepare() -> None:
+    """Before our code and numpy are imported.
+
+    Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On
+    Linux it ends when a parent is killed, too; elsewhere when it next speaks to it. No garbage is collected while
+    modules are read, and numerical libraries start no threads of their own: there is a worker for every processor.
+    """
+    gc.disable()
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setpgid"):
+        os.setpgid(0, 0)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)

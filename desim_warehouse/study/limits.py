@@ -1,0 +1,14 @@
+"""The most that a study accepts; whatever is larger would not end within days, or not fit into memory."""
+
+from __future__ import annotations
+
+MOST_LEVELS = 100_000
+"""Values of one factor."""
+MOST_POINTS = 1_000_000
+"""Designs of one study."""
+MOST_REPLICATIONS = 100_000
+"""Runs of one design."""
+MOST_RUNS = 1_000_000
+"""Runs of one study."""
+LEAST_DELTA = 1e-9
+"""Indifference zone of a choice of the best design, in the indicator's unit."""

@@ -1,0 +1,160 @@
+"""Doing the runs of a study: those that are missing, each written down as it finishes."""
+
+from __future__ import annotations
+
+from time import monotonic
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution.work import Wanted
+from desim_warehouse.study.file import Until
+from desim_warehouse.study.plan import models, run_seed
+from desim_warehouse.study.progress import Progress
+from desim_warehouse.study.results import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.execution import Executor
+    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.plan import StudyPlan
+    from desim_warehouse.study.statistics import Procedure
+    from desim_warehouse.study.store import Store
+
+T = TypeVar("T")
+_WRITE_EVERY = 10.0  # seconds between tables on the way
+
+
+class _MissingError(Exception):
+    """A run is not there yet."""
+
+
+class StudyRunner:
+    """Runs designs by point and replication; what the store has already is not done again."""
+
+    def __init__(
+        self,
+        plan: StudyPlan,
+        store: Store,
+        points: Sequence[Point],
+        keys: Mapping[int, str] | None = None,
+        executor: Executor | None = None,
+        progress: Progress | None = None,
+        write: Callable[[list[Row]], None] = lambda _: None,
+    ) -> None:
+        self.plan = plan
+        self.store = store
+        self.points = points
+        self.executor = executor  # None: only what is there already
+        self.progress = progress or Progress(plan.name, shown=False)
+        self.write = write
+        if keys is None:
+            keys = {number: model.digest() for number, model in models(plan, points).items()}
+        self.keys = keys  # what the model of a point is known by in the store
+        self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
+        self.written = monotonic()
+
+    def replicate(self) -> None:
+        """Do all replications of all points."""
+        rule = self.plan.replications
+        if isinstance(rule, Until):
+            self._until(rule)
+            return
+        counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
+        self.ask([(point.number, r) for point in self.points for r in range(counts[point.number])])
+
+    def recall(self) -> None:
+        """Go through the study as far as its runs are there, so that `finished` has them."""
+        executor, self.executor = self.executor, None
+        try:
+            self.replicate()
+        except _MissingError:
+            pass
+        finally:
+            self.executor = executor
+
+    def follow(self, procedure: Procedure[T], indicator: str) -> T:
+        """Carry out a sequential procedure: simulate every batch it asks for, and send it the values."""
+        values: list[float] | None = None
+        while True:
+            try:
+                asked = next(procedure) if values is None else procedure.send(values)
+            except StopIteration as end:
+                return cast("T", end.value)
+            self.ask(asked)
+            values = [self._value(*run, indicator) for run in asked]
+
+    def _value(self, number: int, replication: int, indicator: str) -> float:
+        """The indicator of a run that must not have failed."""
+        row = self.row(number, replication)
+        if row.outcome.error is not None:
+            raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
+        return row.measured(indicator)
+
+    def ask(self, runs: Iterable[tuple[int, int]]) -> None:
+        """Do those of these runs (point, replication) that are missing."""
+        asked = list(runs)
+        missing: dict[tuple[str, int], Wanted] = {}
+        for number, replication in asked:
+            self.replications[number] = max(self.replications[number], replication + 1)
+            key, seed = self.keys[number], run_seed(self.plan.seed, replication)
+            if (key, seed) not in missing and self.store.missing(key, seed):
+                missing[key, seed] = Wanted(number, self.points[number].overrides, seed)
+        if self.executor is None:
+            if missing:
+                raise _MissingError
+            return
+        there = {(self.keys[n], run_seed(self.plan.seed, r)) for n, r in asked} - missing.keys()
+        self.progress.want(len(missing), len(there))
+        names = list(missing)
+
+        def done(position: int, outcome: Outcome) -> None:
+            self.store.add(*names[position], outcome)
+            self.progress.step(failed=outcome.error is not None)
+            if monotonic() - self.written > _WRITE_EVERY:
+                self.write(self.finished())
+                self.written = monotonic()
+
+        if missing:
+            self.executor.run(list(missing.values()), done)
+
+    def found(self, number: int, replication: int) -> Row | None:
+        """A run if it is finished."""
+        seed = run_seed(self.plan.seed, replication)
+        outcome = self.store.get(self.keys[number], seed)
+        return None if outcome is None else Row(self.points[number], replication, seed, outcome)
+
+    def row(self, number: int, replication: int) -> Row:
+        """A run that was asked for."""
+        row = self.found(number, replication)
+        assert row is not None
+        return row
+
+    def finished(self) -> list[Row]:
+        """The finished runs of the study, by point and replication."""
+        runs = (self.found(number, r) for number, many in self.replications.items() for r in range(many))
+        return [row for row in runs if row is not None]
+
+    def _until(self, rule: Until) -> None:
+        """Replicate each point until its mean is known well enough, or its cap is reached."""
+        from desim_warehouse.study.statistics import PrecisionRule, check_precision
+
+        precision = PrecisionRule(rule.half_width, rule.confidence, rule.minimum, rule.cap)
+        have = dict.fromkeys(self.keys, 0)
+        more = dict.fromkeys(self.keys, rule.minimum)
+        while more:
+            self.ask([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
+            for number, count in list(more.items()):
+                have[number] += count
+                rows = [self.row(number, r) for r in range(have[number])]
+                good = [row for row in rows if row.outcome.error is None]
+                values = [row.measured(rule.indicator) for row in good]
+                fixed = bool(good) and all(row.outcome.deterministic for row in good)
+                state = check_precision(values, precision, deterministic=fixed)
+                next_ones = min(state.more, rule.cap - have[number])
+                hopeless = all(row.outcome.error is not None for row in rows[-count:])
+                if next_ones < 1 or hopeless:
+                    del more[number]
+                else:
+                    more[number] = next_ones

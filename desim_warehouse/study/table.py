@@ -1,0 +1,228 @@
+"""The table of a study: a row for each run, in the order of the design, whatever order they finished in."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError, StudyError, reason
+from desim_warehouse.indicators import INDICATORS, within
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    import pandas as pd
+    import pyarrow as pa
+
+    from desim_warehouse.study.results import Row
+    from desim_warehouse.study.statistics import Estimate
+
+RESULTS = "results.parquet"
+
+
+def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
+    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
+
+    `indicators`: those to show; none given, all that any run has. A failed run has none.
+    """
+    shown = indicators or _all(rows)
+    table: dict[str, list[Any]] = {key: [row.point.labels[key] for row in rows] for key in factors}
+    table |= {"replication": [row.replication for row in rows], "seed": [row.seed for row in rows]}
+    table |= {name: [row.indicators.get(name) for row in rows] for name in shown}
+    table["deterministic"] = [row.outcome.deterministic for row in rows]
+    table["run_time"] = [row.outcome.run_time for row in rows]
+    table["error"] = [row.outcome.error for row in rows]
+    return table
+
+
+def _all(rows: Iterable[Row]) -> list[str]:
+    """Every indicator that any run has, in our order, then any others."""
+    found = dict.fromkeys(name for row in rows for name in row.indicators)
+    return [*(name for name in INDICATORS if name in found), *(name for name in found if name not in INDICATORS)]
+
+
+def arrow(table: Mapping[str, list[Any]]) -> pa.Table:
+    """The table with one type a column: whole numbers, numbers, truth values or text."""
+    import pyarrow as pa
+
+    return pa.table({name: _array(name, values) for name, values in table.items()})
+
+
+def _array(name: str, values: list[Any]) -> pa.Array:
+    import pyarrow as pa
+
+    kinds = {type(value) for value in values if value is not None}
+    if name == "error":
+        return pa.array(values, pa.string())
+    if kinds == {int} and name != "run_time":
+        return pa.array(values, pa.int64())
+    if kinds <= {int, float}:
+        return pa.array([None if value is None else float(value) for value in values], pa.float64())
+    if kinds == {bool}:
+        return pa.array(values, pa.bool_())
+    return pa.array([None if value is None else as_text(value) for value in values], pa.string())
+
+
+def as_text(value: Any) -> str:
+    """A value in a column of text."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def write_results(table: pa.Table, path: Path) -> None:
+    """Put the table in place as a whole.
+
+    Raises:
+        StudyError: where it cannot be written; what was there before stays.
+    """
+    import pyarrow.parquet as pq
+
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        pq.write_table(table, partial)
+        with partial.open("rb+") as file:
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path}: cannot be written ({reason(error)}); the runs are kept: make room and start the study again"
+        ) from error
+
+
+def is_damaged(path: Path) -> bool:
+    """Whether there is a table that cannot be read."""
+    if not path.exists():
+        return False
+    import pyarrow.parquet as pq
+
+    try:
+        pq.ParquetFile(path).close()
+    except (OSError, ValueError):
+        return True
+    return False
+
+
+def read_results(path: Path) -> pd.DataFrame:
+    """The table of a study folder; raises StudyError where it cannot be read."""
+    import pandas as pd
+
+    try:
+        return pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        text = f"cannot be read ({reason(error)}); start the study again with this folder"
+        raise StudyError(f"{path}: {text}") from error
+
+
+# One estimate for each combination of levels: what figures and sentences are made of
+
+
+def plain(value: Any) -> Any:
+    """A value of a factor as it can be compared and sorted: a list or section read from a file as JSON text."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, dict | list | tuple):
+        return json.dumps(value, default=str)
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What the runs at some levels of the factors say about an indicator, and its value by replication."""
+
+    levels: tuple[Any, ...]
+    estimate: Estimate
+    by_replication: Mapping[int, float]
+
+
+def cells(
+    table: pd.DataFrame,
+    factors: Sequence[str],
+    indicator: str,
+    confidence: float = 0.95,
+    scale: float = 1.0,
+) -> list[Cell]:
+    """One estimate for each combination of levels that has runs, in the order of the levels.
+
+    Where other factors vary inside a combination, each replication is averaged over them first: replications
+    stay independent of one another, so the t interval holds for that average. A replication that lacks some of
+    those runs is left out, failed runs (no value) always are. `scale` multiplies every value (units).
+
+    Raises:
+        ReportError: an unknown column, or no run with a value.
+    """
+    from desim_warehouse.study.statistics import estimate
+
+    rows = usable(table, factors, indicator)
+    low, high = (scale * end for end in within(indicator))
+    found = []
+    for key in order(rows, factors):
+        chosen = _where(rows, factors, key)
+        values = _by_replication(chosen, indicator) * scale
+        fixed = "deterministic" in chosen and bool(chosen["deterministic"].all())
+        found.append(
+            Cell(
+                key,
+                estimate(values.tolist(), confidence, deterministic=fixed, within=(low, high)),
+                {int(r): value for r, value in zip(values.index, values, strict=True)},
+            )
+        )
+    return found
+
+
+def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
+    """The runs that have a value, with the factors' values as they can be compared."""
+    missing = [name for name in (*factors, indicator) if name not in table.columns]
+    if missing:
+        raise ReportError(f"no column {', '.join(missing)}; the table has {', '.join(map(str, table.columns))}")
+    rows = table[table[indicator].notna()].copy()
+    if rows.empty:
+        raise ReportError(f"{indicator}: no run has a value")
+    for factor in factors:
+        rows[factor] = _comparable(rows[factor])
+    return rows
+
+
+def _comparable(column: pd.Series[Any]) -> pd.Series[Any]:
+    import pandas as pd
+
+    if pd.api.types.is_numeric_dtype(column) and column.notna().all():
+        return column
+    return pd.Series([plain(value) for value in column], index=column.index, dtype=object)
+
+
+def is_numeric(values: Sequence[Any]) -> bool:
+    """Whether all levels are numbers, so that an axis can have them at scale."""
+    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+
+
+def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
+    """The levels of a factor: numbers upwards, else in the order in which they come."""
+    found = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
+    return sorted(found) if is_numeric(found) else found
+
+
+def order(rows: pd.DataFrame, factors: Sequence[str]) -> list[tuple[Any, ...]]:
+    """The combinations of levels that have runs, in the order of the levels."""
+    ranks = [{value: rank for rank, value in enumerate(levels(rows, factor))} for factor in factors]
+    found = dict.fromkeys(zip(*(rows[factor].tolist() for factor in factors), strict=True)) if factors else {(): 0}
+    return sorted(found, key=lambda key: tuple(rank[value] for rank, value in zip(ranks, key, strict=True)))
+
+
+def _where(rows: pd.DataFrame, factors: Sequence[str], key: tuple[Any, ...]) -> pd.DataFrame:
+    for factor, value in zip(factors, key, strict=True):
+        rows = rows[[bool(item == value) for item in rows[factor]]]
+    return rows
+
+
+def _by_replication(rows: pd.DataFrame, indicator: str) -> pd.Series[float]:
+    """One value for each replication, averaged over factors that vary besides."""
+    if "replication" not in rows.columns:
+        return rows[indicator].astype(float)
+    groups = rows.groupby("replication", sort=True)[indicator]
+    sizes = groups.size()
+    means = groups.mean().astype(float)
+    return means[sizes == sizes.max()]

@@ -1,0 +1,176 @@
+"""The charging, parking and allocation policies: what they are shown, and their answers checked."""
+
+from __future__ import annotations
+
+import traceback
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from desim_warehouse.errors import PolicyError, WarehouseError
+from desim_warehouse.policies import BayView, Handling, Levels, Situation
+from desim_warehouse.world.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.random import Generator
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import Travel
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.streams import Streams
+    from desim_warehouse.world.bays import Bay
+    from desim_warehouse.world.reach import Reach
+    from desim_warehouse.world.routes import Routes
+
+Answer = TypeVar("Answer")
+
+
+def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
+    """The answer of a policy; what it raises becomes a PolicyError that says where."""
+    try:
+        return ask()
+    except WarehouseError:
+        raise
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise PolicyError(
+            f"policies.{kind} ({type(policy).__name__}) at time {now:g}: raised {error!r} "
+            f"in {last.filename}, line {last.lineno}"
+        ) from error
+
+
+class ChargingLevels:
+    """Asks the charging policy for the battery levels that hold for a robot."""
+
+    def __init__(self, env: Environment, policy: Any) -> None:
+        self.env = env
+        self.policy = policy
+
+    def __call__(self, robot: RobotView) -> Levels:
+        """The levels, checked."""
+        policy = self.policy
+        levels: object = asked("charging", policy, self.env.now, lambda: policy.levels(robot))
+        fault = levels.fault() if isinstance(levels, Levels) else f"{levels!r} are no Levels"
+        if fault is None and isinstance(levels, Levels):
+            return levels
+        raise PolicyError(
+            f"policies.charging ({type(policy).__name__}) at time {self.env.now:g}, robot {robot.number}: {fault}"
+        )
+
+
+class BayChoice:
+    """Where a robot goes that leaves its work: to a charger if its battery wants one, else by the parking policy."""
+
+    def __init__(self, env: Environment, policy: Any, travel: Travel, reach: Reach) -> None:
+        self.env = env
+        self.policy = policy
+        self.travel = travel
+        self.reach = reach
+
+    def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
+        """One of `bays`, those in which it may reserve a slot; `must_charge`: whatever its level."""
+        if self.reach.batteries:
+            levels = self.reach.levels(robot)
+            if must_charge or robot.energy <= self.reach.retreats_at(robot, levels) + EPS * robot.capacity:
+                chargers = [bay for bay in bays if bay.chargers is not None]
+                if chargers:
+                    return self._charger(robot, levels.charger, chargers)
+                if self.reach.chargers:
+                    return self._near_chargers(robot, bays)
+        return self.parking(robot, bays)
+
+    def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
+        """One of `bays` by the parking policy."""
+        policy, now = self.policy, self.env.now
+        views = [_view(bay) for bay in bays]
+        node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
+        for bay in bays:
+            if bay.node == node:
+                return bay
+        raise PolicyError(
+            f"policies.parking ({type(policy).__name__}) at time {now:g}: "
+            f"{node!r} is no bay with a free slot for robot {robot.number}"
+        )
+
+    def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
+        """All chargers are taken: wait where they are near."""
+        ways = self.travel.ways
+        return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + self.reach.out_of(bay.node, robot))
+
+    def _charger(self, robot: RobotView, choice: str, bays: Sequence[Bay]) -> Bay:
+        """The charger of its home, the nearest one, or that with the fewest robots for each of its chargers."""
+        if choice == "own":
+            for bay in bays:
+                if bay.node == robot.home:
+                    return bay
+
+        def rank(bay: Bay) -> tuple[float, float]:
+            time = self.travel.ways.time(robot.node, bay.node)
+            assert bay.chargers is not None
+            return (bay.taken / bay.chargers.capacity if choice == "least-loaded" else 0.0), time
+
+        return min(bays, key=rank)
+
+
+def _view(bay: Bay) -> BayView:
+    return BayView(bay.node, bay.free, 0 if bay.chargers is None else int(bay.chargers.capacity), bay.taken)
+
+
+class Situations:
+    """Builds what the allocation policy decides on."""
+
+    def __init__(
+        self,
+        env: Environment,
+        model: Model,
+        layout: Layout,
+        travel: Travel,
+        *,
+        routes: Routes,
+        reach: Reach,
+        open_tasks: Mapping[int, Task],
+        streams: Streams,
+    ) -> None:
+        self.env = env
+        self.travel = travel
+        self.routes = routes
+        self.reach = reach
+        self.open_tasks = open_tasks
+        self.streams = streams
+        self._edges = layout.graph.edges
+        self._generators: dict[str, Generator] = {}
+        self.handling = Handling(
+            model.tasks.load_time,
+            model.tasks.unload_time,
+            model.tasks.clear_time,
+            model.cost.distance,
+            model.cost.time,
+            model.cost.collisions,
+        )
+
+    def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
+        """The situation at present; `free` are the free robots by number, `fleet` shows all."""
+        reach, routes = self.reach, self.routes
+        return Situation(
+            time=self.env.now,
+            robots=free,
+            tasks=self.open_tasks.values(),
+            travel=self.travel,
+            station=reach.stations.choose,
+            feasible=reach.feasible,
+            allowed=reach.allowed,
+            fleet=fleet,
+            waits=lambda: routes.waits,
+            collisions=lambda: routes.collisions,
+            random=lambda: self._random("allocation"),
+            handling=self.handling,
+            length=lambda edge: float(self._edges[edge]["length"]),
+        )
+
+    def _random(self, kind: str) -> Generator:
+        """A policy's own stream."""
+        if kind not in self._generators:
+            self._generators[kind] = self.streams.stream(kind)
+        return self._generators[kind]

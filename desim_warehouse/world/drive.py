@@ -1,0 +1,323 @@
+"""A drive: a robot on its way over lanes and intersections, as a process and as the one event of its progress.
+
+A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in one
+timeout and looks again. At the stop line, D before an intersection, it claims in one step the intersection and room to
+stand beyond it; as both are then its own until it is through, the same timeout takes it over the intersection and on
+to its next target. So an edge costs one event where nobody is in the way, and the robot's process sleeps meanwhile.
+(Two events an edge, to the stop line and over the node, were measured to cost more: docs/why.md.)
+"""
+
+from __future__ import annotations
+
+import itertools
+from enum import Enum
+from heapq import heappush
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import NORMAL, Event
+
+from desim_warehouse.world.events import Arrival, happened
+from desim_warehouse.world.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from desim_warehouse.world.body import Body
+    from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.rules import Rules
+
+    Steps = Generator[Event, object, None]
+
+
+class Outcome(Enum):
+    """How a robot came off the intersection that it stood on."""
+
+    UNDER_WAY = "it is on a lane now"
+    THERE = "the route ends here"
+    RECALLED = "it is wanted elsewhere, and stays on the node"
+
+
+class Drive:
+    """A robot's drive along `route` to `stop` on the last lane (None: to its end); `index` lanes are entered.
+
+    It stands on SimPy's queue itself, as an event that has succeeded (SimPy's loop asks only for `callbacks` and
+    `_ok`), and is put there again for every edge: so a drive takes one object. The robot's process sleeps until it is
+    `held_up`: it is there, or has to decide or to wait for something at an intersection.
+    """
+
+    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "node_time", "robot", "route", "rules", "stop")
+
+    def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
+        self._ok = True
+        self.callbacks: Any = None
+        self.rules = rules
+        self.env: Any = rules.env
+        self.node_time = rules.node_time
+        self.robot = robot
+        self.route = route
+        self.stop = stop
+        self.index = 0
+        self.held_up: Event
+
+    @property
+    def onward(self) -> Lane | None:
+        """The lane to enter next; None: the robot is on the last."""
+        return self.route[self.index] if self.index < len(self.route) else None
+
+    # The process
+
+    @property
+    def rest(self) -> Sequence[Lane]:
+        """The lanes that are not entered yet."""
+        return self.route[self.index :]
+
+    def __iter__(self) -> Generator[Event, object, bool]:
+        """Drive (`yield from` it); True: it is there, False: recalled, it stands on the node that it came to next."""
+        robot = self.robot
+        if robot.lane is not None:
+            robot.goal = robot.lane.stop_line
+        while True:
+            if robot.lane is None or robot.held is not None:
+                outcome = yield from self._from_node()
+                if outcome is not Outcome.UNDER_WAY:
+                    return outcome is Outcome.THERE
+            yield self._under_way()
+            onward = self.onward
+            if onward is None and self.stop is not None:
+                return True
+            if onward is None or onward.short or robot.recall_at <= self._clear_of_node():
+                yield from self._to_node()
+            elif not robot.detours or not self._takes_detour():
+                yield from self._pass_when_free(onward)
+
+    def _under_way(self) -> Event:
+        """Due when the robot is there, or at an intersection where it cannot just go on."""
+        event = self.held_up = happened(self.env)
+        if self.robot.until > self.env._now:
+            self.due(self.robot.until)
+        else:
+            self.roll()
+        return event
+
+    def _wake(self) -> None:
+        """Let the robot's process go on at once, without a turn of SimPy's queue."""
+        event = self.held_up
+        callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # as SimPy does
+        for callback in callbacks:
+            callback(event)
+
+    def _clear_of_node(self) -> float:
+        """When a robot that sets out from the stop line now leaves the node."""
+        robot, lane = self.robot, self.robot.lane
+        return float(self.env._now + (lane.length - robot.pos) / robot.pace + self.node_time)
+
+    def _takes_detour(self) -> bool:
+        """Whether a robot held up at an intersection takes another route from there."""
+        other = self.robot.driver.detour(self.route, self.index, self.stop)
+        if other is None:
+            return False
+        self.route, self.index = other, 0
+        return True
+
+    def _pass_when_free(self, onward: Lane) -> Steps:
+        """Wait at the stop line for the intersection and room beyond it, and set out; or not, if it is recalled."""
+        robot = self.robot
+        yield from robot.lane.end.claim(robot, onward, robot.lane)
+        clear = self._clear_of_node()
+        if robot.recall_at > clear and robot.granted is onward:
+            self.index += 1
+            self._cross(onward, clear, None if self.onward else self.stop, self.env._now)
+        else:
+            yield from self._to_node()
+
+    # The event: the hot path of every run. Attributes are read once, and SimPy's queue is used directly: its methods
+    # and properties would be a third of the time of a free crossing.
+
+    def due(self, time: float) -> None:
+        """Have it come up at a time."""
+        env = self.env
+        self.callbacks = ROLL
+        heappush(env._queue, (time, NORMAL, next(env._eid), self))
+
+    def roll(self) -> None:
+        """The robot is where it was sure to get to, and drives on if it can.
+
+        Along its lane as far as the robot ahead allows, up to its own stop or the stop line; from there over the
+        intersection, if nobody is in the way: neither at the node nor where it has to stand beyond it.
+        """
+        robot, env = self.robot, self.env
+        lane, now = robot.lane, env._now
+        if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
+            self.due(robot.until)
+            return
+        pos = robot.pos = robot.target
+        if robot.held is not None:
+            if not self._crosses_next_short(now):
+                self._wake()
+            return
+        if robot.goal - pos > EPS:
+            ahead = robot.ahead
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - lane.headway)
+            if limit - pos <= EPS:
+                robot.wait_behind(self, now)
+                self.rules.gridlock.check(robot)
+                return
+            lane.commit(robot, limit, now)
+        else:
+            index, count = self.index, len(self.route)
+            if index == count:
+                self._wake()
+                return
+            onward, node, guard = self.route[index], lane.end, self.rules.guard
+            clear = now + (lane.length - pos) / robot.pace + self.node_time
+            if (
+                onward.short
+                or robot.recall_at <= clear
+                or node.claims  # whoever asked before is served first
+                or not node.is_open(robot, lane, now)
+                or not onward.has_room(robot)
+                or not (guard is None or guard.admits(robot, node, onward))
+            ):
+                self._wake()
+                return
+            self.index = index = index + 1
+            self._cross(onward, clear, self.stop if index == count else None, now)
+        self.callbacks = ROLL  # as `due` does
+        heappush(env._queue, (robot.until, NORMAL, next(env._eid), self))
+
+    def _cross(self, onward: Lane, clear: float, stop: float | None, now: float) -> None:
+        """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`.
+
+        The order matters. The robot leaves its lane first, as `leave` closes the gap in that queue and notes when and
+        how fast its end is passed; `enter` may put the start off (behind a slower robot), so the node is passed at
+        `robot.since`. Only when the robot is on its new lane do those behind it move up; and the node's claims come
+        last, as rings are looked for there and must be seen as they are then.
+        """
+        robot, node, log = self.robot, onward.start, self.rules.log
+        lane, behind = robot.lane, robot.behind
+        if lane is not None:
+            lane.leave(robot, clear - self.node_time)
+        onward.enter(robot, clear, stop, now)
+        node.passed(robot, onward, robot.since)
+        if log.moves:
+            log.cross(now, robot, lane, robot.since)
+        if lane is not None:
+            lane.made_room(behind, now)
+        if node.claims:
+            node.freed(now)
+
+    # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
+
+    def _rests_beyond(self) -> Lane | None:
+        """The lane on which a robot can next stand clear of the intersection before it, if any."""
+        for lane in itertools.islice(self.route, self.index, None):
+            if not lane.inside:
+                return None if lane.short else lane
+        return None
+
+    def _to_node(self) -> Steps:
+        """From the stop line to stand on the intersection."""
+        robot = self.robot
+        if robot.held is None:
+            wanted = self._rests_beyond() if robot.recall_at > self.env._now else None
+            yield from robot.lane.end.claim(robot, wanted, robot.lane)
+        yield from self._to_end()
+
+    def _to_end(self) -> Steps:
+        """Along the lane to its end, all of it granted, and the time at the node spent."""
+        robot, lane = self.robot, self.robot.lane
+        lane.commit(robot, lane.length, self.env._now)
+        yield Arrival(self.env, robot.until + self.node_time)
+        robot.pos = lane.length
+
+    def _from_node(self) -> Generator[Event, object, Outcome]:
+        """From a bay or an intersection onto the next lane where the robot can stand."""
+        robot = self.robot
+        if robot.held is None:
+            yield from robot.at.claim(robot, self._rests_beyond(), None)
+            robot.driver.left_bay()
+        elif robot.lane is not None and robot.pos < robot.lane.length:
+            yield from self._to_end()
+        while True:
+            if robot.recall_at <= self.env._now and self._may_stay():
+                return Outcome.RECALLED
+            onward = self.onward
+            if onward is None:
+                return Outcome.THERE
+            self.index += 1
+            halt = None if self.onward else self.stop
+            if not onward.short:
+                if robot.granted is not onward:
+                    yield from robot.held.claim(robot, onward, robot.lane)
+                self._cross(onward, self.env._now, halt, self.env._now)
+                return Outcome.UNDER_WAY
+            yield from self._over_short(onward, halt)
+            if halt is not None:
+                return Outcome.THERE
+
+    def _over_short(self, onward: Lane, halt: float | None) -> Steps:
+        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
+
+        And over those beyond it that are as short, as long as nobody is in the way: a grid of cells costs one event
+        a cell.
+        """
+        robot = self.robot
+        if not onward.inside:
+            yield from onward.end.claim(robot, self._rests_beyond(), onward)
+        event = self.held_up = happened(self.env)
+        self._set_out_over_short(onward, onward.length if halt is None else halt, self.env._now)
+        yield event
+
+    def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
+        """From the node it holds over a short lane whose end is granted; the drive is due there."""
+        robot, node, log = self.robot, onward.start, self.rules.log
+        if robot.lane is not None:
+            robot.lane.leave(robot, now)
+        onward.enter_standing(robot)
+        if log.moves:
+            log.enter(now, robot)
+        robot.held = onward.end
+        onward.commit(robot, target, now)
+        if not onward.inside:
+            node.passed(robot, onward, robot.since)
+            if node.claims:
+                node.freed(now)
+        self.due(robot.until + (self.node_time if target == onward.length else 0.0))
+
+    def _crosses_next_short(self, now: float) -> bool:
+        """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
+        robot, index = self.robot, self.index
+        if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
+            return False
+        onward = self.route[index]
+        node = onward.end
+        if not onward.short or onward.inside or node.claims or not node.is_open(robot, onward, now):
+            return False
+        self.index = index + 1
+        beyond = self._rests_beyond()
+        guard = self.rules.guard
+        if (beyond is not None and not beyond.has_room(robot)) or not (
+            guard is None or guard.admits(robot, node, beyond)
+        ):
+            self.index = index
+            return False
+        node.grant(robot, beyond)
+        self._set_out_over_short(onward, onward.length, now)
+        return True
+
+    def _may_stay(self) -> bool:
+        """Whether a recalled robot may stay on the intersection: it leaves the room granted beyond it to others.
+
+        Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
+        """
+        robot = self.robot
+        if robot.granted is not None:
+            if self.rules.guard is not None:
+                return False
+            robot.granted.entering = None
+            robot.granted = None
+        return True
+
+
+ROLL = [Drive.roll]
+"""The callbacks of a drive on SimPy's queue: one list for all, as SimPy only reads it."""

@@ -1,0 +1,55 @@
+"""Where, and about when, a robot at work will be free, and what its task still needs: driving freely, no waiting."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.policies import RobotView
+    from desim_warehouse.world.reach import Reach
+    from desim_warehouse.world.robot import Robot
+
+
+def time_to_node(robot: Robot, now: float, node_time: float) -> float:
+    """Free driving time to the node it comes to next, its node time included."""
+    body = robot.body
+    if body.lane is None or body.held is not None:
+        return 0.0
+    return float((body.lane.length - body.position(now)) / body.pace + node_time)
+
+
+def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
+    """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
+    assert robot.job is not None
+    view = robot.view(free_in=time_to_node(robot, now, reach.travel(robot.body.speed).node_time))
+    return reach.need(view, robot.job, reach.stations.of(robot.job), charger)
+
+
+def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
+    """What policies see of a robot at work: the node where it will be free, and the time until then."""
+    node, time = _free_at(robot, reach, now)
+    return robot.view(node=node, free=False, free_in=time)
+
+
+def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
+    speed, job, tasks = robot.body.speed, robot.job, reach.tasks
+    travel = reach.travel(speed)
+    ways, time = travel.ways, time_to_node(robot, now, travel.node_time)
+    if job is None:
+        bay = robot.bay.node if robot.bay is not None else robot.home
+        return bay, time + ways.time(robot.node, bay)
+    station = reach.stations.of(job)
+    since = now - robot.since_state
+    if robot.state in ("queueing", "unloading"):
+        return station, max(tasks.unload_time - (since if robot.state == "unloading" else 0.0), 0.0)
+    if robot.state == "loaded":
+        return station, time + ways.time(robot.node, station) + tasks.unload_time
+    length = reach.edges[job.edge]["length"]
+    beyond = (length - job.offset) / speed + ways.time(job.edge[1], station) + tasks.unload_time
+    if robot.state == "loading":
+        return station, max(tasks.load_time - since, 0.0) + beyond
+    if robot.body.lane is not None and robot.body.lane.edge == job.edge:
+        to_good = max(time - (length - job.offset) / speed, 0.0)
+    else:
+        to_good = time + ways.time(robot.node, job.edge[0]) + job.offset / speed
+    return station, to_good + tasks.load_time + beyond

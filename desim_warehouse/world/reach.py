@@ -1,0 +1,237 @@
+"""What a battery lets a robot do: which tasks it may take, when it gives one back, when it must charge.
+
+Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy;
+waiting is not foreseen. Energies are in the model's unit, consumption by state as in the model's battery section.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.layout.travel import Travel
+from desim_warehouse.world.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import Levels, RobotView, Task
+    from desim_warehouse.world.bays import Bays
+    from desim_warehouse.world.stations import Stations
+
+
+class Reach:
+    """How much energy and time a robot's work will take, and what follows from it.
+
+    `levels` asks the charging policy; `open_tasks` are those of the list, in its order.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        layout: Layout,
+        travel: Travel,
+        levels: Callable[[RobotView], Levels],
+        *,
+        rates: dict[str, float],
+        stations: Stations,
+        bays: Bays,
+        open_tasks: Collection[Task],
+    ) -> None:
+        self.batteries = model.battery is not None
+        self.charging = model.policies.charging.name
+        self.tasks = model.tasks
+        self.exit_time = model.fleet.exit_time
+        self.edges = layout.graph.edges
+        self.levels = levels
+        self.rates = rates
+        self.stations = stations
+        self.open_tasks = open_tasks
+        self.chargers = [bay.node for bay in bays.by_node.values() if bay.chargers is not None]
+        self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
+        self.scarce = bays.chargers_are_scarce(model.fleet.size)
+        self._known = travel
+        self._travel = {travel.speed: travel}
+        self._to_charger: dict[tuple[str, str, float], float] = {}
+
+    # What a robot may take
+
+    def feasible(self, robot: RobotView, task: Task) -> bool:
+        """Whether there is room at the station and the charging policy lets the robot take the task."""
+        station = self.stations.choose(robot, task)
+        return self.stations.has_room(robot, station) and self.may_take(robot, task, station)
+
+    def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
+        """Whether the charging policy lets the robot take the task and bring it to a station.
+
+        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way; without, as in the
+        paper, a robot above the critical level takes any task.
+        """
+        if not self.batteries:
+            return True
+        levels = self.levels(robot)
+        if levels.margin is None:
+            return robot.energy > levels.critical
+        return robot.energy >= self.enough(robot, task, station, levels) - EPS
+
+    def lasts(self, robot: RobotView, task: Task) -> bool:
+        """Whether the robot may take the task and, driving freely, will not have to give it back on the way."""
+        if not self.batteries:
+            return True
+        return robot.energy >= self.enough(robot, task, self.stations.choose(robot, task), self.levels(robot))
+
+    def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
+        """For all pairs, whether there is room at the station and the energy lasts: a row for each robot."""
+        import numpy as np
+
+        table = np.ones((len(robots), len(tasks)), dtype=bool)
+        chosen = self._stations_of(robots, tasks)
+        for i, robot in enumerate(robots if self.stations.by_node else ()):
+            room = {node: self.stations.has_room(robot, node) for node in dict.fromkeys(chosen[i])}
+            table[i] = [room[node] for node in chosen[i]]
+        if not self.batteries:
+            return table
+        levels = [self.levels(robot) for robot in robots]
+        above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
+        if len(above) < len(robots):
+            table[[i for i in range(len(robots)) if robots[i].energy <= levels[i].critical]] = False
+        if above:
+            some = [robots[i] for i in above]
+            least = self._enough_for_all(some, tasks, [chosen[i] for i in above], [levels[i] for i in above])
+            table[above] &= np.array([robot.energy for robot in some])[:, None] >= least
+        return table
+
+    def _stations_of(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> list[list[str]]:
+        """The station of every pair; robots whose tasks go to the same stations share one list."""
+        each = self.stations.choice == "each"
+        keys = [robot.number % len(self.stations.nodes) if each else 0 for robot in robots]
+        asking = dict(zip(keys, robots, strict=True))
+        chosen = {key: [self.stations.choose(robot, task) for task in tasks] for key, robot in asking.items()}
+        return [chosen[key] for key in keys]
+
+    # When it must charge
+
+    def must_charge(self, robot: RobotView) -> bool:
+        """Whether a robot's energy, below full, does not let it take the first open task."""
+        task = next(iter(self.open_tasks), None)
+        if task is None or robot.energy >= self.levels(robot).full - EPS * robot.capacity:
+            return False
+        return not self.lasts(robot, task)
+
+    def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
+        task = next(iter(self.open_tasks), None)
+        return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
+
+    def rests_until(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that rests without a charger must set out for one."""
+        if levels.margin is None or not self.chargers:
+            return levels.critical
+        return max(levels.critical, self.rates["empty"] * self.out_of(robot.node, robot) + levels.margin)
+
+    def retreats_at(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that leaves its work goes to a charger."""
+        if levels.margin is None:
+            return levels.good
+        way = self.to_charger(robot.node, robot, levels.charger)
+        return max(levels.good, self.rates["empty"] * way + levels.margin)
+
+    # Energies of a task
+
+    def need(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
+        """Energy that a task and the way to a charger after it draw from where and when the robot is free."""
+        driven = self.travel(robot.speed).ways.time(robot.node, task.edge[0])
+        return self.rates["empty"] * (
+            robot.free_in + driven + self.to_charger(station, robot, choice)
+        ) + self._from_edge(robot.speed, task, station)
+
+    def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
+        """Energy with which a robot, driving freely, does not have to give the task back on the way."""
+        driven = robot.free_in + self.travel(robot.speed).ways.time(robot.node, task.edge[0])
+        least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
+        if levels.margin is not None:
+            least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
+        return least
+
+    def _enough_for_all(
+        self,
+        robots: Sequence[RobotView],
+        tasks: Sequence[Task],
+        stations: Sequence[Sequence[str]],
+        levels: Sequence[Levels],
+    ) -> Any:
+        """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
+        import numpy as np
+
+        empty, starts = self.rates["empty"], [task.edge[0] for task in tasks]
+        driven = np.empty((len(robots), len(tasks)))
+        for speed in dict.fromkeys(robot.speed for robot in robots):
+            these = [i for i, robot in enumerate(robots) if robot.speed == speed]
+            driven[these] = self.travel(speed).times([robots[i].node for i in these], starts)
+        driven += np.array([robot.free_in for robot in robots])[:, None]
+        low = np.array([level.critical + EPS * robot.capacity for robot, level in zip(robots, levels, strict=True)])
+        table = empty * driven + low[:, None]
+        rest: dict[tuple[Any, ...], Any] = {}
+        for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
+            if level.margin is None:
+                continue
+            key = robot.speed, id(nodes), level.charger, robot.home if level.charger == "own" else ""
+            if key not in rest:
+                rest[key] = np.array(
+                    [
+                        self._from_edge(robot.speed, task, node) + empty * self.to_charger(node, robot, level.charger)
+                        for task, node in zip(tasks, nodes, strict=True)
+                    ]
+                )
+            table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
+        return table
+
+    def _from_edge(self, speed: float, task: Task, station: str) -> float:
+        """Energy from the start of the good's edge to being clear of the station."""
+        tasks, rates = self.tasks, self.rates
+        edge, travel = self.edges[task.edge], self.travel(speed)
+        pace = min(speed, edge["speed"])
+        loaded = (edge["length"] - task.offset) / pace + travel.node_time + travel.ways.time(task.edge[1], station)
+        return float(
+            rates["empty"] * (task.offset / pace + tasks.clear_time)
+            + rates["loading"] * (tasks.load_time + tasks.unload_time)
+            + rates["loaded"] * loaded
+        )
+
+    # Driving times
+
+    def travel(self, speed: float) -> Travel:
+        """Driving times of a robot with a speed."""
+        if speed not in self._travel:
+            known = self._known
+            self._travel[speed] = Travel(known.highways, speed, known.node_time, known.cost)
+        return self._travel[speed]
+
+    def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
+        """Driving time to the charger that a robot would go to; inf where there is none.
+
+        `own`: its home's; `least-loaded`: the farthest one, as it may be any. Where slots at chargers are scarce the
+        way leads over the parking slot from which all are reached soonest, as it may have to wait there first.
+        """
+        target = robot.home if choice == "own" and robot.home in self.chargers else choice
+        key = node, target, robot.speed
+        if key not in self._to_charger:
+            ways = self.travel(robot.speed).ways
+            if target == robot.home:
+                time = ways.time(node, target)
+            else:
+                pick = max if choice == "least-loaded" else min
+                time = pick((ways.time(node, charger) for charger in self.chargers), default=math.inf)
+            if self.scarce and self.chargers:
+                time = max(
+                    time, min((ways.time(node, bay) + self.out_of(bay, robot) for bay in self.parking), default=0)
+                )
+            self._to_charger[key] = time
+        return self._to_charger[key]
+
+    def out_of(self, bay: str, robot: RobotView) -> float:
+        """Time from resting in a parking slot to the charger that is farthest from it."""
+        ways = self.travel(robot.speed).ways
+        return self.exit_time + max(ways.time(bay, charger) for charger in self.chargers)

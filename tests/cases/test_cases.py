@@ -1,0 +1,105 @@
+"""Models on which a run once failed or said what cannot be; each is named for what it shows."""
+
+from pathlib import Path
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import WarehouseError
+from tests.auditor import audit
+from tests.recount import differences
+
+HERE = Path(__file__).parent
+
+
+def load(name, **changed):
+    model = dw.load(HERE / f"{name}.yaml")
+    return model.replace({key.replace("__", "."): value for key, value in changed.items()}) if changed else model
+
+
+def is_right(run):
+    return audit(run) == [] and differences(run) == []
+
+
+@pytest.mark.parametrize("routing", ["shortest", "highways"])
+def test_an_edge_next_to_two_d_does_not_hold_a_robot_for_ever(routing):
+    run = dw.simulate(load("lengths_next_to_two_d", policies__routing=routing), 3)
+    assert run.kpis["tasks"] == 25
+    assert audit(run) == []
+
+
+@pytest.mark.xfail(strict=True, raises=WarehouseError, reason="a pair is decided with another station than it gets")
+@pytest.mark.parametrize(
+    "allocation",
+    ["in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware"],
+)
+def test_a_pair_is_decided_with_the_station_that_it_gets(allocation):
+    run = dw.simulate(load("station_taken_in_the_same_decision", policies__allocation=allocation))
+    assert run.kpis["tasks"] == 2
+    assert is_right(run)
+
+
+def test_a_wait_that_is_not_over_counts_up_to_the_end():
+    """The fast robot waits 10 for the slow one to clear the bay's node, and then behind it, on from there, to the end.
+
+    So it waits for all of the run, half of the fleet's time, and the slow one alone drives: 300 at a speed of 0.1.
+    """
+    run = dw.simulate(load("wait_beyond_the_end"))
+    assert is_right(run)
+    assert [(wait.start, wait.end) for wait in run.waits.itertuples()] == [(0, 10), (10, 300)]
+    kpis = run.kpis
+    assert (kpis["S"], kpis["waiting"], kpis["distance"]) == (2, pytest.approx(300), pytest.approx(30))
+    assert (kpis["share_empty"], kpis["share_waiting"]) == (pytest.approx(0.5), pytest.approx(0.5))
+    assert kpis["cost"] == pytest.approx(30 + 300 + 2)
+
+
+@pytest.mark.xfail(strict=True, raises=WarehouseError, reason="what lets a robot take a task is not what calls it back")
+@pytest.mark.parametrize("seed", [1, pytest.param(0, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long)])
+def test_a_robot_does_not_give_a_task_back_again_and_again(seed):
+    """Four chargers for twelve robots, and policies that break off charging: nobody takes what it would give back."""
+    run = dw.simulate(load("packing_hall", policies__charging="opportunity", log="tasks"), seed)
+    assert run.T == 28_800
+
+
+def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
+    """What they give, 0.04 a second, is less than what the fleet draws, up to 0.06: flat after some ten hours."""
+    two = {
+        "policies__charging": "four-thresholds",
+        "layout__bays__chargers__at": ["A", "H"],
+        "layout__bays__parking__at": ["B", "C", "D", "E", "F", "G"],
+        "log": "tasks",
+    }
+    assert dw.simulate(load("packing_hall", **two), 1).kpis["on_time"] > 0.95
+    with pytest.raises(dw.BatteryError, match="ran flat"):
+        dw.simulate(load("packing_hall", **two, run__length=172_800), 1)
+
+
+@pytest.mark.xfail(strict=True, reason="seen only when a battery is flat, and a policy is blamed")
+def test_parking_without_chargers_is_seen_before_the_run():
+    """Robots whose home has no charger, under policies that never send them to another: an error of the model."""
+    with pytest.raises(WarehouseError, match=r"layout\.bays.*charger"):
+        dw.simulate(load("packing_hall", policies={}))
+
+
+@pytest.mark.xfail(
+    strict=True, raises=dw.BatteryError, reason="a robot that has unloaded waits in the lane for a decision"
+)
+def test_decisions_at_intervals_do_not_block_the_lane():
+    """A robot that has unloaded keeps the lane until the next decision, up to 200 time units."""
+    paper = dw.load("models/multibots.yaml")
+    busy = {
+        "tasks.goods": {"poisson": 1500},
+        "fleet.size": 5,
+        "policies.allocation": "hungarian",
+        "policies.interval": 200,
+        "run.length": 28_800,
+        "log": "tasks",
+    }
+    assert dw.simulate(paper.replace(busy), 0).T == 28_800
+
+
+@pytest.mark.xfail(strict=True, reason="taken, and then no output can be encoded")
+def test_a_name_that_cannot_be_written_is_refused():
+    """A lone surrogate is no character: no terminal and no file takes it."""
+    with pytest.raises(dw.ModelError, match="name"):
+        dw.load(load("wait_beyond_the_end").content() | {"name": "\ud800"})

@@ -1,0 +1,165 @@
+"""The hand calculation: by hand on a ring of four nodes, and against runs in which nobody is in the way."""
+
+import dataclasses
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility import estimate
+from desim_warehouse.layout import build
+from desim_warehouse.model import load
+
+# A > B > C > D > A, 20 apart, speed 1. The good is on B > C, 5 from B; unloading at C; a charger at A.
+RING = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["B", "C"], "offset": 5}],
+        "bays": {"home": {"at": ["A"], "places": 4, "chargers": 4}},
+        "stations": {"pack": {"at": ["C"], "places": 4, "servers": 1}},
+    },
+    "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+    "tasks": {"goods": {"saturated": 1}, "unload_at": ["C"], "load_time": 5, "unload_time": 10, "clear_time": 2},
+    "run": {"length": 36000},
+}
+BATTERY = {
+    "capacity": 10000,
+    "threshold": 1000,
+    "consumption": {"standing": 0.5, "empty": 1, "loaded": 2, "handling": 0.25},
+    "charge_rate": 9,
+}
+
+
+def by_hand(changes=None, base=RING):
+    model = load(base, changes or {})
+    return estimate(model, build(model.layout))
+
+
+def test_a_task_on_the_ring():
+    # from C over D and A to B is 60, 5 on to the good; 15 to C
+    cycle = by_hand().cycle
+    assert dataclasses.astuple(cycle) == pytest.approx((65, 5, 15, 10, 2))
+    assert cycle.time == pytest.approx(97)
+    # with 1.5 at every node: D, A and B on the way to the good, C on the way to the station
+    cycle = by_hand({"traffic.node_time": 1.5}).cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx((65 + 3 * 1.5, 15 + 1.5))
+
+
+def test_a_task_s_energy_and_the_chargers_it_takes():
+    found = by_hand({"battery": BATTERY, "fleet.size": 4})
+    power = found.power
+    # 67 empty at 1, 15 loaded at 2, 15 of handling at 0.25
+    assert power.task == pytest.approx(67 + 30 + 3.75)
+    assert power.share == pytest.approx(100.75 / 10000)
+    assert power.lasts == pytest.approx(10000 / (100.75 / 97))
+    assert (power.chargers, power.gives) == (4, 36)
+    # always work: three robots at 100.75 / 97 draw 3.1 while one charges at 9
+    assert power.needed == 1
+    assert power.draws == pytest.approx(3 * 100.75 / 97)
+    assert found.charging == pytest.approx(100.75 / 9)
+    assert found.fleet_capacity == pytest.approx(4 / (97 + 100.75 / 9))
+
+
+def test_demand_stations_and_knee():
+    found = by_hand({"tasks.goods": {"poisson": 72}, "fleet.size": 3})
+    assert found.rate == pytest.approx(0.02)
+    assert found.robots_needed == pytest.approx(0.02 * 97)
+    [station] = found.stations
+    assert (station.share, station.capacity, station.busy) == pytest.approx((1, 0.1, 0.2))
+    assert found.station_capacity == pytest.approx(0.1)
+    # the station serves 0.1 a second, 9.7 robots' work; C is passed once loaded and never else
+    assert found.knee == pytest.approx(9.7)
+    assert found.limit == "unloading at C"
+    # with quick unloading the lanes of 60 / 1 - 4 places are the limit before the intersection
+    quick = by_hand({"tasks.unload_time": 0, "fleet.size": 3})
+    assert quick.limit == "the room in the lanes"
+    assert quick.knee == quick.lanes_hold == 4 * 19
+
+
+def test_a_fleet_of_two_speeds_does_most_tasks_with_the_fast_ones():
+    kinds = {"fleet.size": 2, "fleet.kinds": {"fast": {"count": 1, "speed": 2}}}
+    found = by_hand(kinds)
+    # 97 and 17 + 80 / 2 = 57: 1/97 + 1/57 tasks a second
+    assert found.fleet_capacity == pytest.approx(1 / 97 + 1 / 57)
+
+
+def test_the_floor_in_metres():
+    found = by_hand({"units": {"length": "mm"}})
+    assert (found.width, found.height, found.metre) == (20, 20, 0.001)
+    assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in found.lines(load(RING, {"units": {"length": "mm"}}).units)
+    assert by_hand({"units": {"length": "px"}}).metre is None
+
+
+def test_the_most_that_a_robot_waiting_for_a_server_cannot_change():
+    """More robots than station places: only as many work as have one."""
+    found = by_hand({"fleet.size": 4, "layout.stations.pack.places": 2})
+    assert (found.at_work, found.robots) == (2, 4)
+    assert found.fleet_capacity == pytest.approx(2 / 97)
+
+
+ALONE = {
+    "fleet.size": 1,
+    "fleet.start": [],
+    "tasks.goods": {"saturated": 3},
+    "battery": {**BATTERY, "capacity": 1e9},
+    "run": {"length": 400000},
+    "log": "tasks",
+    "policies": {},
+}
+CASES = {
+    "ring": (RING, {}),
+    "ring, nodes take time": (RING, {"traffic.node_time": 2}),
+    "tutorial": ("models/tutorial.yaml", {}),
+    "nearest station": ("models/mir250.yaml", {"tasks.station_choice": "nearest"}),
+    "any station": (
+        "models/mir250.yaml",
+        {"tasks.station_choice": "random", "tasks.popularity": "uniform", "policies.routing": "fastest"},
+    ),
+    "the paper's, hops": ("models/multibots.yaml", {"tasks.unload_at": ["M"]}),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_robot_alone_takes_the_time_and_the_energy_of_the_hand_calculation(name):
+    base, changes = CASES[name]
+    model = load(base, {**ALONE, **changes})
+    found = estimate(model, build(model.layout))
+    run = dw.simulate(model, seed=5)
+    busy = sum(run.robots[state].sum() for state in ("empty", "loading", "loaded", "unloading"))
+    assert run.kpis["tasks"] > 400
+    assert busy / run.kpis["tasks"] == pytest.approx(found.cycle.time, rel=0.02)
+    assert run.robots[["returning", "idle", "queueing"]].sum(axis=1).iloc[0] < 0.01 * busy
+    assert run.kpis["energy"] / run.kpis["tasks"] == pytest.approx(found.power.task, rel=0.02)
+
+
+@pytest.mark.parametrize("robots", [1, 3, 6, 12, 20])
+@pytest.mark.parametrize("base", ["models/tutorial.yaml", "models/multibots.yaml"])
+def test_no_run_does_more_than_the_bounds_allow(base, robots):
+    """Asymptotic bounds: at most robots / cycle, at most what stations and intersections let through."""
+    changes = {**ALONE, "battery": None, "fleet.size": robots, "run": {"length": 400000, "warm_up": 2000}}
+    stations = {"layout.stations.packing.places": 30} if "tutorial" in base else {"tasks.unload_at": ["M"]}
+    model = load(base, {**changes, **stations})
+    found = estimate(model, build(model.layout))
+    done = dw.simulate(model, seed=2).kpis["throughput_per_hour"] / model.units.hour
+    assert done <= 1.02 * min(found.capacity, found.crossing_capacity)
+    if robots == 1:
+        assert done >= 0.97 * found.capacity
+
+
+def test_a_station_is_as_busy_as_rate_times_unloading():
+    model = load("models/mir250.yaml", {"battery": None, "run": {"length": 200000, "warm_up": 7200}})
+    found = estimate(model, build(model.layout))
+    run = dw.simulate(model, seed=3)
+    servers = sum(item.servers for item in found.stations)
+    counted = 200000 - 7200
+    busy = run.robots["unloading"].sum() / (servers * counted)
+    mean = sum(item.busy * item.servers for item in found.stations) / servers
+    assert busy == pytest.approx(mean, rel=0.02)
+
+
+def test_large_floors_leave_out_the_intersections_and_say_nothing_of_them():
+    found = by_hand(base="models/large.yaml")
+    assert found.crossing is None
+    assert found.crossing_capacity is None
+    assert math.isfinite(found.knee)

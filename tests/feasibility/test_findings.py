@@ -1,0 +1,197 @@
+"""Findings about batteries, codes, and errors that are accepted; the cases behind them are simulated."""
+
+import json
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse import BatteryError, CheckError, ModelError
+from desim_warehouse.cli import desim
+from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.findings import CODES, Acceptable
+from desim_warehouse.layout import build
+from desim_warehouse.run import check
+
+PLANNER = Path(__file__).with_name("planner.yaml")
+DEFAULTS = {"policies": {}}
+TWO = {
+    "policies.charging": "four-thresholds",
+    "layout.bays.chargers.at": ["A", "H"],
+    "layout.bays.parking.at": ["B", "C", "D", "E", "F", "G"],
+    "run.length": 172800,
+}
+
+
+def planner(changes):
+    return dw.load(PLANNER, {"log": "tasks", **changes})
+
+
+def codes(changes):
+    return {item.code: item for item in check(planner(changes)).findings}
+
+
+def test_every_code_that_may_be_accepted_is_an_error():
+    assert {CODES[code].level for code in get_args(Acceptable)} == {"error"}
+
+
+def test_every_code_is_given_somewhere_and_none_that_is_not_listed():
+    package = Path(dw.__file__).parent
+    sources = [package / "layout" / "checks.py", *(package / "feasibility").glob("*.py")]
+    given = set()
+    for source in sources:
+        given |= set(re.findall(r'Finding\(\s*"([A-Z0-9_]+)"', source.read_text(encoding="utf-8")))
+    assert given == set(CODES)
+
+
+def test_robots_that_park_without_chargers_run_low_together():
+    # 100 at 0.005 a second: all at 25 after 15,000 s. Four chargers take 75 / 0.02 = 3,750 s for a first group, then
+    # (100 - 6.25) / 0.02 = 4,687.5 for a second: the third would wait 8,437.5 s, and 25 last 5,000.
+    found = codes(DEFAULTS)["HOME_WITHOUT_CHARGER"]
+    assert "at 25 they come to 4 chargers together" in found.text
+    assert "wait 8438 s or more on a battery that then lasts 5000" in found.text
+    with pytest.raises(CheckError, match="HOME_WITHOUT_CHARGER"):
+        dw.simulate(planner(DEFAULTS))
+    with pytest.raises(BatteryError, match="ran flat at time 20000"):
+        dw.simulate(planner({**DEFAULTS, "accept": ["HOME_WITHOUT_CHARGER"]}))
+
+
+@pytest.mark.parametrize(
+    "cure",
+    [
+        {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 3, "chargers": 3}},
+        {"policies.charging": "four-thresholds"},
+        {"policies.charging": "four-thresholds", "policies.parking": "nearest"},
+        {"policies.parking": "nearest"},
+        {"layout.bays.parking.chargers": 3},
+        {"fleet.start_energy": {"uniform": [0.5, 1]}},
+    ],
+)
+def test_the_cures_help(cure):
+    changes = {**DEFAULTS, **cure}
+    assert not check(planner(changes)).errors
+    assert dw.simulate(planner(changes), seed=1).kpis["tasks"] > 1300
+
+
+def test_two_chargers_do_not_last_though_a_shift_looks_well():
+    found = codes(TWO)["CHARGERS_SHORT"]
+    assert "2 chargers give 0.04 per s" in found.text
+    assert "up to 0.06" in found.text
+    assert "need at least 3 chargers" in found.cure
+    shift = dw.simulate(planner({**TWO, "run.length": 28800}), seed=1)
+    assert shift.kpis["on_time"] == 1
+    with pytest.raises(BatteryError):
+        dw.simulate(planner(TWO), seed=1)
+    three = {**TWO, "layout.bays.chargers.at": ["A", "D", "H"], "layout.bays.parking.at": ["B", "C", "E", "F", "G"]}
+    assert "CHARGERS_SHORT" not in codes(three)
+
+
+def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
+    none = {"layout.bays.chargers.chargers": 0, "run.warm_up": 0}
+    # 75 above the threshold at 0.005 a second: 15,000 s
+    assert "NO_CHARGER" not in codes({**none, "run.length": 14900})
+    assert "NO_CHARGER" in codes({**none, "run.length": 15100})
+    assert dw.simulate(planner({**none, "run.length": 14900})).kpis["tasks"] > 700
+    # half full, it is 25
+    assert "NO_CHARGER" in codes({**none, "run.length": 5100, "fleet.start_energy": 0.5})
+
+
+def test_batteries_that_differ_by_what_robots_do_are_a_warning():
+    states = {"standing": 0.005, "empty": 0.0051, "loaded": 0.0052, "handling": 0.005}
+    found = codes({**DEFAULTS, "battery.consumption": states})
+    assert "CHARGE_TOGETHER" in found
+    assert "HOME_WITHOUT_CHARGER" not in found
+
+
+def test_the_cause_of_a_flat_battery_names_bays_and_cures():
+    def why(changes):
+        model = planner(changes)
+        return cause(model, build(model.layout))
+
+    none = why({"layout.bays.chargers.chargers": 0})
+    assert none == "no bay has a charger: give layout.bays.chargers.chargers (or total_chargers) some"
+    assert "12 robots park at B, D, E, G, where no charger is" in why(DEFAULTS)
+    assert "need at least 3 chargers" in why(TWO)
+    assert why({}) == (
+        "4 chargers (at A, C, F, H) for 12 robots, none in the bays parking (layout.bays): it waited longer than its "
+        "battery lasts, in traffic or for a charger; more chargers, more energy kept back (policies.charging: margin "
+        "or level, battery.threshold), or a capacity above 100"
+    )
+
+
+# Accepting, in a file, on the command line and in a study
+
+
+def desim_says(*arguments):
+    return CliRunner().invoke(desim, [str(word) for word in arguments])
+
+
+def test_an_accepted_error_is_recorded_with_the_run_and_said_in_its_report(tmp_path):
+    wide = ["--set", "layout.blocks.aisle_width=0.9", "--set", "run={length: 4000}"]
+    refused = desim_says("run", PLANNER, *wide, "--out", tmp_path / "wide")
+    assert isinstance(refused.exception, CheckError)
+    assert "ROBOT_WIDER_THAN_AISLE" in str(refused.exception)
+    assert list((tmp_path / "wide").glob("*")) == []
+    done = desim_says("run", PLANNER, *wide, "--accept", "ROBOT_WIDER_THAN_AISLE", "--out", tmp_path / "wide")
+    assert done.exit_code == 0, done.output
+    assert dw.load_run(tmp_path / "wide").model.accept == ("ROBOT_WIDER_THAN_AISLE",)
+    from desim_warehouse.report.model_parts import model_facts
+
+    assert "an aisle is 0.9 m wide, a robot 1" in model_facts(dw.load_run(tmp_path / "wide").model)._repr_html_()
+
+
+def test_a_study_accepts_by_its_file():
+    wide = {"layout.blocks.aisle_width": 0.9, "run": {"length": 2000}}
+    study = dw.Study(dw.load(PLANNER), {"fleet.size": [2]}, changes=wide)
+    study.run()
+    assert "ROBOT_WIDER_THAN_AISLE" in study.table["error"].iloc[0]
+    study = dw.Study(dw.load(PLANNER), {"fleet.size": [2]}, changes={**wide, "accept": ["ROBOT_WIDER_THAN_AISLE"]})
+    study.run()
+    assert study.table["tasks"].iloc[0] > 0
+
+
+def test_what_nothing_can_be_simulated_without_is_not_accepted():
+    with pytest.raises(ModelError, match=r"accept.0: unknown value \(got 'NO_BAYS'\)"):
+        planner({"accept": ["NO_BAYS"]})
+    assert desim_says("check", PLANNER, "--accept", "NO_BAYS").exit_code == 2
+
+
+def test_check_gives_the_verdict_first():
+    said = desim_says("check", PLANNER, "--set", "policies={}").stdout.splitlines()
+    assert said[0] == "1 error: this model would be refused"
+    assert said[1].startswith("error: layout.bays.parking: 12 robots park at B, D, E, G")
+    said = desim_says("check", PLANNER, "--set", "policies={}", "--accept", "HOME_WITHOUT_CHARGER")
+    assert said.exit_code == 0
+    assert said.stdout.startswith("no errors, 1 error accepted\naccepted error: layout.bays.parking")
+    said = desim_says("check", PLANNER, "--set", "fleet.robot.speed=5.4").stdout
+    assert said.startswith("no errors, 1 warning\nwarning: fleet.robot.speed: a robot drives 5.4 m/s (19.44 km/h)")
+
+
+def test_check_as_json():
+    done = desim_says("check", PLANNER, "--set", "policies={}", "--json")
+    assert done.exit_code == 2
+    found = json.loads(done.stdout)
+    assert found["refused"]
+    assert found["verdict"] == "1 error: this model would be refused"
+    [finding] = found["findings"]
+    assert finding["code"] == "HOME_WITHOUT_CHARGER"
+    assert finding["level"] == "error"
+    assert not finding["accepted"]
+    assert finding["cure"].startswith("chargers in the bays where they park")
+    assert found["calculation"]["power"]["needed"] == 3
+    assert found["calculation"]["rate"] == pytest.approx(200 / 3600)
+
+
+def test_a_layout_with_errors_has_no_hand_calculation():
+    found = json.loads(desim_says("check", PLANNER, "--set", "fleet.start=[I]", "--json").stdout)
+    assert found["calculation"] is None
+    assert found["findings"][0]["code"] == "START_WITHOUT_BAY"
+
+
+def test_swaps_that_take_no_time_have_no_bound_in_json():
+    swap = "policies.charging={name: swap, time: 0}"
+    found = json.loads(desim_says("check", PLANNER, "--set", swap, "--json").stdout)
+    assert found["calculation"]["power"]["gives"] is None

@@ -1,0 +1,328 @@
+"""Random models by number: whole warehouses at the edge of what a model file may say.
+
+`model(17)` is the same model today and tomorrow. Lengths lie at D and 2 D plus or minus next to nothing, where one rule
+of traffic takes over from another; batteries come with few chargers, robots with several speeds, stations with one
+place, runs with a warm-up and an end at any instant; all policies of ours take part.
+
+A full battery always lasts for any one task, whatever the route, and `reserve` pays for waiting in traffic. So no
+robot has a reason to run flat, and no task one to be left undone.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import networkx as nx
+
+OFF = (0.0, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5)
+"""How far lengths are off a multiple of D."""
+SPEEDS = (0.2, 0.5, 1.0, 1.5)
+ALLOCATION = ("in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware")
+PATIENCE = 1000
+"""Laps after which work that has an end is given up: it takes a few dozen."""
+CUT, WHOLE = "ends at an instant", "ends when the work is done"
+"""Names of the models: whether a run is cut off or has to come to its end."""
+CHOICES = ("each", "nearest", "least-loaded", "random")
+
+
+@dataclass
+class Ground:
+    """A layout, and what the rest of a model must know of it."""
+
+    layout: dict
+    nodes: list[str]
+    goods: int
+    around: float
+    """No route without a circle is longer."""
+
+
+@dataclass
+class Draw:
+    """One model in the making."""
+
+    random: random.Random
+    contact: float = 1.0
+    slowest: float = 1.0
+    ground: Ground = field(init=False)
+
+    def some(self, chance):
+        return self.random.random() < chance
+
+    def length(self):
+        """At a multiple of D, or anything from half of D to eight."""
+        if self.some(0.75):
+            return self.random.choice((1, 1, 2, 2, 2, 3, 5)) * self.contact + self.random.choice(OFF)
+        return self.random.uniform(0.5, 8) * self.contact
+
+    # Layouts
+
+    def storage(self, edges):
+        """Goods anywhere on the edges, often where a robot stands just clear of a node."""
+        places = []
+        for _ in range(self.random.randint(1, 10)):
+            (a, b), length = self.random.choice(list(edges.items()))
+            exact = [p for p in (self.contact, length - self.contact, length * (1 - 1e-6)) if 0 < p < length]
+            offset = self.random.choice([self.random.uniform(0.02, 0.98) * length, *exact])
+            places.append({"edge": [a, b], "offset": offset})
+        return places
+
+    def drawn(self, positions, edges):
+        """A layout of nodes and edges; some of them have a speed limit."""
+        limits = {edge: self.random.choice((0.1, 0.4, 0.8)) for edge in edges if self.some(0.1)}
+        self.slowest = min([self.slowest, *limits.values()])
+        rows = [{"from": a, "to": b, "length": length, "speed": limits.get((a, b))} for (a, b), length in edges.items()]
+        storage = self.storage(edges)
+        layout = {"nodes": positions, "edges": rows, "storage": storage}
+        return Ground(layout, list(positions), len(storage), math.fsum(edges.values()))
+
+    def flower(self):
+        """A one-way ring with smaller rings at some of its nodes; edges are longer than they are drawn."""
+        n = self.random.randint(3, 6)
+        positions = {
+            f"c{i}": (round(9 * math.cos(2 * math.pi * i / n), 3), round(9 * math.sin(2 * math.pi * i / n), 3))
+            for i in range(n)
+        }
+        edges = {(f"c{i}", f"c{(i + 1) % n}"): self.length() for i in range(n)}
+        for petal in range(self.random.randint(0, 4)):
+            root = f"c{self.random.randrange(n)}"
+            angle = 2 * math.pi * self.random.random()
+            names = [f"p{petal}.{i}" for i in range(self.random.randint(1, 3))]
+            for i, name in enumerate(names):
+                x, y = 20 + 5 * petal, 3 + 2 * i
+                positions[name] = (
+                    round(x * math.cos(angle) - y * math.sin(angle), 3),
+                    round(x * math.sin(angle) + y * math.cos(angle), 3),
+                )
+            edges |= {pair: self.length() for pair in pairwise([root, *names, root])}
+        return self.drawn(positions, edges)
+
+    def grid(self):
+        """Straight streets, each made one-way so that every node can be reached (Robbins: depth-first)."""
+        wide, high = self.random.randint(2, 4), self.random.randint(2, 3)
+        xs, ys = [0.0], [0.0]
+        for places, count in ((xs, wide), (ys, high)):
+            for _ in range(count - 1):
+                places.append(places[-1] + self.length())
+        streets = nx.grid_2d_graph(wide, high)
+        order = sorted(streets)
+        self.random.shuffle(order)
+        rank = {node: i for i, node in enumerate(order)}
+        depth, lanes = {}, []
+
+        def visit(node, parent):
+            depth[node] = len(depth)
+            for other in sorted(streets[node], key=rank.get):
+                if other not in depth:
+                    lanes.append((node, other))
+                    visit(other, node)
+                elif other != parent and depth[other] < depth[node]:
+                    lanes.append((node, other))
+
+        visit(order[0], None)
+        name = {node: f"n{node[0]}.{node[1]}" for node in streets}
+        positions = {name[node]: (xs[node[0]], ys[node[1]]) for node in sorted(streets)}
+        edges = {(name[a], name[b]): math.dist(positions[name[a]], positions[name[b]]) for a, b in lanes}
+        return self.drawn(positions, edges)
+
+    def blocks(self):
+        """Blocks of goods; aisles from shorter than D to many D long."""
+        pick = self.random
+        columns, rows, depth = pick.randint(1, 3), pick.randint(1, 2), pick.randint(1, 5)
+        size, aisle = self.length() / pick.choice((1, 2, depth)), self.contact * pick.choice((0.5, 1.0, 1.5))
+        width = pick.randint(1, 2)
+        layout = {
+            "columns": columns,
+            "rows": rows,
+            "block_width": width,
+            "block_depth": depth,
+            "goods_size": size,
+            "aisle_width": aisle,
+        }
+        names = [chr(ord("A") + i) for i in range((columns + 1) * (rows + 1))]
+        across, down = columns * (width * size + aisle), rows * (depth * size + aisle)
+        around = across * (rows + 1) + down * (columns + 1)
+        return Ground({"blocks": layout}, names, columns * rows * width * depth, around)
+
+    # What happens there
+
+    def bays(self, size, battery):
+        """Where robots start and rest; with a battery there is a charger somewhere, often for few of them only."""
+        names = self.ground.nodes
+        start = self.random.sample(names, self.random.randint(1, min(3, len(names))))
+        home = {"at": start}
+        if self.some(0.4):
+            home["places"] = -(-size // len(start)) + self.random.randint(0, 2)
+        found = {"home": home}
+        others = [name for name in names if name not in start]
+        if battery and others and self.some(0.6):
+            home["chargers"] = self.random.choice((0, 0, 1))
+            found["chargers"] = {
+                "at": self.random.sample(others, self.random.randint(1, min(2, len(others)))),
+                "places": self.random.randint(1, 3),
+                "chargers": 1,
+            }
+        elif others and self.some(0.3):
+            found["spare"] = {"at": [self.random.choice(others)], "places": 1, "chargers": self.random.randint(0, 1)}
+        return start, found
+
+    def kinds(self, size):
+        """Robots of up to three speeds beside the ordinary ones."""
+        found, left = {}, size - 1
+        for rank in range(self.random.choice((0, 0, 1, 2, 3))):
+            if left > 0:
+                count = self.random.randint(1, left)
+                speed = self.random.choice(SPEEDS)
+                found[f"kind{rank}"] = {"count": count, "speed": speed}
+                self.slowest = min(self.slowest, speed)
+                left -= count
+        return found
+
+    def goods(self, lap):
+        """A list, random goods, or work without an end; some of it due."""
+        form = self.random.choice(("list", "list", "random", "saturated", "poisson"))
+        if form == "random":
+            return {"random": self.random.randint(1, 30)}
+        if form == "saturated":
+            return {"saturated": self.random.randint(1, 10), **self.due(lap)}
+        if form == "poisson":
+            return {"poisson": 3600 / (lap * self.random.uniform(0.05, 1)), **self.due(lap)}
+        goods = []
+        for _ in range(self.random.randint(1, 25)):
+            good = self.random.randrange(self.ground.goods)
+            if self.some(0.7):
+                goods.append(good)
+                continue
+            release = self.random.choice((0.0, self.random.uniform(0, 5 * lap)))
+            goods.append({"good": good, "release": release, "priority": self.random.randint(0, 2)})
+            if self.some(0.5):
+                goods[-1]["due"] = release + self.random.uniform(0, 5 * lap)
+        return goods
+
+    def due(self, lap):
+        return {"due_within": self.random.uniform(0.2, 5) * lap} if self.some(0.4) else {}
+
+    def battery(self, lap):
+        """Enough for any one task with all its ways, and for some more."""
+        rate = self.random.choice((1, 0.01))
+        consumption = rate
+        if self.some(0.4):
+            standing, empty, loaded, handling = (rate * self.random.choice((0.2, 0.5, 1.0)) for _ in range(4))
+            consumption = {"standing": standing, "empty": empty, "loaded": loaded, "handling": handling}
+        capacity = rate * lap * self.random.choice((6.5, 6.5, 10, 30))
+        battery = {
+            "capacity": capacity,
+            "threshold": capacity * self.random.choice((0.1, 0.3, 0.6)),
+            "consumption": consumption,
+            "charge_rate": rate * self.random.choice((0.5, 3, 20)),
+            "reserve": 1e9 * rate,
+        }
+        if self.some(0.3):
+            battery["taper"] = {"start": self.random.choice((0.5, 0.8)), "end_rate": self.random.choice((0.1, 0.5))}
+        return battery
+
+    def charging(self, lap):
+        charger = self.random.choice(("own", "nearest", "least-loaded"))
+        margin = self.random.choice((0.0, 0.1, 0.2))
+        return self.random.choice(
+            (
+                "threshold",
+                {"name": "threshold", "charger": charger},
+                {"name": "reach-aware", "margin": margin, "charger": charger},
+                {
+                    "name": "opportunity",
+                    "minimum": self.random.choice((0.0, 0.2, 0.4)),
+                    "margin": margin,
+                    "charger": charger,
+                },
+                {
+                    "name": "four-thresholds",
+                    "critical": 0.1,
+                    "good": self.random.choice((0.3, 0.6)),
+                    "sufficient": self.random.choice((0.2, 0.5)),
+                    "margin": margin,
+                    "charger": charger,
+                },
+                {"name": "swap", "time": self.random.choice((0.0, 0.3 * lap)), "margin": margin, "charger": charger},
+            )
+        )
+
+    def policies(self, lap):
+        allocation = self.random.choice(ALLOCATION)
+        if allocation in {"regret", "auction"}:
+            allocation = {"name": allocation, "depth": self.random.randint(1, 4), "commit": self.some(0.5)}
+        routing = self.random.choice(
+            ("highways", "shortest", "fastest", {"name": "congestion-aware", "detours": self.random.randint(0, 3)})
+        )
+        return {
+            "allocation": allocation,
+            "routing": routing,
+            "charging": self.charging(lap),
+            "parking": self.random.choice(("home", "stay", "nearest", "spread")),
+            "interval": self.random.choice((0, 0, 0, 0.1 * lap, self.random.uniform(0, lap))),
+        }
+
+    def run(self, goods, lap):
+        """How long it lasts and from when on it counts: any instants."""
+        lifelong = isinstance(goods, dict) and "random" not in goods
+        early = lifelong or self.some(0.4)
+        length = self.random.uniform(1, 25) * lap if early else PATIENCE * lap
+        warm_up = self.random.uniform(0, 0.9) * (length if early else 3 * lap) if self.some(0.5) else 0.0
+        return {"length": length, "warm_up": warm_up}, early
+
+    def whole(self):
+        """The model."""
+        pick = self.random
+        radius, margin = pick.choice((0.2, 0.5)), pick.choice((0.0, 0.04, 0.2))
+        self.contact = 2 * radius + margin
+        self.slowest = speed = pick.choice(SPEEDS)
+        size = pick.choice((1, 2, 3, pick.randint(1, 12), pick.randint(1, 25)))
+        kinds = self.kinds(size)
+        self.ground = pick.choice((self.flower, self.flower, self.grid, self.blocks))()
+        node_time = pick.choice((0.0, 0.0, 0.4, 3.0))
+        handling = [pick.choice((0.0, 1.0, 7.5)) for _ in range(3)]
+        exits = [pick.choice((0.0, 2.0)) for _ in range(2)]
+        lap = self.ground.around / self.slowest + node_time * len(self.ground.nodes) + sum(handling) + sum(exits)
+        battery = self.battery(lap) if self.some(0.6) else None
+        start, bays = self.bays(size, battery)
+        unload = pick.sample(self.ground.nodes, pick.randint(1, min(3, len(self.ground.nodes))))
+        choice = "each" if len(unload) == 1 and self.some(0.5) else pick.choice(CHOICES[1:])
+        stations = {}
+        for i, node in enumerate(unload):
+            if self.some(0.6):
+                places = pick.choice((1, 1, 2, 4))
+                stations[f"s{i}"] = {"at": [node], "places": places, "servers": pick.randint(1, min(2, places))}
+        goods = self.goods(lap)
+        run, early = self.run(goods, lap)
+        return {
+            "name": CUT if early else WHOLE,
+            "layout": {**self.ground.layout, "bays": bays, "stations": stations},
+            "fleet": {
+                "size": size,
+                "start": start,
+                "robot": {"radius": radius, "speed": speed, "margin": margin},
+                "kinds": kinds,
+                "first_exit_time": exits[0],
+                "exit_time": exits[1],
+            },
+            "tasks": {
+                "goods": goods,
+                "unload_at": unload,
+                "station_choice": choice if choice != "each" or len(unload) == 1 else "nearest",
+                "load_time": handling[0],
+                "unload_time": handling[1],
+                "clear_time": handling[2],
+            },
+            "battery": battery,
+            "traffic": {"collision_angle": pick.choice((0, 30, 45, 90)), "node_time": node_time},
+            "policies": self.policies(lap),
+            "run": run,
+            "cost": {"distance": 0.5, "time": 2.0, "collisions": 30.0},
+        }
+
+
+def model(number):
+    """The model of a number, as a mapping; its run has the number for a seed."""
+    return Draw(random.Random(number)).whole()

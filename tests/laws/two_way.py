@@ -1,0 +1,172 @@
+"""Robots on random networks with two-way lanes, traffic alone: they drive from slot to slot, and all come home.
+
+Trees, cores with bridges and spurs, two-way grids, one-way rings with two-way spurs. Robots stop in lanes to load, and
+are recalled on the way.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from itertools import pairwise
+
+import networkx as nx
+import simpy
+
+from desim_warehouse.layout.layout import Layout
+from desim_warehouse.log import Log
+from desim_warehouse.world.body import Body
+from desim_warehouse.world.traffic import Traffic
+
+
+def tree(_, draw, street):
+    for i in range(1, draw.randint(3, 30)):
+        street(f"n{draw.randrange(i)}", f"n{i}")
+
+
+def cores_with_bridges(graph, draw, street):
+    cores = draw.randint(2, 4)
+    for core in range(cores):
+        ring = [f"c{core}.{i}" for i in range(draw.randint(3, 6))]
+        one_way = draw.random() < 0.5
+        for a, b in pairwise([*ring, ring[0]]):
+            street(a, b, two_way=not one_way)
+        if core:
+            street(f"c{draw.randrange(core)}.0", f"c{core}.1")
+    spurs(graph, draw, street, draw.randint(0, 8))
+
+
+def grid(_, draw, street):
+    wide, high = draw.randint(2, 7), draw.randint(2, 7)
+    for x in range(wide):
+        for y in range(high):
+            if x:
+                street(f"{x - 1},{y}", f"{x},{y}")
+            if y:
+                street(f"{x},{y - 1}", f"{x},{y}")
+
+
+def one_way_ring(graph, draw, street):
+    ring = [f"r{i}" for i in range(draw.randint(3, 10))]
+    for a, b in pairwise([*ring, ring[0]]):
+        street(a, b, two_way=False)
+    spurs(graph, draw, street, draw.randint(1, 12))
+
+
+def spurs(graph, draw, street, count):
+    for i in range(count):
+        street(draw.choice([n for n in graph if not n.startswith("s")]), f"s{i}")
+
+
+SHAPES = {"tree": tree, "bridges": cores_with_bridges, "grid": grid, "ring": one_way_ring}
+KINDS = tuple(SHAPES)
+
+
+def network(kind, draw):
+    """A digraph with places; two-way edges are marked."""
+    graph = nx.DiGraph()
+
+    def street(a, b, *, two_way=True):
+        length = draw.choice([1.0, 1.5, 2.0, 2.0 + 1e-9, 2.0 - 1e-7, 3.0, 4.0, 5.5, 8.0])
+        graph.add_edge(a, b, length=length, speed=math.inf, two_way=two_way)
+        if two_way:
+            graph.add_edge(b, a, length=length, speed=math.inf, two_way=True)
+
+    SHAPES[kind](graph, draw, street)
+    for i, name in enumerate(graph):
+        angle = 2 * math.pi * i / len(graph)
+        graph.nodes[name].update(x=round(30 * math.cos(angle), 3), y=round(30 * math.sin(angle), 3))
+    return graph
+
+
+class Slots:
+    """Robots with slots off the lanes at the nodes of a network."""
+
+    def __init__(self, kind, seed, *, rule="avoid", trips=10, recalls=True, patience=300.0):
+        self.draw = random.Random(f"{kind} {seed}")
+        self.graph = network(kind, self.draw)
+        nodes = list(self.graph)
+        count = self.draw.randint(2, min(50, 3 * len(nodes)))
+        self.free = dict.fromkeys(nodes, 0)
+        for _ in range(count + self.draw.choice([1, 2, count])):
+            self.free[self.draw.choice(nodes)] += 1
+        self.env = simpy.Environment()
+        self.layout = Layout(nx.freeze(self.graph), (), {}, {})
+        self.log = Log("all")
+        self.traffic = Traffic(
+            self.env,
+            self.layout,
+            self.log,
+            contact=1.0,
+            theta=math.radians(30),
+            node_time=self.draw.choice([0.0, 0.5]),
+            mixed=False,
+            rule=rule,
+            patience=patience,
+        )
+        self.guard = self.traffic.rules.guard
+        self.recalls = recalls
+        self.home = 0
+        self.robots = []
+        for number in range(count):
+            at = self.draw.choice([node for node in nodes if self.free[node]])
+            self.free[at] -= 1
+            robot = Body(number, 1.0, self.traffic.nodes[at])
+            self.robots.append(robot)
+            self.env.process(self.life(robot, at, trips))
+
+    def way(self, a, b):
+        return [self.traffic.lanes[edge] for edge in pairwise(nx.shortest_path(self.graph, a, b, weight="length"))]
+
+    def other_slot(self, at):
+        goals = [node for node, free in self.free.items() if free and node != at]
+        return self.draw.choice(goals) if goals else None
+
+    def life(self, robot, at, trips):
+        yield self.env.timeout(self.draw.random() * 50)
+        for _ in range(trips):
+            goal = self.other_slot(at)
+            if goal is not None:
+                self.free[goal] -= 1
+                at = yield from self.trip(robot, at, goal)
+            yield self.env.timeout(self.draw.random() * 30)
+        self.home += 1
+
+    def trip(self, robot, at, goal):
+        route = self.way(at, goal)
+        if self.guard is not None:
+            self.guard.declare(robot, route)
+        if self.recalls and self.draw.random() < 0.3:
+            robot.recall_at = self.env.now + self.draw.random() * 40
+        if self.draw.random() < 0.5:
+            upto = self.draw.randrange(len(route)) + 1
+            stop = route[upto - 1].length / 2
+            there = yield from self.traffic.drive(robot, route[:upto], stop)
+            if there:
+                yield self.env.timeout(20)
+        while True:
+            done = route.index(robot.lane) + 1 if robot.lane in route else 0
+            if robot.recall_at <= self.env.now and robot.held is not None:
+                robot.recall_at = math.inf
+                node = robot.at.name if robot.lane is None else robot.lane.edge[1]
+                other = self.other_slot(goal)
+                if other not in (None, node):
+                    new = self.way(node, other)
+                    if self.guard is None or self.guard.change(robot, new):
+                        self.free[goal] += 1
+                        self.free[other] -= 1
+                        goal, route, done = other, new, 0
+            if (yield from self.traffic.drive(robot, route[done:])):
+                break
+        self.free[at] += 1
+        self.traffic.into_bay(robot)
+        robot.recall_at = math.inf
+        return goal
+
+    def run(self):
+        self.env.run()
+        return self
+
+    @property
+    def stalled(self):
+        return self.home < len(self.robots)

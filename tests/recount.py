@@ -1,0 +1,225 @@
+"""All indicators and tallies of a run once more, from the rows of its log alone (level `all`).
+
+It shares no code with the simulator. Of the run it takes the rows and when it ended; of the model what a row does not
+say: rates of consumption, due times, weights, where chargers are. All is counted from `begin` to `end`, both included:
+a row counts if its time lies there, a stretch of time (driving, waiting, being in a state) with its part within.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter, defaultdict
+
+import numpy as np
+
+STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging")
+DRAWS = {
+    "idle": "standing",
+    "queueing": "standing",
+    "empty": "empty",
+    "returning": "empty",
+    "loaded": "loaded",
+    "loading": "handling",
+    "unloading": "handling",
+}
+
+
+class Recount:
+    """What happened between `begin` and `end`, counted from the log."""
+
+    def __init__(self, run):
+        self.model = run.model
+        self.layout = run.layout
+        self.rows = run.record.rows
+        self.end = run.T
+        warm_up = self.model.run.warm_up
+        self.begin = warm_up if warm_up <= self.end else 0.0
+        self.size = self.model.fleet.size
+        self.robots = [Counter() for _ in range(self.size)]
+        self.edges = defaultdict(Counter)
+        self.nodes = defaultdict(Counter)
+        self.count_rows()
+        self.measure_driving()
+        self.measure_time()
+
+    def within(self, begin, end):
+        """How much of a stretch of time is counted."""
+        return max(min(end, self.end) - max(begin, self.begin), 0.0)
+
+    # What is counted
+
+    def count_rows(self):
+        self.waits = defaultdict(list)
+        self.rotations = 0
+        for time, kind, robot, _, node, edge, value, _, _ in self.rows:
+            counts = self.begin <= time <= self.end
+            if kind == "collision":
+                self.waits[robot].append((time - value, time))
+                place, name = (self.edges[edge], "rear_ends") if node is None else (self.nodes[node], "crossings")
+                place["blocked"] += self.within(time - value, time)
+                place["waits"] += counts
+                self.robots[robot][name] += counts
+            elif kind == "enter":
+                self.edges[edge]["passages"] += counts
+                self.robots[robot]["moves"] += counts
+            elif kind in {"delivered", "recharged"}:
+                self.robots[robot][kind] += counts
+            elif kind == "rotation":
+                self.rotations += counts
+
+    # What is measured
+
+    def measure_driving(self):
+        """Distance: a robot drives at a steady speed from one position to the next."""
+        position = {}
+        for time, kind, robot, _, _, edge, value, until, _ in self.rows:
+            if kind == "enter":
+                position[robot, edge] = 0.0
+            elif kind == "drive":
+                driven = value - position[robot, edge]
+                if until > time:
+                    driven *= self.within(time, until) / (until - time)
+                    self.robots[robot]["distance"] += driven
+                position[robot, edge] = value
+
+    def measure_time(self):
+        """Time in each state less the waits in it, and the energy that it takes; a robot begins idle in its bay."""
+        start = self.model.fleet.start or tuple(self.layout.bays)
+        stretches = defaultdict(list)
+        now = {robot: (0.0, "idle", start[robot % len(start)]) for robot in range(self.size)}
+        place = {robot: start[robot % len(start)] for robot in range(self.size)}
+        for time, kind, robot, _, node, _, _, _, _ in self.rows:
+            if kind in {"parked", "docked"}:
+                place[robot] = node if kind == "parked" else None
+            elif kind == "enter":
+                place[robot] = None
+            elif kind in STATES:
+                since, state, where = now[robot]
+                stretches[robot].append((since, time, state, where))
+                now[robot] = time, kind, place[robot]
+        for robot, (since, state, where) in now.items():
+            stretches[robot].append((since, self.end, state, where))
+        for robot, parts in stretches.items():
+            for since, until, state, where in parts:
+                self.add_stretch(robot, since, until, state, where)
+
+    def add_stretch(self, robot, since, until, state, where):
+        tally = self.robots[robot]
+        waited = sum(
+            self.within(max(since, begin), min(until, end))
+            for begin, end in self.waits[robot]
+            if begin < until and end > since
+        )
+        worked = self.within(since, until) - waited
+        tally[state] += worked
+        tally["waiting"] += waited
+        tally["energy"] += worked * self.rate(state, where) + waited * self.rate("idle", None)
+
+    def rate(self, state, where):
+        """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger."""
+        battery = self.model.battery
+        if battery is None or state == "charging" or (state in {"idle", "queueing"} and self.has_charger(where)):
+            return 0.0
+        spent = battery.consumption
+        return spent if isinstance(spent, (int, float)) else getattr(spent, DRAWS[state])
+
+    def has_charger(self, node):
+        bay = self.layout.bays.get(node)
+        return bay is not None and bay.chargers != 0
+
+    # Tasks
+
+    def due(self):
+        """When each task is due, by number: tasks are numbered as they are released."""
+        goods = self.model.tasks.goods
+        if isinstance(goods, tuple):
+            listed = sorted(goods, key=lambda good: getattr(good, "release", 0.0))
+            return {
+                number: due for number, good in enumerate(listed) if (due := getattr(good, "due", None)) is not None
+            }
+        within = getattr(goods, "due_within", None)
+        if within is None:
+            return {}
+        return {row[3]: row[0] + within for row in self.rows if row[1] == "released"}
+
+    def tasks(self):
+        released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
+        delivered = {row[3]: row[0] for row in self.rows if row[1] == "delivered"}
+        counted = {task: time for task, time in delivered.items() if time >= self.begin}
+        times = [time - released[task] for task, time in counted.items()]
+        due = self.due()
+        late = [max(time - due[task], 0.0) for task, time in counted.items() if task in due]
+        found = {
+            "cycle_time_mean": statistics.fmean(times) if times else math.nan,
+            "cycle_time_median": statistics.median(times) if times else math.nan,
+            "cycle_time_p95": float(np.quantile(times, 0.95)) if times else math.nan,
+            "backlog": len(released) - len(delivered),
+        }
+        if late:
+            found |= {"tardiness_mean": statistics.fmean(late), "on_time": late.count(0.0) / len(late)}
+        return found
+
+    # All of it
+
+    def kpis(self):
+        total = {
+            name: math.fsum(robot[name] for robot in self.robots)
+            for name in (*STATES, "waiting", "distance", "energy", "moves", "rear_ends", "crossings", "delivered")
+        }
+        collisions = total["rear_ends"] + total["crossings"]
+        counted = self.end - self.begin
+        weights, hours = self.model.cost, counted / self.model.units.hour
+        time = counted * self.size
+        return {
+            "T": self.end,
+            "S": collisions,
+            "C": sum(robot["recharged"] for robot in self.robots),
+            "tasks": total["delivered"],
+            "moves": total["moves"],
+            "distance": total["distance"],
+            "energy": total["energy"],
+            "waiting": total["waiting"],
+            "cost": total["distance"] * weights.distance + counted * weights.time + collisions * weights.collisions,
+            "rear_ends": total["rear_ends"],
+            "crossings": total["crossings"],
+            "rotations": self.rotations,
+            "throughput_per_hour": total["delivered"] / hours if hours else math.nan,
+            **self.tasks(),
+            **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting")},
+        }
+
+
+def differences(run):
+    """Where the indicators and tallies of a run are not those of its log: a line each; none: all is right."""
+    recount = Recount(run)
+    found = compare("kpis", run.kpis, recount.kpis(), run)
+    for number, tally in enumerate(run.record.robots):
+        found += compare(f"robots[{number}]", tally, recount.robots[number], run)
+    for row in run.record.edges:
+        found += compare(f"edges[{row['edge']}]", row, recount.edges[tuple(row["edge"].split(">"))], run, ("edge",))
+    for row in run.record.nodes:
+        first = row["node"].split("+")[0]
+        found += compare(f"nodes[{row['node']}]", row, recount.nodes[first], run, ("node", "passages"))
+    shares = [value for key, value in run.kpis.items() if key.startswith("share_")]
+    if not all(math.isnan(share) for share in shares):
+        found += [f"a share is {share}" for share in shares if not -1e-9 <= share <= 1 + 1e-9]
+        if abs(sum(shares) - 1) > 1e-9:
+            found.append(f"shares add up to {sum(shares)}")
+    return found
+
+
+def compare(place, told, counted, run, leave_out=()):
+    """Times are the same within a millionth for every event; counts exactly."""
+    found = []
+    for name, value in told.items():
+        if name in leave_out:
+            continue
+        other = counted[name]
+        if isinstance(value, int) and isinstance(other, int):
+            same = value == other
+        else:
+            same = math.isclose(value, other, rel_tol=1e-6, abs_tol=1e-6) or (math.isnan(value) and math.isnan(other))
+        if not same:
+            found.append(f"{place}.{name} is {value}, by the log {other}")
+    return found

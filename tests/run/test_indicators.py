@@ -1,0 +1,99 @@
+"""The one list of indicators, and the one list of states that it takes shares from."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.indicators import INDICATORS, find, quantile
+from desim_warehouse.log import COLUMNS, KINDS, STATES, LogRow
+from desim_warehouse.report import words
+from desim_warehouse.states import TIMES
+from desim_warehouse.study import procedures
+from desim_warehouse.study.study import Study
+from tests.run.ring import RATES, ring
+
+BATTERY = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 10}
+
+
+def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
+    """The good is loaded from 10 to 13, at its station at 63, delivered at 68 and was due at 60; home at 128.
+
+    The other is released at 200, the end. Counted from 50 on: 150 of time, 13 loaded, 5 unloading, 60 returning, and
+    in the bay 72; 18.2 of those it takes to charge 182.
+    """
+    model = ring(BATTERY, 200)
+    model["tasks"]["goods"][0] = {"good": 0, "due": 60}
+    model["run"]["warm_up"] = 50
+    model["cost"] = {"distance": 2, "time": 3, "collisions": 5}
+    got = dw.simulate(dw.load(model)).kpis
+    assert {name: value for name, value in got.items() if not name.startswith("share_")} == pytest.approx(
+        {
+            "T": 200,
+            "S": 0,
+            "C": 0,
+            "tasks": 1,
+            "moves": 2,
+            "distance": 73,
+            "energy": 13 * 2 + 5 * 1.5 + 60 * 1,
+            "waiting": 0,
+            "cost": 73 * 2 + 200 * 3,
+            "rear_ends": 0,
+            "crossings": 0,
+            "rotations": 0,
+            "throughput_per_hour": 1 / (150 / 3600),
+            "cycle_time_mean": 68,
+            "cycle_time_median": 68,
+            "cycle_time_p95": 68,
+            "backlog": 1,
+            "tardiness_mean": 8,
+            "on_time": 0,
+        }
+    )
+    shares = {"loaded": 13, "unloading": 5, "returning": 60, "charging": 18.2, "idle": 53.8}
+    for state in TIMES:
+        assert got[f"share_{state}"] == pytest.approx(shares.get(state, 0) / 150)
+
+
+def test_quantiles_lie_between_the_values_as_numpy_has_them():
+    assert quantile([1, 2, 3, 4], 0.5) == 2.5
+    assert quantile([10, 20], 0.95) == pytest.approx(19.5)
+    assert math.isnan(quantile([], 0.5))
+
+
+def test_every_state_has_its_row_its_share_and_its_words():
+    assert list(STATES) == [name for name in TIMES if name != "waiting"]
+    assert sorted(state.stacked for state in TIMES.values()) == list(range(len(TIMES)))
+    for name, state in TIMES.items():
+        assert INDICATORS[f"share_{name}"].title == f"Fleet {state.doing}"
+        assert (name in KINDS) == (name != "waiting")
+
+
+def test_every_column_of_the_log_is_described():
+    assert tuple(COLUMNS) == LogRow._fields
+
+
+def test_an_unknown_indicator_is_refused_with_the_nearest():
+    with pytest.raises(dw.StudyError, match="there is none, did you mean 'cycle_time_mean'"):
+        find("cycletime_mean")
+
+
+def test_a_column_that_is_no_indicator_is_given_no_unit():
+    assert words.indicator_label("T_hours", None) == "T_hours"
+    assert words.indicator_label("run_time", None) == "Computing time of a run (s)"
+
+
+def vary(sizes: list[int]) -> Study:
+    return Study(dw.load("models/multibots.yaml"), {"fleet.size": sizes}, seed=1)
+
+
+def test_the_best_share_of_waiting_is_the_smallest():
+    assert not procedures.best(vary([1, 6]), "share_waiting", 0.01).maximise
+
+
+def test_the_best_of_an_indicator_that_is_neither_good_nor_bad_needs_a_direction():
+    with pytest.raises(dw.StudyError, match=r"'share_loaded': neither less nor more of it is better.* --minimise or"):
+        procedures.best(vary([1, 6]), "share_loaded", 0.01)
+    assert procedures.best(vary([1, 6]), "share_loaded", 0.01, maximise=True).maximise

@@ -1,0 +1,109 @@
+"""Results of a study: the same from the study, from its folder, and from folders of version 0.1.0."""
+
+import dataclasses
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.study import store
+from desim_warehouse.study.results import USUAL_LIFELONG
+
+from .conftest import MULTIBOTS
+
+FOLDER = Path(__file__).parent / "folder_0.1.0"
+"""What `desim what-if models/multibots.yaml --vary fleet.size=1,3 --vary 'tasks.unload_at=[M],[N]' --replications 2
+--set 'tasks.goods={random: 4}' --indicator T --indicator S --seed 3` of version 0.1.0 wrote."""
+LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 2000}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return shutil.copytree(FOLDER, tmp_path / "old")
+
+
+def test_a_folder_of_version_0_1_0_is_read():
+    results = dw.Results.load(FOLDER)
+    assert results.table["T"].tolist() == [2710.3, 2835.5, 2710.3, 2835.5, 896.0, 1369.0, 896.0, 1369.0]
+    assert results.table["seed"].tolist() == [121140371966128, 67320962819212] * 4
+    assert results.table["tasks.unload_at"].tolist() == ['["M"]', '["M"]', '["N"]', '["N"]'] * 2
+    assert results.table.equals(pd.read_parquet(FOLDER / "results.parquet"))
+    assert results.versions["desim-warehouse"] == "0.1.0"
+    (_, third, fourth) = results.compare("T").differences
+    assert third.estimate == fourth.estimate
+    assert third.estimate.mean == pytest.approx(-1640.4)
+    assert "waiting" in results.indicators  # from the journal, though the table has only T and S
+
+
+def test_a_folder_of_another_version_can_be_looked_at_and_is_run_anew(folder, monkeypatch):
+    monkeypatch.setattr(store, "__version__", "99")
+    results = dw.Results.load(folder)
+    assert len(results.rows) == 8
+    assert results.notes == ()
+    study = dw.Study.open(folder).run(out=folder)
+    assert "8 runs are of version 0.1.0 not used again" in study.notes[-1]
+
+
+def test_a_folder_without_its_journal_is_read_from_its_table(folder):
+    (folder / "runs.jsonl").unlink()
+    results, whole = dw.Results.load(folder), dw.Results.load(FOLDER)
+    assert results.table.equals(whole.table)
+    assert results.summary().equals(whole.summary())
+    assert results.indicators == ("T", "S")
+
+
+def test_a_table_of_another_study_is_refused(folder):
+    (folder / "runs.jsonl").unlink()
+    table = pd.read_parquet(folder / "results.parquet")
+    table.rename(columns={"fleet.size": "robots"}).to_parquet(folder / "results.parquet")
+    with pytest.raises(dw.StudyError, match=r"results\.parquet: not the table of this study \('fleet.size' is missing"):
+        dw.Results.load(folder)
+
+
+def test_equal_points_of_a_sampled_design_keep_their_runs(tmp_path):
+    """A Saltelli design of whole numbers has points twice; a table alone does not say which row is whose."""
+    factors = {"fleet.size": {"between": [1, 2]}, "tasks.load_time": [9, 10]}
+    changes = {"tasks.goods": [1, 2]}
+    made = dw.Study(MULTIBOTS, factors, design={"saltelli": 4}, changes=changes, indicators=["T"]).run(out=tmp_path)
+    assert len(made.results.designs) < len(made.points)
+    (tmp_path / "runs.jsonl").unlink()
+    opened = dw.Results.load(tmp_path)
+    assert [row.point.number for row in opened.rows] == [row.point.number for row in made.rows]
+    assert opened.sobol("T") == made.sobol("T")
+
+
+def test_results_are_frozen_and_stay_when_the_study_runs_on():
+    study = dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}, changes={"tasks.goods": {"random": 3}}).run()
+    before = study.results
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        before.rows = ()
+    study.plan = dataclasses.replace(study.plan, replications=2)
+    study.run()
+    assert (len(before.rows), len(study.results.rows)) == (2, 4)
+
+
+def test_a_design_that_was_not_finished_is_left_out_or_named():
+    study = dw.Study(MULTIBOTS, {"fleet.size": [1, 2, 3]}, changes={"tasks.goods": {"random": 3}}, replications=2)
+    whole = study.run().results
+    part = dataclasses.replace(whole, rows=tuple(row for row in whole.rows if row.point.number != 1))
+    assert [one.design for one in part.compare_finished("T").differences] == ["fleet.size=3"]
+    with pytest.raises(dw.StudyError, match=r"'fleet\.size=2' has no finished replication in common"):
+        part.compare("T")
+
+
+def test_lifelong_models_show_what_differs_between_them():
+    study = dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}, changes=LIFELONG)
+    assert study.run().results.usual() == [name for name in USUAL_LIFELONG if name != "on_time"]  # nothing is due
+    due = {**LIFELONG, "tasks.goods": {"saturated": 12, "due_within": 500}}
+    assert tuple(dw.Study(MULTIBOTS, {}, changes=due).run().results.usual(3)) == USUAL_LIFELONG
+    ends = dw.Study(MULTIBOTS, {}, changes={"tasks.goods": [1]}).run()
+    assert ends.results.usual(3) == ["T", "S", "C"]
+
+
+def test_kept_notebooks_of_version_0_1_0_still_run():
+    from desim_warehouse.report.source import read_study
+
+    with pytest.warns(DeprecationWarning, match=r"report\.study_parts\.read"):
+        assert read_study(FOLDER).baseline == "fleet.size=1, tasks.unload_at=[M]"

@@ -1,0 +1,69 @@
+"""Batteries that do not start full."""
+
+import numpy as np
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse import ModelError
+from desim_warehouse.model.energy import start_levels
+from desim_warehouse.streams import Streams
+from tests.auditor import audit
+
+BASE = {"tasks.goods": {"poisson": 150}, "run": {"length": 7200}}
+
+
+def tutorial(changes):
+    return dw.load("models/tutorial.yaml", {**BASE, **changes})
+
+
+def first_energies(run):
+    return [levels[0] for _, levels in run.history.energy_curves]
+
+
+def test_all_start_with_the_same_part_and_charge_before_they_work():
+    # 40 of 100, and chargers where they start: charging to 100 at 0.5 a second takes 120 s
+    run = dw.simulate(tutorial({"fleet.start_energy": 0.4}))
+    assert first_energies(run) == [40, 40, 40]
+    rows = [(row[0], row[1]) for row in run.record.rows if row[1] in ("charging", "assigned")]
+    assert rows[:3] == [(0, "charging")] * 3
+    assert rows[3][0] >= 120
+    assert audit(run) == []
+
+
+def test_each_robot_draws_its_own_and_more_robots_leave_it_as_it_is():
+    spread = {"fleet.start_energy": {"uniform": [0.5, 0.9]}}
+    three, four = tutorial(spread), tutorial({**spread, "fleet.size": 4})
+    levels = start_levels(three, Streams(7))
+    assert start_levels(four, Streams(7))[:3] == levels
+    assert start_levels(three, Streams(8)) != levels
+    assert all(50 <= level <= 90 for level in levels)
+    many = start_levels(tutorial({**spread, "fleet.size": 2000}), Streams(1))
+    assert np.mean(many) == pytest.approx(70, abs=1)
+    run = dw.simulate(three, seed=7)
+    assert first_energies(run) == levels
+    assert audit(run) == []
+
+
+def test_the_replay_shows_the_same_levels():
+    from desim_warehouse.report.replay.timeline import timeline
+
+    run = dw.simulate(tutorial({"fleet.start_energy": 0.4}))
+    assert [robot[0][3] for robot in timeline(run).states] == [40, 40, 40]
+
+
+def test_a_full_start_is_what_it_was():
+    run, same = dw.simulate(tutorial({})), dw.simulate(tutorial({"fleet.start_energy": 1}))
+    assert run.record.rows == same.record.rows
+
+
+@pytest.mark.parametrize(
+    "given", [1.5, -0.1, {"uniform": [0.2, 1.2]}, {"uniform": [0.9, 0.5]}, {"normal": [0, 1]}, "half"]
+)
+def test_what_is_no_part_of_a_battery_is_refused(given):
+    with pytest.raises(ModelError, match=r"fleet\.start_energy"):
+        tutorial({"fleet.start_energy": given})
+
+
+def test_without_battery_it_says_nothing():
+    run = dw.simulate(tutorial({"fleet.start_energy": 0.4, "battery": None}))
+    assert run.kpis["tasks"] > 100
