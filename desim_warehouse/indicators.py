@@ -256,6 +256,13 @@ def kpis(history: History) -> dict[str, float]:
     return {name: indicator.compute(history) for name, indicator in INDICATORS.items() if indicator.applies(history)}
 
 
+def within(name: str) -> tuple[float, float]:
+    """What an indicator of ours can be: a share 0 to 1, any other at least 0; of other numbers nothing is known."""
+    if name not in INDICATORS:
+        return -math.inf, math.inf
+    return 0.0, 1.0 if INDICATORS[name].is_share else math.inf
+
+
 def find(name: str) -> Indicator:
     """An indicator by its name; raises StudyError where there is none, naming the nearest."""
     if name not in INDICATORS:

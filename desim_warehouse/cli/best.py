@@ -18,9 +18,11 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import number, show
+from desim_warehouse.errors import spoken
 
 if TYPE_CHECKING:
     from desim_warehouse.study.procedures import Best
+    from desim_warehouse.study.statistics import Selection
     from desim_warehouse.study.study import Study
 
 
@@ -80,10 +82,25 @@ def _show(study: Study, found: Best) -> None:
     for name in ("design", "mean", "runs", ""):
         table.add_column(name, justify="left" if name in {"design", ""} else "right")
     for point in study.points:
-        out_at = selection.eliminated_at[point.number]
-        verdict = "best" if point.number == selection.best else "" if out_at is None else f"out after {out_at}"
+        verdict = _verdict(selection, point.number)
         mean, runs = selection.means[point.number], selection.samples[point.number]
         table.add_row(str(point), number(mean), str(runs), verdict)
     show(table)
     sense = "largest" if found.maximise else "smallest"
     click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
+    if found.within:
+        percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
+        names = spoken([str(point) for point in found.within])
+        click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
+
+
+def _verdict(selection: Selection, design: int) -> str:
+    """What is known of a design, for the table."""
+    out_at = selection.eliminated_at[design]
+    if design == selection.best:
+        return "best"
+    if design in selection.within:
+        return f"within {selection.delta:g}"
+    near = abs(selection.means[design] - selection.means[selection.best]) < selection.delta
+    parts = [f"perhaps within {selection.delta:g}"] if near else []
+    return ", ".join([*parts, *([] if out_at is None else [f"out after {out_at}"])]) or "not told from the best"

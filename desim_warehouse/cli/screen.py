@@ -35,7 +35,8 @@ def _show(study: Results, indicator: str) -> None:
 
     effects = study.main_effects(indicator)
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
-    shares = total.first if total else study.first_order(indicator).shares
+    first = None if total else study.first_order(indicator)
+    shares = total.first if total else first.shares if first else {}
     if all(math.isnan(share) for share in shares.values()):
         click.echo(
             f"{indicator}: {number(effects.grand_mean)} on average in every design that ran, so no factor matters"
@@ -47,8 +48,11 @@ def _show(study: Results, indicator: str) -> None:
         table.add_column(name, justify="left" if name == "factor" or name.startswith("mean") else "right")
     for effect in effects.factors:
         levels = ", ".join(f"{level}: {value:+.4g}" for level, value in effect.effects.items())
-        cells = [effect.factor, number(effect.swing), f"{100 * shares[effect.factor]:.1f} %"]
+        share = first.text(effect.factor) if first else f"{100 * shares[effect.factor]:.1f} %"
+        cells = [effect.factor, number(effect.swing), share]
         if total:
             cells.append(f"{100 * total.total[effect.factor]:.1f} %")
         table.add_row(*cells, levels)
     show(table)
+    if first and first.warning:
+        click.echo(first.warning)

@@ -72,14 +72,14 @@ def command(
 
 
 def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:
-    """The rule of `--until`; it begins with so many replications as are asked for, or a few."""
+    """The rule of `--until`; it begins with so many replications as are asked for, or the usual number."""
     from desim_warehouse.model.parse import read_yaml
 
-    first = often if isinstance(often, int) and often > 1 else min(10, cap)
+    first = {"minimum": often} if isinstance(often, int) and often > 1 else {}
     return {
         "indicator": indicator,
         "half_width": read_yaml(half_width, "--half-width").data,
         "confidence": confidence or 0.95,
-        "minimum": first,
         "cap": cap,
+        **first,
     }

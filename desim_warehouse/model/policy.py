@@ -104,6 +104,10 @@ class Policies(Part):
         """The policies by kind."""
         return {kind: getattr(self, kind) for kind in KINDS}
 
+    def own(self) -> list[str]:
+        """The policies that are the user's own, whose code we know nothing of."""
+        return sorted(spec.name for spec in self.specs().values() if ":" in spec.name)
+
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
         return b"".join(user_source(spec.name) for spec in self.specs().values())

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Comparison, Difference
 
+VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
+"""Indicators that rise with demand, whatever the warehouse does."""
+
 
 def conclusions(study: Results) -> list[str]:
     """What the study shows: each indicator's significant falls and rises, and where more robots stop paying."""
@@ -26,7 +29,7 @@ def conclusions(study: Results) -> list[str]:
 
 def against_baseline(study: Results, indicator: str, comparison: Comparison) -> list[str]:
     """One sentence on the designs significantly below the baseline, and one on those above, with the farthest."""
-    told = [row for row in comparison.differences if row.differs]
+    told = [row for row in comparison.differences if row.differs and not _follows(study, indicator, row)]
     sides = (
         ("lower", [row for row in told if row.estimate.mean < 0]),
         ("higher", [row for row in told if row.estimate.mean > 0]),
@@ -46,6 +49,12 @@ def against_baseline(study: Results, indicator: str, comparison: Comparison) -> 
                 f"most with {name_of(study, str(most.design))}: {by}."
             )
     return lines
+
+
+def _follows(study: Results, indicator: str, row: Difference) -> bool:
+    """Whether a difference is only that more was ordered: no finding."""
+    ours, base = study.models.get(str(row.design)), study.models.get(study.baseline)
+    return indicator in VOLUMES and ours is not None and base is not None and ours.tasks.goods != base.tasks.goods
 
 
 def name_of(study: Results, design: str) -> str:

@@ -13,7 +13,7 @@ from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.sentences import name_of
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import estimate, first_order, main_effects
+from desim_warehouse.study.statistics import first_order, main_effects
 from desim_warehouse.study.table import RESULTS, is_numeric
 
 if TYPE_CHECKING:
@@ -130,8 +130,8 @@ def results(study: Results) -> Html:
     note = (
         "The models are deterministic: replications cannot differ, so there are no intervals."
         if study.deterministic
-        else f"Mean ± half-width of the {100 * study.plan.confidence:g} % t interval of each mean; "
-        "without ± where all replications agree, or there is only one."
+        else f"Mean ± half-width, which holds the {100 * study.plan.confidence:g} % interval of each mean; "
+        "without ± where chance plays no part, or there is only one replication."
     )
     if len(study.designs) > _ROWS:
         note += f" The first {_ROWS} of {len(study.designs)} designs; all are in results.parquet."
@@ -142,8 +142,8 @@ def _result(study: Results, design: str) -> list[str]:
     runs = study.runs(design)
     cells = [*(words.level(value) for value in study.designs[design]), str(len(runs))]
     for indicator in study.main:
-        values = [value for row in runs if not math.isnan(value := row.value(indicator))]
-        cells.append(words.mean_text(estimate(values, study.plan.confidence)) if values else "failed")
+        found = study.estimate(runs, indicator)
+        cells.append(words.mean_text(found) if found else "failed")
     return cells
 
 
@@ -181,16 +181,18 @@ def effects(study: Results) -> Html:
     varied = study.varied
     if len(varied) < 2 or study.plan.rule.name == "paired":  # noqa: PLR2004 - one factor is all there is
         return html.paragraph("One factor, or factors varied together: their effects cannot be told apart.", "note")
-    rows = []
+    rows, doubts = [], []
     for indicator in study.moving:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
-        shares = first_order(study.table, varied, indicator).shares
+        found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
         rows += [
-            [words.indicator_name(indicator), key, words.number(swings[key]), f"{words.number(100 * share, 0)} %"]
-            for key, share in shares.items()
+            [words.indicator_name(indicator), key, words.number(swings[key]), found.text(key)] for key in found.shares
         ]
+        if found.warning:
+            doubts.append(f"{words.indicator_name(indicator)}: {found.warning}.")
     head = ["indicator", "factor", "largest − smallest mean", "share of variance"]
     note = "Share of the variance between designs that each factor explains alone (first-order Sobol index)."
+    note = " ".join([note, *doubts])
     return html.table(head, rows, words=2, name="effects") + html.paragraph(note, "note")
 
 
@@ -282,7 +284,11 @@ def method(study: Results) -> Html:
     ]
     steps = [
         "Each run is a discrete-event simulation; its seed is in the column seed of results.parquet.",
-        "A mean's interval is Student's t over independent replications (Law 2015, section 4.5).",
+        (
+            "A mean's interval is Student's t over independent replications (Law 2015, section 4.5), from ten on "
+            "corrected for skewness (Hall 1992). Values of 0 and 1 have that of a proportion (Clopper-Pearson), and "
+            "where all replications agree, a share of runs that the rule of three leaves open may differ."
+        ),
         (
             "Designs are compared replication by replication under common random numbers, intervals by Bonferroni "
             "(Law 2015, sections 10.2 and 10.3)."

@@ -29,11 +29,13 @@ if TYPE_CHECKING:
 class Run:
     """The outcome of a run: indicators as plain numbers, everything else as tables."""
 
-    def __init__(self, model: Model, seed: int, log: Log, layout: Layout) -> None:
+    def __init__(self, model: Model, seed: int, log: Log, layout: Layout, *, deterministic: bool = False) -> None:
         self.model = model
         self.seed = seed
         self.record = log
         self.layout = layout
+        self.deterministic = deterministic
+        """Whether no random stream and no policy of the user's own was used: every seed gives this run."""
         self.history = History(log, model, layout, seed)
         self.kpis = indicators.kpis(self.history)
 
@@ -204,4 +206,5 @@ def simulate(model: Model, seed: int = 0) -> Run:
     world = World(model, seed)
     with _no_collector():
         world.run()
-    return Run(model, seed, world.log, world.layout)
+    deterministic = not world.streams.used and not model.policies.own()
+    return Run(model, seed, world.log, world.layout, deterministic=deterministic)

@@ -70,6 +70,7 @@ def _write(run: Run, folder: Path) -> Path:
         "format": FORMAT,
         "version": __version__,
         "seed": run.seed,
+        "deterministic": run.deterministic,
         "model": run.model.content(),
         "log": {
             "level": log.level,
@@ -121,7 +122,7 @@ def load_run(folder: str | Path) -> Run:
             begin=kept["begin"],
             end=kept["end"],
         )
-        return Run(model, content["seed"], log, layout)
+        return Run(model, content["seed"], log, layout, deterministic=content.get("deterministic", False))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"

@@ -22,7 +22,7 @@ from desim_warehouse.study.statistics import Between
 Keys: TypeAlias = tuple[str | int, ...]
 Label: TypeAlias = str | int | float | bool | None
 
-RESERVED = ("replication", "seed", "run_time", "error")
+RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
 """Columns of the table that are no factors."""
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")

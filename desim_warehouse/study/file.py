@@ -27,7 +27,7 @@ design: grid                           # all combinations (default); or
 #   {between: [2.0, 5.0]} is continuous)
 # {saltelli: 64}: for Sobol indices, 64 x (factors + 2) points
 replications: 20                       # a number; or until the mean is known well enough:
-# replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 10, cap: 200}
+# replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
 seed: 0                                # replication r has the same run seed at every point
 indicators: [T, S, C]                  # columns of the table; default: all
 baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
@@ -53,6 +53,7 @@ from pydantic import (
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     field_validator,
+    model_validator,
 )
 
 from desim_warehouse.errors import StudyError, got, nearest, spoken
@@ -123,8 +124,16 @@ class Until(Part):
     indicator: Indicator = Field(description="the name of an indicator")
     half_width: Share = Field(description="a share of the mean, such as 2 % or 0.02")
     confidence: Share = Field(0.95, description="a number between 0 and 1, such as 0.95")
-    minimum: _Several = Field(10, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
+    minimum: _Several = Field(30, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
     cap: _Several = Field(200, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _few_if_capped(cls, data: Any) -> Any:
+        """A cap below the usual minimum is the minimum, where none is given."""
+        cap = data.get("cap") if isinstance(data, Mapping) else None
+        usual = cls.model_fields["minimum"].default
+        return {**data, "minimum": cap} if isinstance(cap, int) and cap < usual and "minimum" not in data else data
 
     @field_validator("cap")
     @classmethod

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, WarehouseError
 from desim_warehouse.model.policy import PolicySpec
-from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods, SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
 from desim_warehouse.study.file import Until
@@ -117,19 +117,20 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
 
 
 def is_deterministic(model: Model) -> bool:
-    """Whether chance plays no part in a model, so that every seed gives the same run.
+    """Whether chance can play no part in a model, so that one run of it is enough.
 
-    Chance enters by goods that are drawn or that arrive at random, by stations chosen at random, and by
+    What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are
+    drawn or that arrive at random, by stations chosen at random, by batteries that start at a random level, and by
     policies that say so (`random = True`); of policies that are not ours nothing is known.
     """
     from desim_warehouse.policies.catalogue import find
 
     tasks = model.tasks
-    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random":
+    spread = model.battery is not None and isinstance(model.fleet.start_energy, SpreadEnergy)
+    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread:
         return False
-    return all(
-        ":" not in spec.name and not getattr(find(kind, spec.name), "random", False)
-        for kind, spec in _specs(model).items()
+    return not model.policies.own() and not any(
+        getattr(find(kind, spec.name), "random", False) for kind, spec in _specs(model).items()
     )
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.indicators import INDICATORS, find
+from desim_warehouse.indicators import INDICATORS, find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
+from desim_warehouse.study.plan import is_deterministic, models
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
@@ -20,9 +21,10 @@ _AHEAD = 4  # replications of each design that are asked for at a time: enough t
 
 @dataclass(frozen=True)
 class Best:
-    """The best design, and how the race for it went."""
+    """The best design, those shown to be less than delta worse, and how the race went."""
 
     point: Point
+    within: tuple[Point, ...]
     indicator: str
     maximise: bool
     selection: statistics.Selection
@@ -64,13 +66,22 @@ def best(
     more = _more_is_better(indicator) if maximise is None else maximise
     if len(study.points) < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
-    if study.deterministic:
+    fixed = _deterministic(study)
+    if fixed:
         first, cap = 2, 2
     steps = statistics.kn_steps(
-        len(study.points), delta, study.plan.confidence, first, maximise=more, cap=cap, ahead=_AHEAD
+        len(study.points),
+        delta,
+        study.plan.confidence,
+        first,
+        maximise=more,
+        cap=cap,
+        ahead=_AHEAD,
+        deterministic=fixed,
     )
     selection = study.follow(steps, indicator, **where)
-    return Best(study.points[selection.best], indicator, more, selection)
+    tied = tuple(study.points[number] for number in selection.within)
+    return Best(study.points[selection.best], tied, indicator, more, selection)
 
 
 def size(
@@ -103,9 +114,15 @@ def size(
         n0=first,
         cap=cap,
         search="scan" if search == "scan" else "bisection",
-        deterministic=study.deterministic,
+        deterministic=_deterministic(study),
+        within=within(goal.indicator),
     )
     return study.follow(steps, goal.indicator, **where)
+
+
+def _deterministic(study: Study) -> bool:
+    """Whether chance can play no part in any design, so that one run of each is enough."""
+    return all(is_deterministic(model) for model in models(study.plan, study.points).values())
 
 
 def _more_is_better(name: str) -> bool:

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
+from desim_warehouse.indicators import within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.factors import RESERVED
 from desim_warehouse.study.file import labels
-from desim_warehouse.study.plan import is_deterministic, is_lifelong, models
+from desim_warehouse.study.plan import is_lifelong, models
 from desim_warehouse.study.table import RESULTS, arrow, as_text, columns, is_numeric, plain, read_results
 
 if TYPE_CHECKING:
@@ -177,8 +179,8 @@ class Results:
 
     @cached_property
     def deterministic(self) -> bool:
-        """Whether chance plays no part in any design: then one replication says it all."""
-        return bool(self.models) and all(map(is_deterministic, self.models.values()))
+        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        return _deterministic(self.rows)
 
     @cached_property
     def baseline(self) -> str:
@@ -240,18 +242,25 @@ class Results:
         """Mean and interval of an indicator at each point, by its number; None where no run gave a value."""
         found: dict[int, statistics.Estimate | None] = {}
         for number, rows in self.by_point.items():
-            values = [value for row in rows if math.isfinite(value := row.value(indicator))]
-            found[number] = (
-                statistics.estimate(values, self.plan.confidence, deterministic=self.deterministic) if values else None
-            )
+            found[number] = self.estimate(rows, indicator)
         return found
+
+    def estimate(self, rows: Sequence[Row], indicator: str) -> statistics.Estimate | None:
+        """Mean and interval of an indicator over runs of one design; None where none gave a value."""
+        values = [value for row in rows if math.isfinite(value := row.value(indicator))]
+        if not values:
+            return None
+        return statistics.estimate(
+            values, self.plan.confidence, deterministic=_deterministic(rows), within=within(indicator)
+        )
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """A row for each design point and indicator.
 
-        Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (t
-        interval with the study's confidence), median, q05, q25, q75, q95, deterministic. Where `deterministic` is
-        true the mean is exact, and there is no half-width; with a single random run there is none either.
+        Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
+        half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75,
+        q95, deterministic. Where `deterministic` is true the mean is exact, and there is no interval; with a single
+        random run there is none either.
         """
         import pandas as pd
 
@@ -293,7 +302,8 @@ class Results:
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
         kind = cast("Literal['bonferroni', 'holm']", method)
-        return statistics.compare(table, base, kind, self.plan.confidence, deterministic=self.deterministic)
+        exact = [design for design in table if _deterministic(self.runs(design))]
+        return statistics.compare(table, base, kind, self.plan.confidence, deterministic=exact)
 
     def main_effects(self, indicator: str) -> statistics.MainEffects:
         """What each factor does on average."""
@@ -301,7 +311,8 @@ class Results:
 
     def first_order(self, indicator: str) -> statistics.FirstOrder:
         """The share of the indicator's variance that each factor explains alone, from any design."""
-        return statistics.first_order(self.frame([indicator]), self.factors, indicator)
+        table = self.frame([indicator])
+        return statistics.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
 
     def sobol(self, indicator: str) -> statistics.SobolIndices:
         """First-order and total Sobol indices; the design must be {saltelli: n}; replications are averaged."""
@@ -322,14 +333,24 @@ class Results:
         return statistics.saltelli_indices(design, means, plan.confidence)
 
 
+def _deterministic(rows: Sequence[Row]) -> bool:
+    """Whether chance played no part in any of the runs that were finished."""
+    done = [row.outcome for row in rows if row.outcome.error is None]
+    return bool(done) and all(outcome.deterministic for outcome in done)
+
+
 def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
     if found is None:
-        return {"n": 0, "failed": runs, "mean": math.nan, "half_width": math.nan, "deterministic": False}
+        nothing = dict.fromkeys(("mean", "half_width", "low", "high"), math.nan)
+        return {"n": 0, "failed": runs, **nothing, "deterministic": False}
+    low, high = found.interval or (math.nan, math.nan)
     return {
         "n": found.n,
         "failed": runs - found.n,
         "mean": found.mean,
         "half_width": math.nan if found.half_width is None else found.half_width,
+        "low": low,
+        "high": high,
         "median": found.median,
         **{f"q{round(100 * share):02d}": value for share, value in found.quantiles.items()},
         "deterministic": found.deterministic,
@@ -359,12 +380,13 @@ def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
     at: dict[tuple[Any, ...], list[Point]] = {}
     for point, key in zip(points, zip(*columns, strict=True) if columns else [()] * len(points), strict=True):
         at.setdefault(tuple(map(plain, key)), []).append(point)
-    besides = {*factors, "replication", "seed", "run_time", "error"}
+    besides = {*factors, *RESERVED}
     seen: Counter[tuple[Any, ...]] = Counter()
     for line in table.to_dict("records"):
         key = tuple(plain(line[factor]) for factor in factors)
         run = (key, line["replication"])
         values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
-        outcome = Outcome(values, line["run_time"], plain(line["error"]))
+        fixed = bool(line.get("deterministic", False))  # 0.1.0 did not say
+        outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
         yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
         seen[run] += 1

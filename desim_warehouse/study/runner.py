@@ -148,8 +148,11 @@ class StudyRunner:
             for number, count in list(more.items()):
                 have[number] += count
                 rows = [self.row(number, r) for r in range(have[number])]
-                good = [row.measured(rule.indicator) for row in rows if row.outcome.error is None]
-                next_ones = min(check_precision(good, precision).more, rule.cap - have[number])
+                good = [row for row in rows if row.outcome.error is None]
+                values = [row.measured(rule.indicator) for row in good]
+                fixed = bool(good) and all(row.outcome.deterministic for row in good)
+                state = check_precision(values, precision, deterministic=fixed)
+                next_ones = min(state.more, rule.cap - have[number])
                 hopeless = all(row.outcome.error is not None for row in rows[-count:])
                 if next_ones < 1 or hopeless:
                     del more[number]

@@ -50,6 +50,7 @@ class Entry(BaseModel, strict=True):
     time: float
     error: str | None = None
     final: bool = True
+    deterministic: bool = False
 
 
 class Store:
@@ -172,7 +173,8 @@ class Store:
         if entry.version != self.version:
             self.foreign[entry.version] = self.foreign.get(entry.version, 0) + 1
             return True
-        key, outcome = (entry.model, entry.seed), Outcome(entry.values, entry.time, entry.error, entry.final)
+        key = (entry.model, entry.seed)
+        outcome = Outcome(entry.values, entry.time, entry.error, entry.final, entry.deterministic)
         self.runs[key] = outcome
         (self.again.discard if outcome.final else self.again.add)(key)
         return True
@@ -209,6 +211,8 @@ def _line(model: str, seed: int, outcome: Outcome) -> bytes:
         "values": outcome.values,
         "time": outcome.run_time,
     }
+    if outcome.deterministic:
+        entry["deterministic"] = True
     if outcome.error is not None:
         entry |= {"error": outcome.error, "final": outcome.final}
     text = json.dumps(entry, separators=(",", ":")).encode()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -253,17 +252,17 @@ class Study:
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per run: factors under their key, replication, seed, indicators, run_time, error.
+        """One row per run: factors under their key, replication, seed, indicators, deterministic, run_time, error.
 
         Raises:
             StudyError: where the study has not been run.
         """
         return self.results.table
 
-    @cached_property
+    @property
     def deterministic(self) -> bool:
-        """Whether chance plays no part in any design: then one replication says it all."""
-        return Results(self.plan, tuple(self.points), ()).deterministic
+        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        return self._results is not None and self._results.deterministic
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """Mean, half-width, median and quantiles of each indicator at each design point, as a tidy table."""

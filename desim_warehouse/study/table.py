@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.indicators import INDICATORS, within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -25,7 +25,7 @@ RESULTS = "results.parquet"
 
 
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
-    """The table by columns: factors, replication, seed, indicators, run_time, error.
+    """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
 
     `indicators`: those to show; none given, all that any run has. A failed run has none.
     """
@@ -33,6 +33,7 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
     table: dict[str, list[Any]] = {key: [row.point.labels[key] for row in rows] for key in factors}
     table |= {"replication": [row.replication for row in rows], "seed": [row.seed for row in rows]}
     table |= {name: [row.indicators.get(name) for row in rows] for name in shown}
+    table["deterministic"] = [row.outcome.deterministic for row in rows]
     table["run_time"] = [row.outcome.run_time for row in rows]
     table["error"] = [row.outcome.error for row in rows]
     return table
@@ -156,14 +157,16 @@ def cells(
     from desim_warehouse.study.statistics import estimate
 
     rows = usable(table, factors, indicator)
+    low, high = (scale * end for end in within(indicator))
     found = []
     for key in order(rows, factors):
         chosen = _where(rows, factors, key)
         values = _by_replication(chosen, indicator) * scale
+        fixed = "deterministic" in chosen and bool(chosen["deterministic"].all())
         found.append(
             Cell(
                 key,
-                estimate(values.tolist(), confidence),
+                estimate(values.tolist(), confidence, deterministic=fixed, within=(low, high)),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )

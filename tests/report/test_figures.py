@@ -75,12 +75,13 @@ def test_named_levels_are_bars_in_the_order_of_the_table(runs):
     assert heights == [103, 303, 106, 306]
 
 
-def test_no_interval_where_replications_agree_or_there_is_one(runs):
+def test_no_interval_where_chance_plays_no_part_or_there_is_one_replication(runs):
     once = runs[runs["replication"] == 0]
     ax = plot.by_factor(once[once["battery.threshold"] == 2], "fleet.size", "T")
     assert not ax.containers[0].has_yerr
-    same = runs.assign(T=7.0)
+    same = runs.assign(T=7.0, deterministic=True)
     assert not plot.by_factor(same, "fleet.size", "T").containers[0].has_yerr
+    assert plot.by_factor(runs.assign(T=7.0), "fleet.size", "T").containers[0].has_yerr  # agree so far
 
 
 def test_many_numbers_are_points_without_a_line():

@@ -16,10 +16,17 @@ from desim_warehouse.study.results import Results, Row
 from desim_warehouse.study.statistics import paired
 
 
-def facts(model, table, *, deterministic=False):
-    """The results of a study of fleet sizes whose runs had these indicators; a column without randomness is exact."""
+def facts(model, table, *, deterministic=False, goods=None):
+    """The results of a study of fleet sizes whose runs had these indicators; `goods` to fetch by fleet size."""
     sizes = sorted(table["fleet.size"].unique().tolist())
-    levels = tuple(Level(size, {"fleet.size": size}, ("factors", "fleet.size", n)) for n, size in enumerate(sizes))
+    levels = tuple(
+        Level(
+            size,
+            {"fleet.size": size} | ({"tasks.goods": goods[size]} if goods else {}),
+            ("factors", "fleet.size", n),
+        )
+        for n, size in enumerate(sizes)
+    )
     indicators = tuple(name for name in table if name not in ("fleet.size", "replication"))
     base = model if deterministic else model.replace({"tasks.goods": {"random": 4}})
     plan = StudyPlan(base, (Factor("fleet.size", levels),), Rule(), indicators=indicators)
@@ -29,7 +36,9 @@ def facts(model, table, *, deterministic=False):
             points[sizes.index(run["fleet.size"])],
             int(run["replication"]),
             0,
-            Outcome({name: run[name] for name in indicators if run[name] == run[name]}, 0.1),
+            Outcome(
+                {name: run[name] for name in indicators if run[name] == run[name]}, 0.1, deterministic=deterministic
+            ),
         )
         for run in table.to_dict("records")
     ]
@@ -81,6 +90,13 @@ def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_coun
     )
 
 
+def test_that_throughput_rises_with_demand_is_no_finding(model):
+    table = runs(throughput_per_hour={1: [99.0, 101, 100], 2: [198.0, 203, 200]}, S={1: [3, 4, 5], 2: [30, 41, 39]})
+    (line,) = conclusions(facts(model, table, goods={1: {"random": 4}, 2: {"random": 8}}))
+    assert line.startswith("Collisions S is higher")
+    assert len(conclusions(facts(model, table))) == 2
+
+
 def test_an_indicator_that_never_changes_is_not_mentioned(model):
     assert conclusions(facts(model, runs(T={1: [5.0, 5.0], 2: [5.0, 5.0]}))) == []
 
@@ -94,7 +110,7 @@ def test_failed_runs_are_left_out_pair_by_pair(model):
 
 def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     rates = {1: 100, 2: 200, 3: 300, 4: 310, 5: 315, 6: 318}
-    rising = {size: [rate + noise for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
+    rising = {size: [rate + noise * (1 + (size - 3) / 50) for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
     lines = conclusions(facts(model, runs(throughput_per_hour=rising)))
     assert lines[-1].startswith("Throughput has its knee at fleet.size = 3, with 300.2 tasks per hour")
     wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}

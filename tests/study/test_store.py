@@ -36,6 +36,16 @@ def filled(folder, count=5):
     return folder / JOURNAL
 
 
+def test_a_run_is_exact_only_if_its_line_says_so(tmp_path):
+    """A journal of version 0.1.0 said nothing of chance: its runs count as random."""
+    with Store(tmp_path, print) as store:
+        store.add("model", 0, Outcome({"T": 1.0}, 0.1, deterministic=True))
+        store.add("model", 1, Outcome({"T": 1.0}, 0.1))
+    assert b"deterministic" not in (tmp_path / JOURNAL).read_bytes().splitlines()[1]
+    with Store(tmp_path, print, read_only=True) as again:
+        assert [again.get("model", seed).deterministic for seed in (0, 1)] == [True, False]
+
+
 def test_values_come_back_exactly(tmp_path):
     filled(tmp_path)
     runs, notes = opened(tmp_path)

@@ -8,13 +8,15 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
-from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.plan import is_deterministic, run_seed
 from desim_warehouse.study.statistics import estimate, paired
 
 from .conftest import MULTIBOTS
 
 RANDOM = {"tasks.goods": {"random": 4}}
+SPEC = {"swap": {"name": "swap", "time": 5}}
 
 
 def study(factors=None, **more):
@@ -29,7 +31,7 @@ def same(one: pd.DataFrame, other: pd.DataFrame) -> bool:
 
 def test_the_table_has_a_row_for_each_run():
     table = study(replications=3, indicators=["T", "S"]).run().table
-    assert list(table.columns) == ["fleet.size", "replication", "seed", "T", "S", "run_time", "error"]
+    assert list(table.columns) == ["fleet.size", "replication", "seed", "T", "S", "deterministic", "run_time", "error"]
     assert table["fleet.size"].tolist() == [1, 1, 1, 2, 2, 2]
     assert table["replication"].tolist() == [0, 1, 2] * 2
     assert table["error"].isna().all()
@@ -167,7 +169,36 @@ def test_a_deterministic_model_says_so_instead_of_a_zero_interval():
     "changes", [RANDOM, {"tasks.goods": [1, 2], "tasks.unload_at": ["M", "N"], "tasks.station_choice": "random"}]
 )
 def test_models_in_which_chance_plays_a_part_are_not_called_deterministic(changes):
-    assert not study(changes=changes).deterministic
+    made = study(changes=changes).run()
+    assert not made.deterministic
+    assert not made.table["deterministic"].any()
+
+
+@pytest.mark.parametrize("kind", ["allocation", "routing", "charging", "parking"])
+def test_what_needs_one_run_only_by_its_model_was_deterministic_by_its_record(kind):
+    """What `best` and `size` know before a run is what its record says after: for all policies of ours."""
+    for name in OURS[kind]:
+        model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8, 39], f"policies.{kind}": SPEC.get(name, name)})
+        assert is_deterministic(model) != bool(getattr(find(kind, name), "random", False))
+        assert dw.simulate(model, 3).deterministic or not is_deterministic(model), name
+
+
+def test_batteries_that_start_at_random_are_chance():
+    model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8], "fleet.start_energy": {"uniform": [0.8, 1]}})
+    assert not is_deterministic(model)
+    assert not dw.simulate(model).deterministic
+
+
+def test_policies_of_the_users_own_are_not_called_deterministic(parking):
+    assert not dw.simulate(dw.load(MULTIBOTS, {"tasks.goods": [11], "policies.parking": parking("fine")})).deterministic
+
+
+def test_designs_with_and_without_chance_are_judged_each_by_its_own_runs():
+    made = study(
+        {"tasks.goods": {"named": {"list": [11, 8], "drawn": {"random": 2}}}}, changes={}, replications=3
+    ).run()
+    assert made.summary(["T"])["deterministic"].tolist() == [True, False]
+    assert not made.deterministic
 
 
 def test_comparisons_are_paired_with_the_baseline():

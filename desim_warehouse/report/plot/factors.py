@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError
@@ -86,12 +87,16 @@ def _merged(levels: list[Any]) -> list[Any]:
     return sorted(once) if is_numeric(once) else once
 
 
-def _errors(chosen: list[Cell]) -> list[float] | None:
-    """Half-widths, nan where there is no interval; None where there is none at all."""
-    widths = [cell.estimate.half_width for cell in chosen]
-    if all(width is None for width in widths):
+def _errors(chosen: list[Cell]) -> list[list[float]] | None:
+    """How far the intervals reach below and above the means, nan where there is none; None where there are none."""
+    ends = [cell.estimate.interval or (math.nan, math.nan) for cell in chosen]
+    if all(math.isnan(low) for low, _ in ends):
         return None
-    return [float("nan") if width is None else width for width in widths]
+    means = [cell.estimate.mean for cell in chosen]
+    return [
+        [mean - low for mean, (low, _) in zip(means, ends, strict=True)],
+        [high - mean for mean, (_, high) in zip(means, ends, strict=True)],
+    ]
 
 
 def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: str, index: int, groups: int) -> None:

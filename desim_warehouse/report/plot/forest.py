@@ -46,11 +46,12 @@ def differences(
     with look.drawing(ax, style, title, size, alt) as axes:
         axes.axvline(0.0, color=palette.INK, linewidth=1.0)
         for place, row in enumerate(rows):
-            told = bool(row.differs)
+            told, mean = bool(row.differs), row.estimate.mean
+            low, high = row.estimate.interval or (mean, mean)
             axes.errorbar(
-                [row.estimate.mean],
+                [mean],
                 [place],
-                xerr=None if row.estimate.half_width is None else [row.estimate.half_width],
+                xerr=None if row.estimate.interval is None else [[mean - low], [high - mean]],
                 color=palette.COLOURS[0] if told else palette.FAINT,
                 marker="o" if told else "D",
                 markerfacecolor=palette.COLOURS[0] if told else "white",

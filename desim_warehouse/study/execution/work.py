@@ -31,13 +31,15 @@ class Wanted(NamedTuple):
 class Outcome(NamedTuple):
     """What came out of a run: indicators, or an error.
 
-    `final` is False for an error that may not happen again (a time-out, a worker that died).
+    `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
+    random stream and no policy of the user's own was used.
     """
 
     values: dict[str, float]
     run_time: float
     error: str | None = None
     final: bool = True
+    deterministic: bool = False
 
 
 class Simulator:
@@ -69,10 +71,10 @@ class Simulator:
             model = self.model(wanted)
             begin = perf_counter()
             if timeout is None:
-                values = simulate(model, wanted.seed).kpis
+                run = simulate(model, wanted.seed)
             else:
                 with TimeLimit(timeout):
-                    values = simulate(model, wanted.seed).kpis
+                    run = simulate(model, wanted.seed)
         except TimeOutError:
             return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s", final=False)
         except KeyboardInterrupt:
@@ -81,7 +83,7 @@ class Simulator:
             text = " ".join(str(error)[:_SAID].split()) or "no message"
             text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
             return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
-        return Outcome(values, _since(begin))
+        return Outcome(run.kpis, _since(begin), deterministic=run.deterministic)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
         """Simulate several runs, one after the other; fewer where they take longer than was thought."""

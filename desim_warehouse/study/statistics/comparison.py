@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeVar
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite
-from desim_warehouse.study.statistics.intervals import Estimate, estimate, t_p_value
+from desim_warehouse.study.statistics.intervals import Estimate, bounds, described, gaps, p_value
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Collection, Hashable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -34,8 +33,8 @@ class Difference:
     """One design minus the baseline, in the indicator's unit.
 
     `estimate.interval` is simultaneous with those of the other designs. `missing` counts replications left
-    out because either run failed. `differs` is None where it cannot be told (one pair). Where the difference
-    is the same in every replication there is no p-value and `differs` says whether it is not zero.
+    out because either run failed. `differs` is None where it cannot be told (one pair). Between deterministic
+    models there is no p-value and `differs` says whether the difference is not zero.
     """
 
     design: Hashable
@@ -64,23 +63,30 @@ def paired(
     *,
     deterministic: bool = False,
 ) -> Estimate:
-    """A design minus the baseline, replication by replication, with its t interval.
+    """A design minus the baseline, replication by replication, with its interval (`intervals.bounds`).
 
     Replication r of both must have used the same random numbers, which makes the difference far less noisy
     than the two means. Shapes (n,) and (n,), in the indicator's unit.
-    `deterministic`: the model has no randomness, so that one pair gives the exact difference.
+    `deterministic`: the runs used no random numbers, so that one pair gives the exact difference.
 
     Raises:
-        StudyError: different numbers of replications, or a value that is not finite.
+        StudyError: different numbers of replications, a value that is not finite, or differences of deterministic
+            models that differ.
 
     Source: Law (2015), section 10.2.1 (paired t) and 11.2 (common random numbers).
-    Assumes: the differences, not the values, are independent and near normal; variances may be unequal.
+    Assumes: the differences, not the values, are independent; variances may be unequal.
     """
+    check_confidence(confidence)
     ours, base = finite(values, "design"), finite(baseline_values, "baseline")
     if ours.size != base.size:
         raise StudyError(f"paired: {ours.size} replications against {base.size} of the baseline")
-    scale = float(max(np.abs(ours).max(), np.abs(base).max()))
-    return estimate(ours - base, confidence, deterministic=deterministic, scale=scale)
+    found, reach = gaps(ours, base)
+    if deterministic and np.ptp(found):
+        raise StudyError(f"deterministic models gave differences from {found.min():g} to {found.max():g}")
+    known = deterministic or found.size == 1
+    return described(
+        found, None if known else bounds(found, 0.5 + confidence / 2, reach=reach), deterministic, confidence
+    )
 
 
 def compare(
@@ -89,7 +95,7 @@ def compare(
     method: Method = "bonferroni",
     confidence: float = 0.95,
     *,
-    deterministic: bool = False,
+    deterministic: bool | Collection[D] = False,
 ) -> Comparison:
     """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
 
@@ -100,7 +106,8 @@ def compare(
         method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in
             both, as Holm's step-down has no two-sided ones of its own.
         confidence: that all statements are right.
-        deterministic: the model has no randomness, so that one replication gives exact differences.
+        deterministic: the designs whose runs used no random numbers (True: all): between two such designs one
+            replication gives the exact difference.
 
     Raises:
         StudyError: unknown baseline or method, no other design, no replication in common.
@@ -121,8 +128,11 @@ def compare(
     m = len(others)
     each = 1.0 - (1.0 - confidence) / m
     pairs = {d: _common(d, table[d], table[baseline]) for d in others}
-    estimates = {d: paired(ours, base, each, deterministic=deterministic) for d, (ours, base, _) in pairs.items()}
-    p_values = {d: p for d, e in estimates.items() if (p := _p_value(e)) is not None}
+    exact = set(table if deterministic is True else deterministic or ())
+    if baseline not in exact:
+        exact = set()
+    estimates = {d: paired(ours, base, each, deterministic=d in exact) for d, (ours, base, _) in pairs.items()}
+    p_values = {d: p_value(*gaps(*pairs[d][:2])) for d, e in estimates.items() if e.interval}
     adjusted = _adjusted(p_values, method, m)
     differences = tuple(
         Difference(
@@ -131,7 +141,7 @@ def compare(
             missing=pairs[d][2],
             p_value=p_values.get(d),
             p_adjusted=adjusted.get(d),
-            differs=adjusted[d] <= 1.0 - confidence if d in adjusted else _differs_exactly(e, *pairs[d][:2]),
+            differs=adjusted[d] <= 1.0 - confidence if d in adjusted else e.mean != 0.0 if d in exact else None,
         )
         for d, e in estimates.items()
     )
@@ -177,17 +187,3 @@ def _common(
     if not both.any():
         raise StudyError(f"design {design!r} has no finished replication in common with the baseline")
     return a[:n][both], b[:n][both], max(a.size, b.size) - int(both.sum())
-
-
-def _p_value(difference: Estimate) -> float | None:
-    """Two-sided p-value that the mean difference is zero, None where the differences do not vary."""
-    if difference.half_width is None or not difference.sd:
-        return None
-    return t_p_value(difference.n - 1, difference.mean / (difference.sd / math.sqrt(difference.n)))
-
-
-def _differs_exactly(difference: Estimate, ours: NDArray[np.float64], base: NDArray[np.float64]) -> bool | None:
-    """Whether a difference that is the same in every replication is not zero; None for one random pair."""
-    if not difference.deterministic:
-        return None
-    return not np.allclose(ours, base, rtol=1e-12, atol=0.0)

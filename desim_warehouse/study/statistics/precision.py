@@ -28,7 +28,7 @@ class PrecisionRule:
 
     relative: float
     confidence: float = 0.95
-    minimum: int = 10
+    minimum: int = 30
     cap: int = 1000
     of_true_mean: bool = False
 
@@ -63,40 +63,44 @@ def replications_needed(
 ) -> int | None:
     """Replications in all, predicted from a pilot, for a half-width of at most `relative` of |mean|.
 
-    At least the pilot's own number; None if more than `cap` (always so for a mean of zero, or for a pilot
-    of one random replication).
+    At least the pilot's own number; None if more than `cap`, or if the pilot does not tell: its mean is zero, it is
+    one random replication, or its values agree.
 
     Source: Law (2015), section 9.4.1: the smallest i >= n with t(i-1, 1-α/2) · sqrt(S²(n) / i) <=
-    relative · |mean|.
+    relative · |mean|, the half-width wider by as much as the pilot's is for its skewness.
     Assumes: the pilot's mean and variance are those of the model.
     """
     pilot = estimate(values, confidence)
-    if pilot.deterministic:
-        return pilot.n
-    if pilot.sd is None or not pilot.mean or pilot.n > cap:
+    if pilot.half_width is None or not pilot.sd or not pilot.mean or pilot.n > cap:
         return None
     from scipy.special import stdtrit
 
     i = np.arange(pilot.n, cap + 1)
-    half_widths = stdtrit(i - 1, 0.5 + confidence / 2) * pilot.sd / np.sqrt(i)
-    enough = np.flatnonzero(half_widths <= relative * abs(pilot.mean))
+    shrunk = stdtrit(i - 1, 0.5 + confidence / 2) / np.sqrt(i)
+    enough = np.flatnonzero(pilot.half_width * shrunk / shrunk[0] <= relative * abs(pilot.mean))
     return int(i[enough[0]]) if enough.size else None
 
 
-def check_precision(values: Sequence[float] | NDArray[np.float64], rule: PrecisionRule) -> Precision:
+def check_precision(
+    values: Sequence[float] | NDArray[np.float64], rule: PrecisionRule, *, deterministic: bool = False
+) -> Precision:
     """Whether the replications so far are precise enough, and how many to run next.
 
     The next batch is the predicted shortfall, but never more than doubles the replications, so a lucky or
     unlucky start costs little. It depends on `values` only: any number of workers runs the same replications.
 
+    `deterministic`: the runs used no random numbers. Values that merely agree count as a share of runs that may
+    differ (`intervals.bounds`), 5 % of the mean after 72 of them.
+
     Source: Law (2015), section 9.4.1, sequential procedure (there one replication at a time).
-    Assumes: as `estimate`. Because the stop depends on the values, the cover is near, not exactly, the
-    confidence; Law reports it close for minimum >= 10 and relative <= 0.15.
+    Assumes: as `estimate`. The stop depends on the values: a start that happens to be calm ends too early. With
+    at least 30 replications mean ± half-width holds the true mean in 95 to 97 % of studies for normal, exponential
+    and lognormal (sigma 0.5) output and 5 to 20 % precision; with a minimum of 10 in 92 % at worst.
     """
     n = len(values)
     if n == 0:
         return Precision(False, rule.minimum, _nothing_yet(rule), "no replication yet")
-    now = estimate(values, rule.confidence)
+    now = estimate(values, rule.confidence, deterministic=deterministic)
     if n < rule.minimum:
         return Precision(False, rule.minimum - n, now, f"{n} of at least {rule.minimum} replications")
     if now.deterministic:

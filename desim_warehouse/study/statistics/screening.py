@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import check_confidence
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import pandas as pd
+    from numpy.typing import NDArray
 
+HALVES = 100  # random halves of the points, for intervals
+PER_BIN = 5  # points in a bin of a continuous factor, for shares
 LEVELS = 12  # a numeric factor with more values than this is taken as continuous and cut into bins
 
 
@@ -44,15 +52,24 @@ class MainEffects:
 class FirstOrder:
     """Share of the indicator's variance that each factor explains alone, largest first.
 
-    `rest`, 1 minus their sum, is interactions between factors, and noise unless averaged out. nan if the
-    indicator does not vary. `corrected` says that the estimator subtracted what chance alone would explain.
+    `intervals` says how sure the shares of scattered points are, each on its own; empty for a full grid, whose
+    shares are exact. `rest`, 1 minus the sum of the shares, is interactions between factors, and noise unless
+    averaged out. nan if the indicator does not vary. `corrected` says that the estimator subtracted what chance
+    alone would explain. `warning` names neighbours in the order that cannot be told apart, if any.
     """
 
     indicator: str
     shares: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
     rest: float
     corrected: bool
     left_out: int
+    warning: str = ""
+
+    def text(self, factor: str) -> str:
+        """A share in per cent, with its interval if it has one."""
+        share, ends = self.shares[factor], self.intervals.get(factor)
+        return f"{100 * share:.1f} %" + (f" ({100 * ends[0]:.0f} to {100 * ends[1]:.0f})" if ends else "")
 
 
 def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bins: int = 5) -> MainEffects:
@@ -90,6 +107,7 @@ def first_order(
     *,
     bins: int | None = None,
     average: bool = True,
+    confidence: float = 0.95,
 ) -> FirstOrder:
     """First-order Sobol indices from the runs at hand, whatever design they came from.
 
@@ -97,8 +115,10 @@ def first_order(
         table: a row per run; rows with a missing indicator are left out.
         factors: columns that were varied, each independently of the others.
         indicator: column with the output.
-        bins: of a numeric factor with more than 12 values; default ½√runs, at least 2.
+        bins: of a numeric factor with more than 12 values; default: of five points each, at least 2. Fewer and
+            wider ones lose what happens inside them, which misranks factors with a wavy effect.
         average: replications of the same design point are averaged first, which takes most of the noise out.
+        confidence: of the intervals, and that neighbours said to differ do, each on its own.
 
     Raises:
         StudyError: an unknown or missing column, or no row left.
@@ -106,19 +126,46 @@ def first_order(
     Source: Var(E[Y | factor]) / Var(Y) with the factor in classes: the correlation ratio η² (Plischke,
     Borgonovo & Smith 2013, Global sensitivity measures from given data, EJOR 226(3), 536-550). On a full grid
     with equally many runs this is exact. Elsewhere chance differences between the classes are subtracted, as
-    in Kelley's ε² (1935).
+    in Kelley's ε² (1935), and intervals are normal ones with the delete-half jackknife's error (Shao & Wu 1989,
+    A general theory for jackknife variance estimation, Annals of Statistics 17(3), 1176-1197).
     Assumes: factors independent of one another. Total indices cannot be had this way: see `saltelli_design`.
     """
+    check_confidence(confidence)
     rows, left_out = _clean(table, factors, indicator)
     if average:
         rows = rows.groupby(list(factors), observed=True, sort=True, dropna=False)[indicator].mean().reset_index()
     sizes = rows.groupby(list(factors), observed=True, dropna=False).size()
     cells = math.prod(int(rows[f].nunique(dropna=False)) for f in factors)
     full_grid = len(sizes) == cells and sizes.min() == sizes.max()
-    cut = bins or max(2, round(math.sqrt(len(rows)) / 2))
-    shares = {f: _share(rows[indicator], _levels(rows[f], cut), corrected=not full_grid) for f in factors}
+    y = rows[indicator].to_numpy(dtype=float)
+    shares = {f: _share(y, _classes(rows[f], bins), corrected=not full_grid) for f in factors}
     ranked = dict(sorted(shares.items(), key=lambda item: -item[1]))
-    return FirstOrder(indicator, ranked, 1.0 - sum(shares.values()), not full_grid, left_out)
+    rest = 1.0 - sum(shares.values())
+    if full_grid or math.isnan(rest):
+        return FirstOrder(indicator, ranked, {}, rest, not full_grid, left_out)
+    errors = _errors(y, [rows[factor] for factor in ranked], bins)
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    ends = {
+        name: (max(0.0, share - z * error), min(1.0, share + z * error))
+        for (name, share), error in zip(ranked.items(), np.sqrt(np.diag(errors)), strict=True)
+    }
+    doubtful = [
+        f"{a} and {b}"
+        for i, (a, b) in enumerate(pairwise(ranked))
+        if ranked[a] - ranked[b] <= z * math.sqrt(errors[i, i] + errors[i + 1, i + 1] - 2 * errors[i, i + 1])
+    ]
+    warning = f"{len(rows)} designs cannot tell which of {', of '.join(doubtful)} matters more" if doubtful else ""
+    return FirstOrder(indicator, ranked, ends, rest, True, left_out, warning)
+
+
+def _errors(y: NDArray[np.float64], columns: Sequence[pd.Series[Any]], bins: int | None) -> NDArray[np.float64]:
+    """Covariances of the shares, shape (factors, factors), from how they differ between random halves of the points."""
+    rng = np.random.default_rng(0)
+    halves = []
+    for _ in range(HALVES):
+        half = rng.choice(y.size, y.size // 2, replace=False)
+        halves.append([_share(y[half], _classes(column.iloc[half], bins), corrected=True) for column in columns])
+    return np.atleast_2d(np.cov(np.nan_to_num(halves), rowvar=False))
 
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
@@ -144,15 +191,27 @@ def _levels(column: pd.Series[Any], bins: int) -> pd.Series[Any]:
     return column
 
 
-def _share(y: pd.Series[Any], levels: pd.Series[Any], corrected: bool) -> float:
-    """η², or with the correction ε²: variance between the levels over variance in all, or nan."""
+def _classes(column: pd.Series[Any], bins: int | None) -> NDArray[np.int64]:
+    """The number of each value's class: a level of the factor, or a bin of equally many points."""
+    import pandas as pd
+
+    if pd.api.types.is_numeric_dtype(column) and column.nunique() > LEVELS:
+        x = column.to_numpy(dtype=float)
+        edges = np.quantile(x, np.linspace(0.0, 1.0, (bins or max(2, x.size // PER_BIN)) + 1))
+        return np.asarray(np.digitize(x, np.unique(edges)[1:-1], right=True))
+    return pd.factorize(column, use_na_sentinel=False)[0]
+
+
+def _share(y: NDArray[np.float64], classes: NDArray[np.int64], *, corrected: bool) -> float:
+    """η², or with the correction ε²: variance between the classes over variance in all, or nan."""
     total = float(((y - y.mean()) ** 2).sum())
     if total == 0.0:
         return math.nan
-    groups = y.groupby(levels, observed=True, dropna=False)
-    inside = float(((y - groups.transform("mean")) ** 2).sum())
+    sizes = np.bincount(classes)
+    means = np.bincount(classes, y) / np.maximum(sizes, 1)
+    inside = float(((y - means[classes]) ** 2).sum())
     between = total - inside
-    n, k = len(y), groups.ngroups
+    n, k = y.size, np.count_nonzero(sizes)
     if corrected and n > k:
         between -= (k - 1) * inside / (n - k)
     return max(between, 0.0) / total

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.checks import check_confidence, is_constant
+from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, follow, request
 
 if TYPE_CHECKING:
@@ -34,11 +35,12 @@ class Selection:
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
-    `best` is then only the best mean of `survivors`. `deterministic`: no difference varied in the first
-    stage.
+    `best` is then only the best mean of `survivors`. `within`: those other designs that are less than delta worse
+    than the best, all of them with `confidence` (one-sided bounds of the differences, Bonferroni): any will do.
     """
 
     best: int
+    within: tuple[int, ...]
     survivors: tuple[int, ...]
     history: tuple[Stage, ...]
     eliminated_at: tuple[int | None, ...]
@@ -61,6 +63,7 @@ def kn(
     maximise: bool = True,
     cap: int = 1000,
     ahead: int = 1,
+    deterministic: bool = False,
 ) -> Selection:
     """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
 
@@ -74,6 +77,7 @@ def kn(
         cap: most replications of one design; `guaranteed` is False when it ends the race.
         ahead: replications of each survivor to ask for at a time. More keeps many workers busy at the price
             of some runs too many; the choice is the same.
+        deterministic: the models use no random numbers: differences are exact.
 
     Raises:
         StudyError: arguments outside these ranges, or a run whose value is not finite.
@@ -84,9 +88,9 @@ def kn(
     the same replication may depend on one another: common random numbers make the variance of the
     differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
     leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
-    chosen. Differences equal in all n0 replications are taken as exact.
+    chosen. Differences that agree in all n0 replications get the variance of a share of runs that may differ.
     """
-    steps = kn_steps(k, delta, confidence, n0, maximise=maximise, cap=cap, ahead=ahead)
+    steps = kn_steps(k, delta, confidence, n0, maximise=maximise, cap=cap, ahead=ahead, deterministic=deterministic)
     return follow(steps, sample)
 
 
@@ -116,6 +120,7 @@ def kn_steps(
     maximise: bool = True,
     cap: int = 1000,
     ahead: int = 1,
+    deterministic: bool = False,
 ) -> Procedure[Selection]:
     """The steps of `kn`: yields the runs it needs next, is sent their values, returns the Selection."""
     _, h2 = kn_constants(k, confidence, n0)
@@ -125,16 +130,17 @@ def kn_steps(
         raise StudyError(f"cap {cap}, ahead {ahead}: expected a cap of at least n0 = {n0}, and ahead >= 1")
     race = _Race(k, 1.0 if maximise else -1.0)
     yield from race.run(n0)
-    variances = race.difference_variances()
+    each = 1.0 - (1.0 - confidence) / (k - 1)
+    variances = np.zeros((k, k)) if deterministic else race.difference_variances(each)
     slack = h2 * variances / delta**2  # N_il of the paper, before rounding down
     race.screen(slack, delta)
     while not race.over(slack) and race.r < cap:
         yield from race.run(1, ahead=min(ahead, cap - race.r))
         race.screen(slack, delta)
     guaranteed = race.over(slack)
-    deterministic = not variances.any()
     return Selection(
         best=race.leader(),
+        within=race.within(delta, None if deterministic else each),
         survivors=race.alive,
         history=tuple(race.history),
         eliminated_at=tuple(race.eliminated_at),
@@ -173,16 +179,29 @@ class _Race:
             self.judged_on[i] = want
         self.r = want
 
-    def difference_variances(self) -> NDArray[np.float64]:
-        """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k)."""
+    def difference_variances(self, level: float) -> NDArray[np.float64]:
+        """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).
+
+        Differences that agree so far: as if the share that may differ with `level` did, as far as it may.
+        """
         first = np.array(self.data)
-        scale = float(np.abs(first).max())
         result = np.zeros((len(first), len(first)))
         for i, j in combinations(range(len(first)), 2):
-            differences = first[i] - first[j]
-            if not is_constant(differences, scale):
-                result[i, j] = result[j, i] = differences.var(ddof=1)
+            differences, reach = gaps(first[i], first[j])
+            variance = differences.var(ddof=1) or differing_share(differences.size, level) * reach**2
+            result[i, j] = result[j, i] = variance
         return result
+
+    def within(self, delta: float, level: float | None) -> tuple[int, ...]:
+        """Designs less than `delta` worse than the leader, by bounds with `level` (None: exact), on common runs."""
+        best, found = self.leader(), []
+        for i in range(len(self.data)):
+            n = min(self.judged_on[i], self.judged_on[best])
+            worse, reach = gaps(self.sign * np.array(self.data[best][:n]), self.sign * np.array(self.data[i][:n]))
+            most = worse[0] if level is None else bounds(worse, level, reach=reach)[1]
+            if i != best and most < delta:
+                found.append(i)
+        return tuple(found)
 
     def screen(self, slack: NDArray[np.float64], delta: float) -> None:
         """Drop designs whose mean is more than W_il(r) = max(0, δ/2r (N_il - r)) below another survivor's."""
@@ -215,5 +234,5 @@ def _note(guaranteed: bool, deterministic: bool, race: _Race, delta: float, conf
     if not guaranteed:
         return f"cap of {race.r} replications, {len(race.alive)} designs left: best mean, no guarantee"
     if deterministic:
-        return f"no difference varied in {race.r} replications: compared as exact numbers"
+        return "chance plays no part: compared as exact numbers"
     return f"best with {100 * confidence:g} % if it leads by at least {delta:g} (KN, Kim & Nelson 2001)"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
@@ -11,14 +10,14 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import estimate, t_quantile
+from desim_warehouse.study.statistics.intervals import ANYTHING, bounds, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, follow, request
 from desim_warehouse.study.statistics.targets import Target, parse_target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Sequence
 
-    from desim_warehouse.study.statistics.procedure import Run
+    from desim_warehouse.study.statistics.intervals import Range
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
@@ -72,6 +71,7 @@ def smallest_meeting(
     cap: int = 320,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
+    within: Range = ANYTHING,
 ) -> Sizing[V]:
     """The first of `values` (fleet sizes, say) whose mean indicator meets the target, with confidence.
 
@@ -83,20 +83,22 @@ def smallest_meeting(
         n0: replications at the first look at a design; every further look doubles them.
         cap: most replications of a design; a mean not clear by then is "undecided" and taken as not meeting.
         search: "bisection", or "scan" through the values from the smallest, which needs no monotone response.
-        deterministic: the model has no randomness: one run of a design is exact.
+        deterministic: the models use no random numbers: one run of a design is exact.
+        within: what the indicator can be at all, such as (0, 1) for a share.
 
     Raises:
         StudyError: no or repeated values, arguments out of range, a bad target, a run whose value is not
             finite.
 
-    Source: one-sided t bounds (Law 2015, section 4.5). Looking several times and at several designs would add
-    up the chances to err, so each bound is held at 1 - α / (designs on the path · looks), Bonferroni.
-    Assumes: as `estimate`; for "bisection" that a larger design never does worse (congestion breaks this: see
-    `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided. Values equal in all
-    the first n0 replications are taken as exact.
+    Source: one-sided bounds (`intervals.bounds`), exact for values of 0 and 1. Looking several times and at
+    several designs would add up the chances to err, so each bound is held at 1 - α / (designs on the path ·
+    looks), Bonferroni.
+    Assumes: as `bounds`; for "bisection" that a larger design never does worse (congestion breaks this: see
+    `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided, and so does a target
+    that only "never" or "always" would meet, such as a share of at least 1.
     """
     steps = smallest_meeting_steps(
-        values, target, confidence, n0=n0, cap=cap, search=search, deterministic=deterministic
+        values, target, confidence, n0=n0, cap=cap, search=search, deterministic=deterministic, within=within
     )
     return follow(steps, lambda design, replication: sample(values[design], replication))
 
@@ -110,6 +112,7 @@ def smallest_meeting_steps(
     cap: int = 320,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
+    within: Range = ANYTHING,
 ) -> Procedure[Sizing[V]]:
     """The steps of `smallest_meeting`: yields (position in `values`, replication), returns the Sizing."""
     goal = parse_target(target) if isinstance(target, str) else target
@@ -127,9 +130,12 @@ def smallest_meeting_steps(
     while meeting - failing > 1:
         probe = failing + 1 if search == "scan" else (failing + meeting) // 2
         data[probe] = []
-        verdict = yield from _decide(probe, data[probe], goal, looks, level)
-        verdicts[probe] = _decision(values[probe], verdict, data[probe], level, deterministic)
-        if verdict == "meets":
+        for n in looks:
+            data[probe] += yield from request([(probe, r) for r in range(len(data[probe]), n)])
+            verdicts[probe] = _judged(values[probe], data[probe], goal, level, deterministic, within)
+            if verdicts[probe].verdict != "undecided":
+                break
+        if verdicts[probe].verdict == "meets":
             meeting = probe
         else:
             failing = probe
@@ -149,43 +155,28 @@ def _looks(n0: int, cap: int) -> list[int]:
     return looks
 
 
-def _decide(
-    design: int, data: list[float], target: Target, looks: list[int], level: float
-) -> Generator[list[Run], Sequence[float], Verdict]:
-    """Replicate one design until its bound clears the target or the looks are used up; fills `data`."""
-    for n in looks:
-        data += yield from request([(design, r) for r in range(len(data), n)])
-        now = estimate(data, deterministic=n == 1)
-        if now.deterministic:
-            return "meets" if target.met_by(now.mean) else "fails"
-        distance = target.sign * (now.mean - target.value)
-        if abs(distance) > _margin(data, level):
-            return "meets" if distance > 0.0 else "fails"
-    return "undecided"
-
-
-def _margin(data: Sequence[float], level: float) -> float:
-    """What a one-sided t bound takes off the mean."""
-    return t_quantile(len(data) - 1, level) * float(np.std(data, ddof=1)) / math.sqrt(len(data))
-
-
-def _decision(value: V, verdict: Verdict, data: list[float], level: float, deterministic: bool) -> Decision[V]:
-    now = estimate(data, deterministic=deterministic)
-    margin = None if now.deterministic else _margin(data, level)
-    low, high = (None, None) if margin is None else (now.mean - margin, now.mean + margin)
-    return Decision(value, verdict, now.n, now.mean, low, high, level, now.deterministic)
+def _judged(
+    value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Range
+) -> Decision[V]:
+    """What the runs of one design say: it meets the target if even its worse bound does."""
+    mean = float(np.mean(data))
+    if deterministic:
+        return Decision(value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True)
+    low, high = bounds(np.array(data), level, within)
+    worse, better = (low, high) if target.sign > 0 else (high, low)
+    verdict: Verdict = "meets" if target.met_by(worse) else "undecided" if target.met_by(better) else "fails"
+    return Decision(value, verdict, len(data), mean, low, high, level, False)
 
 
 def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list[tuple[int, int]]:
-    """Probed neighbours whose larger one is worse, by paired one-sided t bounds (Bonferroni)."""
+    """Probed neighbours whose larger one is worse, by paired one-sided bounds (Bonferroni)."""
     probed = sorted(data)
     level = 1.0 - (1.0 - confidence) / max(1, len(probed) - 1)
     falls = []
     for i, j in pairwise(probed):
         n = min(len(data[i]), len(data[j]))
-        gains = sign * (np.array(data[j][:n]) - np.array(data[i][:n]))
-        margin = _margin(gains.tolist(), level) if n > 1 else 0.0
-        if gains.mean() + margin < 0.0:
+        gains, reach = gaps(sign * np.array(data[j][:n]), sign * np.array(data[i][:n]))
+        if (bounds(gains, level, reach=reach)[1] if n > 1 else gains[0]) < 0.0:
             falls.append((i, j))
     return falls
 

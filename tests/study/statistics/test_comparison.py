@@ -27,9 +27,33 @@ def test_pairing_removes_what_both_share():
 
 def test_a_constant_difference_is_exact_in_spite_of_rounding():
     base = [0.1, 0.7, 1e6 / 3]
-    result = paired([v + 0.3 for v in base], base)
+    result = paired([v + 0.3 for v in base], base, deterministic=True)
     assert result.deterministic
     assert result.mean == pytest.approx(0.3)
+
+
+def test_differences_that_agree_so_far_are_not_exact():
+    # six differences of 5: up to 1 - 0.025^(1/6) = 45.9 % of runs may differ, and be as far on the other side of 0
+    base = [10.0, 11, 12, 10, 11, 12]
+    (six,) = compare({"now": base, "more": [v + 5 for v in base]}, "now").differences
+    assert six.estimate.interval == pytest.approx((5 - 4.593, 5 + 4.593), abs=1e-3)
+    # as a sign test: all six on one side by chance in 2 of 64 cases
+    assert (six.p_value, six.differs) == (pytest.approx(2 / 64), True)
+    (five,) = compare({"now": base[:5], "more": [v + 5 for v in base[:5]]}, "now").differences
+    assert (five.p_value, five.differs) == (pytest.approx(2 / 32), False)
+
+
+def test_a_run_that_differs_may_do_so_by_as_much_as_the_designs_vary():
+    # no difference in ten runs of 100 to 200: 30.8 % may differ by 100
+    base = [100.0, 200] * 5
+    assert paired(base, base).interval == pytest.approx((-30.85, 30.85), abs=0.01)
+
+
+def test_the_p_value_is_that_of_the_interval_that_just_holds_zero():
+    skewed = [0.0, 0, 0, 0, 1, 1, 2, 3, 5, 9]
+    (difference,) = compare({"now": [0.0] * 10, "more": skewed}, "now").differences
+    low, _ = paired(skewed, [0.0] * 10, 1 - difference.p_value).interval
+    assert low == pytest.approx(0.0, abs=1e-9)
 
 
 def test_two_designs_by_bonferroni_worked_by_hand():
@@ -57,9 +81,9 @@ def test_holm_worked_by_hand():
 
 def test_hypotheses_without_a_p_value_still_count_in_the_family():
     assert holm([0.01, 0.02], family=4) == pytest.approx([0.04, 0.06])
-    table = {"now": [0, 0, 0], "shifted": [5, 5, 5], "near": [2, 3, 4]}
-    exact, near = compare(table, "now", method="holm").differences
-    assert (exact.differs, exact.p_adjusted) == (True, None)
+    table = {"now": [0, 0, 0], "one run": [5], "near": [2, 3, 4]}
+    unknown, near = compare(table, "now", method="holm").differences
+    assert (unknown.differs, unknown.p_adjusted) == (None, None)
     assert near.p_adjusted == pytest.approx(2 * near.p_value)
 
 
@@ -81,7 +105,7 @@ def test_failed_and_missing_replications_are_left_out_in_pairs_and_counted():
 
 def test_deterministic_designs_are_compared_as_exact_numbers():
     table = {"now": [5.0, 5.0], "same": [5.0, 5.0], "better": [6.0, 6.0]}
-    same, better = compare(table, "now").differences
+    same, better = compare(table, "now", deterministic=True).differences
     assert (same.p_value, same.differs, better.p_value, better.differs) == (None, False, None, True)
     assert better.estimate.deterministic
 
@@ -106,6 +130,11 @@ def test_one_replication_tells_nothing_unless_the_model_is_deterministic():
 def test_comparisons_that_cannot_be_made_are_refused(table, baseline, method, message):
     with pytest.raises(StudyError, match=message):
         compare(table, baseline, method)
+
+
+def test_deterministic_designs_whose_differences_differ_are_a_contradiction():
+    with pytest.raises(StudyError, match="gave differences from 0 to 1"):
+        paired([1, 2], [1, 1], deterministic=True)
 
 
 def test_unequal_numbers_of_replications_cannot_be_paired():

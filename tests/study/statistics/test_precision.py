@@ -26,8 +26,8 @@ def test_none_where_the_cap_or_a_zero_mean_forbids():
     assert replications_needed([5.0], relative=0.10) is None
 
 
-def test_a_deterministic_model_needs_only_what_it_has():
-    assert replications_needed([5.0, 5.0], relative=0.01) == 2
+def test_values_that_agree_tell_nothing_about_the_number_needed():
+    assert replications_needed([5.0, 5.0], relative=0.01) is None
 
 
 def test_the_first_batch_is_the_minimum():
@@ -53,9 +53,17 @@ def test_the_cap_ends_it_unreached_and_says_so():
 
 
 def test_a_deterministic_model_is_done_at_the_minimum():
-    now = check_precision([5.0, 5.0], PrecisionRule(0.01, minimum=2))
+    now = check_precision([5.0, 5.0], PrecisionRule(0.01, minimum=2), deterministic=True)
     assert (now.reached, now.more) == (True, 0)
     assert "deterministic" in now.note
+
+
+def test_values_that_agree_are_precise_to_5_per_cent_after_72():
+    # 1 - 0.025^(1/72) = 0.0499: so many runs may differ, by as much as the mean
+    rule = PrecisionRule(0.05, minimum=2)
+    assert check_precision([5.0, 5.0], rule).more == 2
+    assert not check_precision([5.0] * 71, rule).reached
+    assert check_precision([5.0] * 72, rule).reached
 
 
 def test_a_share_of_the_true_mean_asks_for_a_little_more():

@@ -73,11 +73,30 @@ def test_the_cap_ends_the_race_without_a_guarantee():
 
 
 def test_deterministic_designs_are_compared_as_numbers_and_equals_by_number():
-    result = kn(lambda design, r: [0.1, 0.3, 0.3][design], 3, delta=0.5)
+    result = kn(lambda design, r: [0.1, 0.3, 0.3][design], 3, delta=0.15, deterministic=True)
     assert (result.best, result.survivors, result.samples) == (1, (1, 2), (10, 10, 10))
+    assert result.within == (2,)
     assert result.deterministic
     assert result.guaranteed
     assert "exact" in result.note
+
+
+def test_differences_that_agree_so_far_get_the_variance_of_a_share_that_may_differ():
+    # three equal differences: 1 - 0.05^(1/3) = 63 % of runs may differ, by 1: S² = 0.63 instead of 0, and with
+    # delta 0.5 the limit is 18 * 0.63 / 0.25 = 45.5: over at 46
+    result = kn(lambda design, r: 0.0, 2, delta=0.5, n0=3)
+    assert (result.samples, result.survivors, result.deterministic) == ((46, 46), (0, 1), False)
+    # 46 runs without a difference leave 6.3 % that may differ by 1, less than delta
+    assert result.within == (1,)
+
+
+def test_designs_are_near_the_best_only_if_the_bound_of_their_difference_is():
+    # worse by 0.1 and 10 on average, sd 1.05: t(9 df, 0.975) = 2.262 times 1.054 / sqrt(10) = 0.754
+    noise = [1.0, -1.0] * 5
+    table = [[5.0] * 10, [4.9 + z for z in noise], [-5.0 + z for z in noise]]
+    result = kn(lambda design, r: table[design][r], 3, delta=0.9, cap=10)
+    assert (result.best, result.within) == (0, (1,))
+    assert kn(lambda design, r: table[design][r], 3, delta=0.8, cap=10).within == ()
 
 
 def test_the_steps_ask_for_the_first_stage_at_once():
