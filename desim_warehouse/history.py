@@ -11,6 +11,7 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.log import NONE, STATES, LogRow
@@ -89,6 +90,16 @@ class Wait(NamedTuple):
     on: Edge | None
 
 
+class Charging(NamedTuple):
+    """A robot at a charger from `start` to `end`, with its energy before and after."""
+
+    robot: int
+    start: float
+    end: float
+    before: float
+    after: float
+
+
 class Rotation(NamedTuple):
     """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
 
@@ -123,6 +134,10 @@ class History:
     def counts(self, time: float) -> bool:
         """Whether what happens at a time is counted: from the very end of the warm-up on."""
         return time >= self.begin
+
+    def within(self, start: float, end: float) -> float:
+        """How much of a stretch of time is counted."""
+        return max(min(end, self.end) - max(start, self.begin), 0.0)
 
     @cached_property
     def totals(self) -> dict[str, float]:
@@ -240,12 +255,65 @@ class History:
     # Energy
 
     @cached_property
+    def chargers(self) -> int:
+        """All chargers that robots can stand at."""
+        from desim_warehouse.feasibility.power import chargers_at
+
+        return sum(chargers_at(self.model, self.layout).values())
+
+    @cached_property
+    def chargings(self) -> list[Charging]:
+        """When robots were at a charger, one robot after the other; without batteries never."""
+        return [
+            Charging(span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0)
+            for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
+            for span, after in zip_longest(spans, spans[1:])
+            if span.state == "charging"
+        ]
+
+    @cached_property
+    def charged(self) -> float:
+        """The energy that all batteries together took up in the counted time."""
+        return math.fsum(
+            one.after - self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)
+        )
+
+    def _level_when_counting_begins(self, one: Charging) -> float:
+        """What a battery holds from where its charging is counted."""
+        return one.before + self._charged(one.before, max(self.begin - one.start, 0.0))
+
+    @cached_property
+    def lowest_energy(self) -> float:
+        """The lowest energy of any robot in the counted time, whatever the level of the log; nan without batteries.
+
+        Batteries fall between charging and charging, so the lowest level is where a state begins, or at an end.
+        """
+        levels = list(self.energy_at_end)
+        levels += [self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)]
+        levels += [
+            span.energy
+            for robot in self.changes
+            for span in robot
+            if span.energy is not None and self.counts(span.start)
+        ]
+        return min(levels, default=math.nan)
+
+    @cached_property
+    def charger_wait(self) -> float:
+        """The counted time that all robots together queued for a charger; what else they queued was for a server."""
+        return math.fsum(
+            self.within(span.start, span.end)
+            for robot in self.changes
+            for span in robot
+            if span.state == "queueing" and span.task == NONE
+        )
+
+    @cached_property
     def energy_curves(self) -> list[Curve]:
         """For each robot times and energies between which its battery runs straight; empty without batteries.
 
         The log has the energy at every change of state. In between it falls at the state's rate; where standing draws
-        another rate, waits are corners too, and a tapered charge is sampled. Waits are recorded with `log: all`: below
-        that, a robot that is on its way at the end of the run is taken to have driven since its last change of state.
+        another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
         """
         if self.model.battery is None:
             return []
@@ -263,7 +331,7 @@ class History:
     @property
     def energy_at_end(self) -> list[float]:
         """The energy left in each robot's battery at the end of the run; empty without batteries."""
-        return [levels[-1] for _, levels in self.energy_curves]
+        return self.log.energy or [levels[-1] for _, levels in self.energy_curves]
 
     @cached_property
     def _rates(self) -> dict[str, float]:
@@ -297,7 +365,12 @@ class History:
         return points
 
     def _level_at_end(self, span: StateSpan, waits: list[Wait]) -> float:
-        """The energy that a robot in its last state has left, which no row tells."""
+        """The energy that a robot in its last state has left, which no row tells; runs of version 0.1.0 do not either.
+
+        Of those, without waits in the log, a robot on its way is taken to have driven since its last change of state.
+        """
+        if self.log.energy:
+            return self.log.energy[span.robot]
         if span.state == "charging":
             level = span.energy or 0.0
             return level + self._charged(level, span.end - span.start)

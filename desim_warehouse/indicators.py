@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import StudyError, nearest
+from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
@@ -21,7 +22,18 @@ if TYPE_CHECKING:
     from desim_warehouse.states import State
 
 Unit = Literal[
-    "time", "length", "energy", "count", "tasks", "tasks per hour", "weighted", "share of tasks", "share of fleet time"
+    "time",
+    "length",
+    "energy",
+    "count",
+    "tasks",
+    "tasks per hour",
+    "weighted",
+    "capacity per hour",
+    "share of tasks",
+    "share of fleet time",
+    "share of charger time",
+    "share of capacity",
 ]
 Better = Literal["less", "more"]
 
@@ -96,6 +108,54 @@ def quantile(ordered: Sequence[float], part: float) -> float:
     low = math.floor(place)
     high = min(low + 1, len(ordered) - 1)
     return ordered[low] + (place - low) * (ordered[high] - ordered[low])
+
+
+def _backlog_growth(history: History) -> float:
+    """Tasks released less tasks delivered in the counted time, an hour."""
+    hours = history.counted / history.model.units.hour
+    released = sum(1 for task in history.tasks.values() if history.counts(task.released))
+    return (released - len(history.counted_deliveries)) / hours if hours else math.nan
+
+
+def _energy_lowest(history: History) -> float:
+    battery = history.model.battery
+    return math.nan if battery is None else history.lowest_energy / battery.capacity
+
+
+def _energy_drift(history: History) -> float:
+    """What the batteries took up less what was drawn from them."""
+    battery, hours = history.model.battery, history.counted / history.model.units.hour
+    if battery is None or not hours:
+        return math.nan
+    gained = history.charged - history.totals["energy"]
+    return gained / (battery.capacity * history.model.fleet.size) / hours
+
+
+def _charger_utilisation(history: History) -> float:
+    time = history.chargers * history.counted
+    used = math.fsum(history.within(one.start, one.end) for one in history.chargings)
+    return used / time if time else math.nan
+
+
+def _station_wait(history: History) -> float:
+    """Robots queue for a server or for a charger; times are sums of differences, so 0 may come out as a little less."""
+    return max(history.totals["queueing"] - history.charger_wait, 0.0)
+
+
+def _has_arrivals(history: History) -> bool:
+    return isinstance(history.model.tasks.goods, PoissonGoods)
+
+
+def _has_batteries(history: History) -> bool:
+    return history.model.battery is not None
+
+
+def _has_chargers(history: History) -> bool:
+    return _has_batteries(history) and history.chargers > 0
+
+
+def _has_stations(history: History) -> bool:
+    return bool(history.layout.stations)
 
 
 def _has_due_times(history: History) -> bool:
@@ -228,6 +288,15 @@ INDICATORS = {
             lambda history: len(history.tasks) - len(history.delivered),
         ),
         Indicator(
+            "backlog_growth_per_hour",
+            "Backlog growth",
+            "tasks per hour",
+            "tasks released less tasks delivered in the counted time, per hour; only where tasks arrive at random",
+            "less",
+            _backlog_growth,
+            _has_arrivals,
+        ),
+        Indicator(
             "tardiness_mean",
             "Tardiness, mean",
             "time",
@@ -244,6 +313,52 @@ INDICATORS = {
             "more",
             lambda history: _mean([not late for late in history.lateness]),
             _has_due_times,
+        ),
+        Indicator(
+            "energy_lowest",
+            "Lowest battery level",
+            "share of capacity",
+            "lowest level of any robot's battery, as a part of its capacity; only with batteries",
+            "more",
+            _energy_lowest,
+            _has_batteries,
+        ),
+        Indicator(
+            "energy_drift_per_hour",
+            "Battery drift",
+            "capacity per hour",
+            "change of the fleet's mean battery level over the counted time, as a part of the capacity, per hour; only "
+            "with batteries",
+            "more",
+            _energy_drift,
+            _has_batteries,
+        ),
+        Indicator(
+            "charger_utilisation",
+            "Charger utilisation",
+            "share of charger time",
+            "part of the time of all chargers in which a robot is charged; only with batteries and chargers",
+            None,
+            _charger_utilisation,
+            _has_chargers,
+        ),
+        Indicator(
+            "charger_wait",
+            "Time queued for a charger",
+            "time",
+            "time in a bay waiting for a charger, all robots together; only with batteries and chargers",
+            "less",
+            lambda history: history.charger_wait,
+            _has_chargers,
+        ),
+        Indicator(
+            "station_wait",
+            "Time queued for a server",
+            "time",
+            "time in a station waiting for a server, all robots together; only with stations",
+            "less",
+            _station_wait,
+            _has_stations,
         ),
         *(_share_of(state) for state in TIMES.values()),
     )

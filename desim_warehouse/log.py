@@ -97,7 +97,8 @@ class Log:
     """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
 
     `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
-    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks.
+    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `energy`
+    what the battery of each robot holds at the end; empty without batteries.
     """
 
     level: Detail = "all"
@@ -107,6 +108,7 @@ class Log:
     edges: list[dict[str, Any]] = field(default_factory=list)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     due: dict[int, float] = field(default_factory=dict)
+    energy: list[float] = field(default_factory=list)
     begin: float = 0.0
     end: float = 0.0
 

@@ -265,8 +265,11 @@ _UNITS = {
     "tasks": "count",
     "tasks per hour": "1/h",
     "weighted": "-",
+    "capacity per hour": "1/h",
     "share of tasks": "share",
     "share of fleet time": "share",
+    "share of charger time": "share",
+    "share of capacity": "share",
 }
 """How the reference writes kinds of units, where not as they are called."""
 
@@ -314,6 +317,17 @@ def codes() -> str:
     return table(("code", "severity", "can be accepted", "meaning"), rows)
 
 
+def verdicts() -> str:
+    """When there is which verdict."""
+    from desim_warehouse.verdicts import RULES
+
+    rows = (
+        (f"`{code}`", f"`{rule.mark}`", rule.text.format("…"), rule.when[:1].upper() + rule.when[1:])
+        for code, rule in RULES.items()
+    )
+    return table(("code", "mark", "verdict", "when"), rows)
+
+
 # The paper's experiment
 
 
@@ -338,6 +352,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "cli": commands,
     "python": public,
     "codes": codes,
+    "verdicts": verdicts,
     "log-columns": log_columns,
     "log-kinds": log_kinds,
     "indicators": indicators,

@@ -89,7 +89,10 @@ class Recount:
         stretches = defaultdict(list)
         now = {robot: (0.0, "idle", start[robot % len(start)]) for robot in range(self.size)}
         place = {robot: start[robot % len(start)] for robot in range(self.size)}
-        for time, kind, robot, _, node, _, _, _, _ in self.rows:
+        waits_for = defaultdict(str)
+        self.queued = Counter()
+        self.lowest, self.gained = math.inf, 0.0
+        for time, kind, robot, task, node, _, _, _, _ in self.rows:
             if kind in {"parked", "docked"}:
                 place[robot] = node if kind == "parked" else None
             elif kind == "enter":
@@ -98,11 +101,16 @@ class Recount:
                 since, state, where = now[robot]
                 stretches[robot].append((since, time, state, where))
                 now[robot] = time, kind, place[robot]
+                self.queue(state, since, time, waits_for[robot])
+                waits_for[robot] = "server" if task >= 0 else "charger"
         for robot, (since, state, where) in now.items():
             stretches[robot].append((since, self.end, state, where))
+            self.queue(state, since, self.end, waits_for[robot])
         for robot, parts in stretches.items():
             for since, until, state, where in parts:
                 self.add_stretch(robot, since, until, state, where)
+            if self.model.battery is not None:
+                self.follow_battery(robot, parts)
 
     def add_stretch(self, robot, since, until, state, where):
         tally = self.robots[robot]
@@ -115,6 +123,79 @@ class Recount:
         tally[state] += worked
         tally["waiting"] += waited
         tally["energy"] += worked * self.rate(state, where) + waited * self.rate("idle", None)
+
+    def queue(self, state, since, until, thing):
+        if state == "queueing":
+            self.queued[thing] += self.within(since, until)
+
+    # Batteries
+
+    def follow_battery(self, robot, parts):
+        """The level from stretch to stretch: it is in the rows where a stretch begins, else falls as `rate` says."""
+        known = [row[6] for row in self.rows if row[2] == robot and row[1] in STATES]
+        given = self.model.fleet.start_energy
+        if isinstance(given, (int, float)):
+            first_level = given * self.model.battery.capacity
+        else:  # drawn at random: nothing but drawing came before the first row
+            first_level = known[0] + self.drawn(robot, *parts[0], parts[0][1])
+        before = None
+        for (since, until, state, where), at_start, at_next in zip(
+            parts, [first_level, *known], [*known, None], strict=True
+        ):
+            if until < self.begin:
+                continue
+            level = self.level(robot, at_start, since, until, state, where, max(since, self.begin))
+            before = level if before is None else before
+            last = self.level(robot, at_start, since, until, state, where, until) if at_next is None else at_next
+            self.lowest = min(self.lowest, level, last)
+            after = last
+        self.gained += after - before
+
+    def drawn(self, robot, since, until, state, where, at):
+        """Energy drawn from the start of a stretch to an instant in it."""
+        waited = sum(max(min(end, at) - max(begin, since), 0.0) for begin, end in self.waits[robot])
+        return (at - since - waited) * self.rate(state, where) + waited * self.rate("idle", None)
+
+    def level(self, robot, start, since, until, state, where, at):
+        if state != "charging":
+            return start - self.drawn(robot, since, until, state, where, at)
+        if self.model.policies.charging.name == "swap":
+            return start
+        return self.charged(start, at - since)
+
+    def charged(self, start, time):
+        """Straight up to the knee; from there on what is missing to a level beyond full shrinks exponentially."""
+        battery = self.model.battery
+        rate, capacity = battery.charge_rate, battery.capacity
+        if battery.taper is None:
+            return min(start + rate * time, capacity)
+        knee = battery.taper.start * capacity
+        steady = min(max(knee - start, 0.0) / rate, time)
+        level = start + rate * steady
+        aim = knee + (capacity - knee) / (1 - battery.taper.end_rate)
+        level = aim - (aim - level) * math.exp(-(time - steady) * rate / (aim - knee)) if time > steady else level
+        return min(level, capacity)
+
+    def energy(self):
+        battery, hours = self.model.battery, (self.end - self.begin) / self.model.units.hour
+        if battery is None:
+            return {}
+        start = self.model.fleet.start or tuple(self.layout.bays)
+        places = Counter(start[robot % len(start)] for robot in range(self.size))
+        chargers = 0
+        for node, bay in self.layout.bays.items():
+            room = places[node] if bay.places is None else bay.places
+            chargers += room if bay.chargers is None else min(bay.chargers, room)
+        found = {
+            "energy_lowest": self.lowest / battery.capacity,
+            "energy_drift_per_hour": self.gained / battery.capacity / self.size / hours if hours else math.nan,
+        }
+        if chargers:
+            used = sum(robot["charging"] for robot in self.robots)
+            time = (self.end - self.begin) * chargers
+            found["charger_utilisation"] = used / time if time else math.nan
+            found["charger_wait"] = self.queued["charger"]
+        return found
 
     def rate(self, state, where):
         """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger."""
@@ -156,6 +237,10 @@ class Recount:
             "cycle_time_p95": float(np.quantile(times, 0.95)) if times else math.nan,
             "backlog": len(released) - len(delivered),
         }
+        if hasattr(self.model.tasks.goods, "poisson"):
+            hours = (self.end - self.begin) / self.model.units.hour
+            growth = sum(time >= self.begin for time in released.values()) - len(counted)
+            found["backlog_growth_per_hour"] = growth / hours if hours else math.nan
         if late:
             found |= {"tardiness_mean": statistics.fmean(late), "on_time": late.count(0.0) / len(late)}
         return found
@@ -186,6 +271,8 @@ class Recount:
             "rotations": self.rotations,
             "throughput_per_hour": total["delivered"] / hours if hours else math.nan,
             **self.tasks(),
+            **self.energy(),
+            **({"station_wait": self.queued["server"]} if self.layout.stations else {}),
             **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting")},
         }
 

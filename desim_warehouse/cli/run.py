@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.argument("model")
 @with_overrides
 @with_seed
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: indicators, seed, version.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: indicators, verdicts, seed, version.")
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
 def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, out: str | None) -> None:
     """Simulate MODEL once and show its indicators."""
@@ -37,7 +37,8 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
         run.save(out)
     if as_json:
         plain = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
-        click.echo(json.dumps({**plain, "seed": seed, "version": __version__}))
+        said = [verdict.content() for verdict in run.verdicts]
+        click.echo(json.dumps({**plain, "verdicts": said, "seed": seed, "version": __version__}))
     else:
         _show(run)
 
@@ -58,6 +59,8 @@ def _show(run: Run) -> None:
         meaning = words.indicator_name(key).removeprefix("Fleet ")
         table.add_row(key, shown, unit, f"{meaning[:1].upper()}{meaning[1:]}")
     show(table)
+    for verdict in run.verdicts:
+        click.echo(verdict.text)
 
 
 def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
@@ -67,7 +70,9 @@ def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     if math.isnan(value):
         return "-", ""
     if kind.startswith("share"):
-        return f"{100 * value:.1f}", "% of tasks" if kind.endswith("tasks") else "% of time"
+        return f"{100 * value:.1f}", {"share of tasks": "% of tasks", "share of capacity": "% full"}.get(kind, "% of time")
+    if kind == "capacity per hour":
+        return f"{100 * value:.1f}", "% of capacity/h"
     if kind == "time" and units.time != "s":
         return number(value), f"{units.time} ({number(value * units.seconds)} s)"
     named = {"energy": "energy units", "weighted": "weighted", "tasks per hour": "tasks/h", "tasks": ""}

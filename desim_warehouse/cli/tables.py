@@ -16,6 +16,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
     from rich.table import Table
 
+    from desim_warehouse.report import sentences
     from desim_warehouse.study.factors import readable
 
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
@@ -27,6 +28,9 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     for name in chosen:
         table.add_column(name, justify="right")
     table.add_column("runs", justify="right")
+    judged = any(results.verdicts.values())
+    if judged:
+        table.add_column("verdict")
     for point in results.points:
         rows = results.by_point[point.number]
         failed = sum(row.outcome.error is not None for row in rows)
@@ -34,13 +38,23 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
             *map(readable, point.labels.values()),
             *(said(found[name][point.number]) for name in chosen),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
+            *([sentences.marks(results, str(point))] if judged else []),
         )
     show(table)
+    show_verdicts(results)
     if results.deterministic:
         click.echo("Chance plays no part in these models: every replication is the same, and the means are exact.")
     elif max(map(len, results.by_point.values())) == 1:
         click.echo("One run of a design says little where chance plays a part: more replications give intervals.")
     _show_failures(results)
+
+
+def show_verdicts(results: Results) -> None:
+    """What is wrong with designs, a line for each kind."""
+    from desim_warehouse.report import sentences
+
+    for line in sentences.verdicts(results):
+        click.echo(line)
 
 
 def _title(results: Results, known: bool) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.log import NONE
 from desim_warehouse.report import words
+from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,7 +51,7 @@ def export(run: Run, form: str, path: str | Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
         for name, table in tables(run).items():
             if form == "csv":
-                table.to_csv(path / f"{name}.csv", index=False)
+                (path / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
             else:
                 table.to_parquet(path / f"{name}.parquet", index=False)
     except OSError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.report.palette import COLOURS
+from desim_warehouse.run.spreadsheet import as_csv
 from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Reproduction:
 
     def _write(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self.table.to_csv(folder / "paper.csv", index=False, float_format="%.6g")
+        (folder / "paper.csv").write_text(as_csv(self.table, float_format="%.6g"), encoding="utf-8")
         self.table.to_parquet(folder / "paper.parquet", index=False)
         for indicator, (number, _) in FIGURES.items():
             drawn = self.figure(indicator)

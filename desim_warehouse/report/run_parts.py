@@ -6,7 +6,7 @@ import platform
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.report import html, plot, words
+from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.model_parts import model_facts
 
 if TYPE_CHECKING:
@@ -30,9 +30,10 @@ def heading(run: Run) -> Html:
 
 
 def short(run: Run) -> Html:
-    """The run in a sentence or two."""
+    """The run in a few sentences, what is wrong with it first."""
     kpis = run.kpis
     lines = [
+        *(sentences.sentence(verdict.text) for verdict in run.verdicts),
         (
             f"{words.number(kpis['tasks'])} tasks delivered in {_counted_time(run)}, "
             f"{words.number(kpis['throughput_per_hour'])} an hour."

@@ -8,6 +8,7 @@ import numpy as np
 
 from desim_warehouse.report import words
 from desim_warehouse.study.table import cells, is_numeric
+from desim_warehouse.verdicts import RULES
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
@@ -25,6 +26,29 @@ def conclusions(study: Results) -> list[str]:
         if comparison is not None:
             lines += against_baseline(study, indicator, comparison)
     return lines + knee_of_throughput(study)
+
+
+def verdicts(study: Results) -> list[str]:
+    """What is wrong, a line for each kind of verdict: said of the design where there is most of it."""
+    lines = []
+    for code in RULES:
+        found = {design: one for design, said in study.verdicts.items() for one in said if one.code == code}
+        if found:
+            worst = max(found, key=lambda design: found[design].size)
+            of = f"; {len(found)} of {len(study.designs)} designs" if len(found) > 1 else ""
+            where = f" ({name_of(study, worst)}{of})" if len(study.designs) > 1 else ""
+            lines.append(f"{found[worst].text}{where}")
+    return lines
+
+
+def sentence(line: str) -> str:
+    """A line with a capital and a full stop."""
+    return f"{line[:1].upper()}{line[1:]}."
+
+
+def marks(study: Results, design: str) -> str:
+    """The marks of a design in a table; empty where nothing is wrong."""
+    return ", ".join(one.mark for one in study.verdicts.get(design, ()))
 
 
 def against_baseline(study: Results, indicator: str, comparison: Comparison) -> list[str]:

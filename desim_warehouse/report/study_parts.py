@@ -79,11 +79,11 @@ def _listed(items: list[str]) -> str:
 
 
 def conclusions(study: Results) -> Html:
-    """What the statistics show, one sentence a finding; or that they show nothing."""
+    """What is wrong, and what the statistics show, one sentence a finding; or that they show nothing."""
+    wrong = [sentences.sentence(line) for line in sentences.verdicts(study)]
     lines = sentences.conclusions(study)
-    if not lines:
-        return html.paragraph("No difference between the designs is significant.", "note")
-    return html.bullets(lines, "answers")
+    said = html.bullets([*wrong, *lines], "answers") if wrong or lines else Html("")
+    return said if lines else said + html.paragraph("No difference between the designs is significant.", "note")
 
 
 def warehouse(study: Results) -> Html:
@@ -125,6 +125,9 @@ def results(study: Results) -> Html:
     head = [*study.factors, "runs", *(words.indicator_label(name, units) for name in study.main)]
     shown = list(study.designs)[:_ROWS]
     rows = [_result(study, design) for design in shown]
+    if any(study.verdicts.values()):
+        head.append("verdict")
+        rows = [[*row, sentences.marks(study, design)] for row, design in zip(rows, shown, strict=True)]
     marked = frozenset(number for number, design in enumerate(shown) if design == study.baseline)
     found = html.table(head, rows, words=len(study.factors), name="results", marked=marked)
     note = (

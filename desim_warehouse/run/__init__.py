@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse import indicators
+from desim_warehouse import indicators, verdicts
 from desim_warehouse.history import History
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.log import Log
     from desim_warehouse.model import Model
     from desim_warehouse.report.replay import Replay
+    from desim_warehouse.verdicts import Verdict
 
 
 class Run:
@@ -53,6 +54,11 @@ class Run:
     def C(self) -> int:  # noqa: N802 - the paper's name
         """Chargings after which a robot went out again."""
         return int(self.kpis["C"])
+
+    @cached_property
+    def verdicts(self) -> list[Verdict]:
+        """What the run shows to be wrong, in words: that it cannot keep up, runs down its batteries, is jammed."""
+        return verdicts.judge(self.kpis, self.model)
 
     @cached_property
     def log(self) -> pd.DataFrame:

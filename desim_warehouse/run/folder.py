@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -65,7 +66,7 @@ def _write(run: Run, folder: Path) -> Path:
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
     for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
-        write_whole(folder / f"{name}.csv", table.to_csv())
+        write_whole(folder / f"{name}.csv", as_csv(table, index=True))
     content = {
         "format": FORMAT,
         "version": __version__,
@@ -78,6 +79,7 @@ def _write(run: Run, folder: Path) -> Path:
             "end": log.end,
             "rings": log.rings,
             "due": list(log.due.items()),
+            "energy": log.energy,
             "robots": log.robots,
             "edges": log.edges,
             "nodes": log.nodes,
@@ -119,6 +121,7 @@ def load_run(folder: str | Path) -> Run:
             edges=kept["edges"],
             nodes=kept["nodes"],
             due=dict(kept["due"]),
+            energy=kept.get("energy", []),  # version 0.1.0 did not write it
             begin=kept["begin"],
             end=kept["end"],
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from desim_warehouse.study.factors import RESERVED
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import is_lifelong, models
 from desim_warehouse.study.table import RESULTS, arrow, as_text, columns, is_numeric, plain, read_results
+from desim_warehouse.verdicts import judge
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.factors import Label
     from desim_warehouse.study.plan import StudyPlan
+    from desim_warehouse.verdicts import Verdict
 
 USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
 USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
@@ -207,6 +209,20 @@ class Results:
     def varied(self) -> tuple[str, ...]:
         """The factors that have several values."""
         return tuple(key for key in self.factors if len(self.levels(key)) > 1)
+
+    @cached_property
+    def verdicts(self) -> Mapping[str, list[Verdict]]:
+        """What is wrong with each design, by the means of its runs (see `desim_warehouse.verdicts`)."""
+        return {design: judge(self._means(design), model) for design, model in self.models.items()}
+
+    def _means(self, design: str) -> dict[str, float]:
+        """The mean of every indicator over those runs of a design that have it."""
+        values: defaultdict[str, list[float]] = defaultdict(list)
+        for row in self.runs(design):
+            for name, value in row.indicators.items():
+                if math.isfinite(value):
+                    values[name].append(value)
+        return {name: math.fsum(found) / len(found) for name, found in values.items()}
 
     @cached_property
     def by_point(self) -> Mapping[int, list[Row]]:

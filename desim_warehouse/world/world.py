@@ -177,6 +177,8 @@ class World:
             robots, edges, nodes = self._before
             found = less(found[0], robots), less(found[1], edges), less(found[2], nodes)
         log.robots, log.edges, log.nodes = found
+        if self.model.battery is not None:
+            log.energy = [robot.battery.level(now) for robot in self.robots]
         log.close(now)
 
     def _count_from_here(self) -> None:

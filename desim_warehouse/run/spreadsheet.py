@@ -1,0 +1,29 @@
+"""Tables as CSV that a spreadsheet may open: no cell of text is taken for a formula there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What a cell begins with that spreadsheets take for a formula (OWASP, CSV Injection)."""
+
+
+def as_csv(table: pd.DataFrame, *, index: bool = False, **how: Any) -> str:
+    """A table as CSV; text that looks like the beginning of a formula gets a ' before it, numbers stay numbers.
+
+    `how`: further arguments of `DataFrame.to_csv`.
+    """
+    if index:
+        table = table.reset_index()
+    safe = table.rename(columns=_safe)
+    for column, kind in enumerate(safe.dtypes):
+        if kind.kind not in "biuf":
+            safe.isetitem(column, safe.iloc[:, column].map(_safe))
+    return str(safe.to_csv(None, index=False, lineterminator="\n", **how))
+
+
+def _safe(cell: Any) -> Any:
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell

@@ -1,0 +1,145 @@
+"""What a run or a design has shown to be wrong, in words: that it cannot keep up, runs down its batteries, is jammed.
+
+The rules stand in `RULES`, here: the tables, reports, JSON and the reference in the documentation all read them. They
+start from indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.power import charging_rate, chargers_at, is_lifelong
+from desim_warehouse.layout import build
+from desim_warehouse.model.schema import PoissonGoods
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from desim_warehouse.model import Model
+
+ERRORS_OF_ARRIVALS = 3
+"""Standard errors of the number of arrivals by which a backlog must have grown."""
+LEAST_FALL = 0.01
+"""Part of the capacity an hour by which batteries must fall."""
+CHARGERS_BUSY = 0.95
+"""Part of their time from which on chargers count as always in use."""
+MOST_WAITING = 0.5
+"""Part of the fleet's time in traffic from which on it is jammed."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Something wrong with a run or a design: its code (see `RULES`), in words, and how much of it there is."""
+
+    code: str
+    text: str
+    size: float
+
+    def content(self) -> dict[str, str]:
+        """As JSON has it."""
+        return {"code": self.code, "text": self.text}
+
+    @property
+    def mark(self) -> str:
+        """The mark of a design in a table."""
+        return RULES[self.code].mark
+
+
+@dataclass(frozen=True)
+class Rule:
+    """When there is a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
+
+    `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times.
+    """
+
+    mark: str
+    text: str
+    when: str
+    size: Callable[[Mapping[str, float], Model], float | None]
+    scale: float = 1.0
+
+
+def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Growth of the backlog an hour.
+
+    Were demand just what the fleet can do, the backlog after n arrivals would be about as far from where it was as the
+    number of arrivals from its mean: sqrt(n), the standard deviation of a Poisson count. A queue that is stable stays
+    below that.
+    """
+    growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _hours(kpis, model)
+    if not isinstance(model.tasks.goods, PoissonGoods) or not math.isfinite(growth):
+        return None
+    grown = growth * hours
+    arrivals = kpis.get("tasks", 0.0) + grown
+    chance = ERRORS_OF_ARRIVALS * math.sqrt(max(arrivals, 0.0))
+    return growth if grown > max(chance, model.fleet.size) else None
+
+
+def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Fall of the mean level an hour, as a part of the capacity."""
+    fall = -kpis.get("energy_drift_per_hour", math.nan)
+    if model.battery is None or not is_lifelong(model) or not fall >= LEAST_FALL:
+        return None
+    if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
+        return fall
+    chargers = sum(chargers_at(model, build(model.layout)).values())
+    gives = chargers * charging_rate(model) * _hours(kpis, model) if chargers else 0.0
+    return fall if kpis.get("energy", 0.0) > gives else None
+
+
+def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
+    """The share of the fleet's time that is waiting in traffic."""
+    share = kpis.get("share_waiting", math.nan)
+    return share if share >= MOST_WAITING else None
+
+
+def _hours(kpis: Mapping[str, float], model: Model) -> float:
+    """The counted time; a run that ends before its warm-up does counts as a whole."""
+    end, warm_up = kpis.get("T", math.nan), model.run.warm_up
+    return (end - warm_up if end >= warm_up else end) / model.units.hour
+
+
+RULES = {
+    "CANNOT_KEEP_UP": Rule(
+        "backlog",
+        "cannot keep up: the backlog grows by {} an hour",
+        "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
+        f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and by "
+        "more than one task a robot",
+        _cannot_keep_up,
+    ),
+    "BATTERIES_FALL": Rule(
+        "batteries",
+        "batteries fall by {} % an hour: not sustainable",
+        f"work never ends, the fleet's mean level falls by at least {100 * LEAST_FALL:g} % of the capacity an hour, and "
+        "the fleet draws more than its chargers could give if they were always in use, or they are in use for "
+        f"{100 * CHARGERS_BUSY:g} % of the time",
+        _batteries_fall,
+        scale=100,
+    ),
+    "JAMMED": Rule(
+        "jammed",
+        "jammed: {} % of the time is waiting",
+        f"the robots wait in traffic for at least {100 * MOST_WAITING:g} % of their time",
+        _jammed,
+        scale=100,
+    ),
+}
+"""By code, in the order in which verdicts are said."""
+
+
+def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
+    """The verdicts on a run, from its indicators, or on a design, from their means over its runs."""
+    found = []
+    for code, rule in RULES.items():
+        size = rule.size(kpis, model)
+        if size is not None:
+            found.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
+    return found
+
+
+def _shown(value: float) -> str:
+    """Two digits that mean something."""
+    return f"{value:,.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0")  # noqa: PLR2004
