@@ -265,7 +265,9 @@ class History:
     def chargings(self) -> list[Charging]:
         """When robots were at a charger, one robot after the other; without batteries never."""
         return [
-            Charging(span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0)
+            Charging(
+                span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
+            )
             for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
             for span, after in zip_longest(spans, spans[1:])
             if span.state == "charging"

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.power import charging_rate, chargers_at, is_lifelong
+from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
 from desim_warehouse.layout import build
 from desim_warehouse.model.schema import PoissonGoods
 
@@ -68,7 +68,7 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
     number of arrivals from its mean: sqrt(n), the standard deviation of a Poisson count. A queue that is stable stays
     below that.
     """
-    growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _hours(kpis, model)
+    growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _counted(kpis, model) / model.units.hour
     if not isinstance(model.tasks.goods, PoissonGoods) or not math.isfinite(growth):
         return None
     grown = growth * hours
@@ -85,7 +85,7 @@ def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
     if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
         return fall
     chargers = sum(chargers_at(model, build(model.layout)).values())
-    gives = chargers * charging_rate(model) * _hours(kpis, model) if chargers else 0.0
+    gives = chargers * charging_rate(model) * _counted(kpis, model) if chargers else 0.0
     return fall if kpis.get("energy", 0.0) > gives else None
 
 
@@ -95,10 +95,10 @@ def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
     return share if share >= MOST_WAITING else None
 
 
-def _hours(kpis: Mapping[str, float], model: Model) -> float:
-    """The counted time; a run that ends before its warm-up does counts as a whole."""
+def _counted(kpis: Mapping[str, float], model: Model) -> float:
+    """The counted time in the unit of the model; a run that ends before its warm-up does counts as a whole."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
-    return (end - warm_up if end >= warm_up else end) / model.units.hour
+    return end - warm_up if end >= warm_up else end
 
 
 RULES = {
@@ -106,15 +106,15 @@ RULES = {
         "backlog",
         "cannot keep up: the backlog grows by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
-        f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and by "
-        "more than one task a robot",
+        f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
+        "by more than one task a robot",
         _cannot_keep_up,
     ),
     "BATTERIES_FALL": Rule(
         "batteries",
         "batteries fall by {} % an hour: not sustainable",
-        f"work never ends, the fleet's mean level falls by at least {100 * LEAST_FALL:g} % of the capacity an hour, and "
-        "the fleet draws more than its chargers could give if they were always in use, or they are in use for "
+        f"work never ends, the fleet's mean level falls by at least {100 * LEAST_FALL:g} % of the capacity an hour, "
+        "and the fleet draws more than its chargers could give if they were always in use, or they are in use for "
         f"{100 * CHARGERS_BUSY:g} % of the time",
         _batteries_fall,
         scale=100,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
+FORMULA = ("=", "+", "-", "@", "\t")
 """What a cell begins with that spreadsheets take for a formula (OWASP, CSV Injection)."""
 
 
@@ -21,7 +21,7 @@ def as_csv(table: pd.DataFrame, *, index: bool = False, **how: Any) -> str:
     safe = table.rename(columns=_safe)
     for column, kind in enumerate(safe.dtypes):
         if kind.kind not in "biuf":
-            safe.isetitem(column, safe.iloc[:, column].map(_safe))
+            safe.isetitem(column, [_safe(cell) for cell in safe.iloc[:, column]])
     return str(safe.to_csv(None, index=False, lineterminator="\n", **how))
 
 

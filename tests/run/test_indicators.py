@@ -22,7 +22,8 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
     """The good is loaded from 10 to 13, at its station at 63, delivered at 68 and was due at 60; home at 128.
 
     The other is released at 200, the end. Counted from 50 on: 150 of time, 13 loaded, 5 unloading, 60 returning, and
-    in the bay 72; 18.2 of those it takes to charge 182.
+    in the bay 72; 18.2 of those it takes to charge 182. The battery holds 1000 - 10 - 4.5 - 74 = 911.5 at 50, 818 when
+    the robot is home, and 1000 at the end.
     """
     model = ring(BATTERY, 200)
     model["tasks"]["goods"][0] = {"good": 0, "due": 60}
@@ -39,7 +40,7 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
             "distance": 73,
             "energy": 13 * 2 + 5 * 1.5 + 60 * 1,
             "waiting": 0,
-            "cost": 73 * 2 + 200 * 3,
+            "cost": 73 * 2 + 150 * 3,
             "rear_ends": 0,
             "crossings": 0,
             "rotations": 0,
@@ -50,11 +51,70 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
             "backlog": 1,
             "tardiness_mean": 8,
             "on_time": 0,
+            "energy_lowest": 0.818,
+            "energy_drift_per_hour": (1 - 0.9115) / (150 / 3600),
+            "charger_utilisation": 18.2 / 150,
+            "charger_wait": 0,
         }
     )
     shares = {"loaded": 13, "unloading": 5, "returning": 60, "charging": 18.2, "idle": 53.8}
     for state in TIMES:
         assert got[f"share_{state}"] == pytest.approx(shares.get(state, 0) / 150)
+
+
+def two_in_turn(**changes):
+    """Two robots of a battery of 1000 that start with 400 of it, in a bay with one charger, which gives 10 a second.
+
+    The first is charged from 0 to 60 while the other queues, then that from 60 to 120; nothing else happens up to 150.
+    """
+    model = ring(BATTERY, 150, log="tasks")
+    model["layout"]["bays"]["home"] |= {"places": 2, "chargers": 1}
+    model["fleet"] |= {"size": 2, "start_energy": 0.4}
+    model["tasks"]["goods"] = [{"good": 0, "release": 149}]
+    return dw.load(model, changes)
+
+
+def test_the_second_robot_waits_for_the_charger_while_the_first_is_charged():
+    got = dw.simulate(two_in_turn()).kpis
+    assert got["charger_wait"] == pytest.approx(60)
+    assert got["charger_utilisation"] == pytest.approx(120 / 150)
+    assert got["energy_lowest"] == pytest.approx(0.4)
+    assert got["energy_drift_per_hour"] == pytest.approx(0.6 / (150 / 3600), rel=0.01)
+    assert "station_wait" not in got
+
+
+def test_only_what_happens_after_the_warm_up_counts():
+    """From 30 on: the first is charged 300, the other waits 30 and has still 400."""
+    got = dw.simulate(two_in_turn(**{"run.warm_up": 30})).kpis
+    assert got["charger_wait"] == pytest.approx(30)
+    assert got["charger_utilisation"] == pytest.approx(90 / 120)
+    assert got["energy_lowest"] == pytest.approx(0.4)
+    assert got["energy_drift_per_hour"] == pytest.approx((300 + 600) / 2000 / (120 / 3600), rel=0.01)
+
+
+def test_the_second_robot_waits_for_the_server_while_the_first_is_unloaded():
+    """Both take a good, the second 3 s after the first; it comes 3 s later to the server, which takes 30 s."""
+    model = ring(BATTERY, 400, log="tasks")
+    del model["battery"]
+    model["layout"]["stations"] = {"desk": {"at": ["C"], "places": 2, "servers": 1}}
+    model["fleet"]["size"] = 2
+    model["tasks"] |= {"goods": [0, 0, {"good": 0, "release": 400}], "unload_time": 30}
+    run = dw.simulate(dw.load(model))
+    docked, served = ([row[0] for row in run.record.rows if row[1] == kind] for kind in ("docked", "unloading"))
+    assert served[1] - served[0] == pytest.approx(30)
+    assert run.kpis["station_wait"] == pytest.approx(served[1] - docked[1]) == pytest.approx(27, abs=1)
+    assert not {"energy_lowest", "energy_drift_per_hour", "charger_wait", "charger_utilisation"} & run.kpis.keys()
+
+
+def test_a_backlog_grows_by_what_arrives_and_is_not_delivered():
+    run = dw.simulate(dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 900}, "run": {"length": 3600}}))
+    assert run.kpis["backlog_growth_per_hour"] == run.kpis["backlog"] > 0
+    later = dw.simulate(dw.load(run.model.content(), {"run.warm_up": 1800}))
+    at_half = sum(task.released < 1800 for task in later.history.tasks.values()) - sum(
+        task.delivered < 1800 for task in later.history.delivered
+    )
+    assert later.kpis["backlog_growth_per_hour"] == 2 * (later.kpis["backlog"] - at_half)
+    assert "backlog_growth_per_hour" not in dw.simulate(dw.load("models/tutorial.yaml")).kpis
 
 
 def test_quantiles_lie_between_the_values_as_numpy_has_them():

@@ -1,0 +1,146 @@
+"""Verdicts: what is wrong with a run or a design, in words."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.report import run_parts, study_parts
+from desim_warehouse.verdicts import RULES, judge
+from tests.theory.test_queues import robots_that_serve
+
+TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})
+BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 7200}}
+
+
+def codes(kpis, model=TUTORIAL):
+    return [verdict.code for verdict in judge(kpis, model)]
+
+
+# Backlog
+
+
+@pytest.mark.parametrize("robots", [1, 5])
+def test_a_stable_queue_keeps_up_in_every_run(robots):
+    """M/D/c at 80 % load, 2,000 tasks."""
+    model = dw.load(robots_that_serve(0.8, 1000.0, robots, 2000))
+    assert [dw.simulate(model, seed).verdicts for seed in range(20)] == [[]] * 20
+
+
+@pytest.mark.parametrize("robots", [1, 5])
+def test_an_overloaded_queue_cannot_keep_up_in_any_run(robots):
+    """At 120 % load a sixth of what arrives is left: of 4.32 tasks an hour and robot 0.72."""
+    model = dw.load(robots_that_serve(1.2, 1000.0, robots, 2000))
+    for seed in range(20):
+        run = dw.simulate(model, seed)
+        assert [verdict.code for verdict in run.verdicts] == ["CANNOT_KEEP_UP"]
+        assert run.verdicts[0].size == pytest.approx(0.72 * robots, rel=0.5)
+
+
+def test_the_backlog_must_grow_by_three_standard_errors_of_the_arrivals():
+    """400 tasks in 10 hours: 3 * 20 = 60 of them, 6 an hour."""
+    kpis = {"T": 36_000, "tasks": 339, "backlog_growth_per_hour": 6.1}
+    assert [verdict.text for verdict in judge(kpis, TUTORIAL)] == ["cannot keep up: the backlog grows by 6.1 an hour"]
+    assert codes({**kpis, "tasks": 341, "backlog_growth_per_hour": 5.9}) == []
+
+
+def test_tasks_that_robots_have_in_hand_are_no_backlog_that_grows():
+    kpis = {"T": 3600, "tasks": 1, "backlog_growth_per_hour": 12}
+    assert codes(kpis, TUTORIAL.replace({"run.length": 3600})) == ["CANNOT_KEEP_UP"]
+    assert codes(kpis, TUTORIAL.replace({"run.length": 3600, "fleet.size": 12})) == []
+
+
+def test_work_that_is_given_is_not_judged_by_its_backlog():
+    assert codes({"T": 36_000, "backlog_growth_per_hour": 100}, TUTORIAL.replace({"tasks.goods": {"random": 9}})) == []
+
+
+# Batteries
+
+
+def test_batteries_that_fall_though_the_chargers_give_enough_are_no_verdict():
+    """Robots that start full and have not had to charge yet."""
+    kpis = {"T": 36_000, "energy_drift_per_hour": -0.05, "charger_utilisation": 0.1, "energy": 100}
+    assert codes(kpis) == []
+    assert codes({**kpis, "energy": 1e6}) == ["BATTERIES_FALL"]
+    assert codes({**kpis, "charger_utilisation": 0.96}) == ["BATTERIES_FALL"]
+    assert codes({**kpis, "charger_utilisation": 0.96, "energy_drift_per_hour": -0.009}) == []
+    assert judge({**kpis, "energy": 1e6}, TUTORIAL)[0].text == "batteries fall by 5 % an hour: not sustainable"
+
+
+def test_work_that_ends_may_use_up_the_batteries():
+    kpis = {"T": 36_000, "energy_drift_per_hour": -0.05, "charger_utilisation": 1.0, "energy": 1e6}
+    assert codes(kpis, TUTORIAL.replace({"tasks.goods": {"random": 9}})) == []
+
+
+# Traffic
+
+
+def test_a_fleet_that_waits_half_of_its_time_is_jammed():
+    assert [verdict.text for verdict in judge({"share_waiting": 0.83}, TUTORIAL)] == [
+        "jammed: 83 % of the time is waiting"
+    ]
+    assert codes({"share_waiting": 0.49}) == []
+
+
+def test_indicators_that_cannot_be_had_are_no_verdict():
+    names = ("T", "tasks", "backlog_growth_per_hour", "energy_drift_per_hour", "charger_utilisation", "share_waiting")
+    assert codes(dict.fromkeys(names, math.nan)) == []
+    assert codes({}) == []
+
+
+# Where they are said
+
+
+def run_desim(*words):
+    return CliRunner().invoke(desim, list(words), catch_exceptions=False).output
+
+
+SETS = ("--set", "tasks.goods={poisson: 900}", "--set", "run={length: 7200}")
+
+
+def test_a_run_says_its_verdicts_once():
+    said = dw.simulate(dw.load("models/tutorial.yaml", BUSY)).verdicts[0]
+    assert said.code == "CANNOT_KEEP_UP"
+    assert run_desim("run", "models/tutorial.yaml", *SETS).count(said.text) == 1
+    printed = json.loads(run_desim("run", "models/tutorial.yaml", *SETS, "--json"))
+    assert printed["verdicts"] == [{"code": said.code, "text": said.text}]
+    assert json.loads(run_desim("run", "models/tutorial.yaml", "--json"))["verdicts"] == []
+
+
+def test_the_report_of_a_run_begins_with_them():
+    run = dw.simulate(dw.load("models/tutorial.yaml", BUSY))
+    text = run.verdicts[0].text
+    assert f"<li>{text[0].upper()}{text[1:]}.</li>" in run_parts.short(run).source
+
+
+def test_a_study_marks_the_designs_and_says_where_it_is_worst(tmp_path):
+    out = str(tmp_path)
+    words = ("--vary", "tasks.goods.poisson=60,900,1200", "--replications", "2", "--out", out, "--quiet")
+    lines = run_desim("what-if", "models/tutorial.yaml", *SETS, *words).splitlines()
+    marked = [line.split()[0] for line in lines if line.rstrip().endswith(" backlog")]
+    assert marked == ["900", "1200"]
+    said = [line for line in lines if "cannot keep up" in line]
+    assert len(said) == 1
+    assert said[0].endswith("an hour (tasks.goods.poisson = 1200; 2 of 3 designs)")
+    study = study_parts.read(tmp_path)
+    assert [[one.code for one in found] for found in study.verdicts.values()] == [
+        [],
+        ["CANNOT_KEEP_UP"],
+        ["CANNOT_KEEP_UP"],
+    ]
+    assert f"C{said[0][1:]}." in study_parts.conclusions(study).source
+    assert study_parts.results(study).source.count(">backlog</td>") == 2
+
+
+def test_a_study_without_verdicts_has_no_column_for_them():
+    printed = run_desim("what-if", "models/tutorial.yaml", "--vary", "fleet.size=1,2", "--quiet")
+    assert "verdict" not in printed
+
+
+def test_every_code_has_a_mark_of_its_own():
+    assert len({rule.mark for rule in RULES.values()}) == len(RULES)
