@@ -22,7 +22,7 @@ from benchmarks import GROUPS
 from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.spec import LayoutSpec
-from desim_warehouse.layout.travel import Oracle
+from desim_warehouse.layout.travel import RouteOracle
 from desim_warehouse.log import Log
 from desim_warehouse.world import World
 from desim_warehouse.world.body import Body
@@ -71,7 +71,7 @@ class Core:
         self.stations = [edge for edge in edges if bottom.issuperset(edge)]
         if spread:
             self.storage = self.stations = self.random.sample(self.storage, min(100, len(self.storage)))
-        self.ways = Oracle(self.layout.graph, "length", 4.0, 1.5)
+        self.ways = RouteOracle(self.layout.graph, "length", 4.0, 1.5)
         for edge in {*self.storage, *self.stations}:
             self.ways.length(edge[1], edge[0])
         self.cache: dict[tuple[str, str], list[Lane]] = {}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import CheckError, LayoutError
 from desim_warehouse.feasibility import rules
-from desim_warehouse.feasibility.estimate import Estimate, estimate
+from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import build, checks
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
-__all__ = ["Estimate", "errors", "estimate", "examine", "refuse"]
+__all__ = ["HandCalculation", "errors", "estimate", "examine", "refuse"]
 
 
-def examine(model: Model, layout: Layout) -> tuple[list[Finding], Estimate | None]:
+def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculation | None]:
     """All findings, worst first, and the hand calculation; None where the layout has errors."""
     use = _use(model)
     found = checks.examine(layout, use)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Battery
+    from desim_warehouse.model.schema import BatterySpec
 
 EPS = 1e-9
 MINUTE = 60.0
@@ -139,7 +139,7 @@ def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, f
     return costs
 
 
-def holds(model: Model, battery: Battery) -> float:
+def holds(model: Model, battery: BatterySpec) -> float:
     """What a task may draw at most: a full battery, and the reserve where the policy does not look ahead."""
     known = levels(model)
     if known is None or known.margin is None:
@@ -219,7 +219,7 @@ def _drawn_by_each(model: Model, layout: Layout) -> float:
     return tasks * cycle.energy(draws)
 
 
-def _battery(model: Model) -> Battery:
+def _battery(model: Model) -> BatterySpec:
     assert model.battery is not None
     return model.battery
 

@@ -46,7 +46,7 @@ class StationLoad:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class HandCalculation:
     """What a model comes to in free flow, in the model's units; see the module for what is assumed.
 
     Attributes:
@@ -143,7 +143,7 @@ class Estimate:
         return text
 
 
-def estimate(model: Model, layout: Layout) -> Estimate:
+def estimate(model: Model, layout: Layout) -> HandCalculation:
     """Work out a model whose layout has no errors."""
     fleet = model.fleet
     speeds = Counter(robot.speed for robot in fleet.robots())
@@ -160,7 +160,7 @@ def estimate(model: Model, layout: Layout) -> Estimate:
     flow = free_flow(model, layout, max(speeds))
     stations = _stations(model, layout, flow, rate)
     crossing, through = _busiest_crossing(model, flow)
-    found = Estimate(
+    found = HandCalculation(
         *_extent(layout),
         model.units.metre,
         checks.capacity(layout, fleet.contact),
@@ -246,7 +246,7 @@ def _busiest_crossing(model: Model, flow: FreeFlow) -> tuple[str | None, float |
     return node, 1 / (float(most) * headway)
 
 
-def _with_knee(found: Estimate, total: float) -> Estimate:
+def _with_knee(found: HandCalculation, total: float) -> HandCalculation:
     """The estimate with the number of robots at which something else than the fleet becomes the limit."""
     from dataclasses import replace
 

@@ -14,7 +14,7 @@ from desim_warehouse.model.schema import PoissonGoods
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import HandCalculation
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -34,7 +34,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         yield from batteries.errors(model, layout)
 
 
-def warnings(model: Model, layout: Layout, found: Estimate) -> Iterator[Finding]:
+def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
     """What a planner should look at."""
     yield from _units(model, found)
     yield from _length(model, found)
@@ -64,7 +64,7 @@ def _width(model: Model) -> Iterator[Finding]:
         )
 
 
-def _units(model: Model, found: Estimate) -> Iterator[Finding]:
+def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
     metre, length = found.metre, model.units.length
     if metre is None:
         return
@@ -86,7 +86,7 @@ def _units(model: Model, found: Estimate) -> Iterator[Finding]:
             yield Finding("SLOW", "fleet.robot.speed", text, cure)
 
 
-def _length(model: Model, found: Estimate) -> Iterator[Finding]:
+def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
     tasks, units = model.tasks, model.units
     for key in ("load_time", "unload_time"):
         time = getattr(tasks, key) * units.seconds
@@ -114,7 +114,7 @@ def _length(model: Model, found: Estimate) -> Iterator[Finding]:
 # Demand
 
 
-def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
+def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     goods, hour = model.tasks.goods, model.units.hour
     if not isinstance(goods, PoissonGoods) or found.rate is None or found.robots_needed is None:
         return

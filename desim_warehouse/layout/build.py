@@ -15,7 +15,7 @@ from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, Stor
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.layout.spec import Bay, LayoutSpec, Places, Storage
+    from desim_warehouse.layout.spec import BaySpec, LayoutSpec, PlacesSpec, Storage
 
 
 @lru_cache(maxsize=4)
@@ -44,7 +44,7 @@ def build(spec: LayoutSpec) -> Layout:
     return Layout(graph, storage, bays, stations, size)
 
 
-def _bays(name: str, bay: Bay, nodes: list[str]) -> Iterator[BayPlaces]:
+def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
     """The bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
     total = bay.total_chargers
     if total is not None and bay.places is not None and total > bay.places * len(nodes):
@@ -55,7 +55,7 @@ def _bays(name: str, bay: Bay, nodes: list[str]) -> Iterator[BayPlaces]:
         yield BayPlaces(name, node, bay.places, chargers)
 
 
-def places_of(graph: nx.DiGraph, places: Places) -> list[str]:
+def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
     """The nodes a zone stands at: those named, then every n-th along its side (west to east, north to south)."""
     return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 

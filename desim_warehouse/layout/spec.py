@@ -238,7 +238,7 @@ class StorageFile(Part):
     file: Name = Field(description="CSV file, relative to the model file")
 
 
-class Places(Part):
+class PlacesSpec(Part):
     """Nodes by name (`at`), or every n-th node along a side of the layout (`along`, `every`)."""
 
     at: tuple[NodeName, ...] = Field((), description="nodes by name")
@@ -263,7 +263,7 @@ class Places(Part):
         return every
 
     @model_validator(mode="after")
-    def _somewhere(self) -> Places:
+    def _somewhere(self) -> PlacesSpec:
         if not self.at and self.along is None:
             raise wrong("at no node, expected at (a list of nodes) or along (a side)")
         return self
@@ -276,7 +276,7 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
     return count
 
 
-class Bay(Places):
+class BaySpec(PlacesSpec):
     """Parking places beside a node, entered and left through it; `chargers` of them have a charger."""
 
     places: Annotated[Count, limited("robots")] | None = Field(
@@ -292,14 +292,14 @@ class Bay(Places):
     )
 
     @model_validator(mode="after")
-    def _each_or_total(self) -> Bay:
+    def _each_or_total(self) -> BaySpec:
         if self.chargers is not None and self.total_chargers is not None:
             text = f"both this and chargers (got {self.total_chargers}), expected one of the two (chargers: a node)"
             raise wrong(text, "total_chargers")
         return self
 
 
-class Station(Places):
+class StationSpec(PlacesSpec):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
     places: Annotated[Count, limited("robots")] = Field(4, description="robots that can be inside, a node")
@@ -318,8 +318,8 @@ class LayoutSpec(Part):
         tuple[Storage, ...],
         Forms("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
-    bays: Named[Bay] = Field(FrozenMap(), description="departure, parking and charging zones by name")
-    stations: Named[Station] = Field(FrozenMap(), description="stations beside nodes by name")
+    bays: Named[BaySpec] = Field(FrozenMap(), description="departure, parking and charging zones by name")
+    stations: Named[StationSpec] = Field(FrozenMap(), description="stations beside nodes by name")
 
     @property
     def two_way(self) -> bool:
@@ -371,7 +371,7 @@ class LayoutSpec(Part):
 
     @field_validator("bays", "stations")
     @classmethod
-    def _placed(cls, zones: Mapping[str, Places], info: ValidationInfo) -> Mapping[str, Places]:
+    def _placed(cls, zones: Mapping[str, PlacesSpec], info: ValidationInfo) -> Mapping[str, PlacesSpec]:
         nodes = known(info).nodes
         if nodes:
             known(info).zones[str(info.field_name)] = {name: tuple(zone.nodes(nodes)) for name, zone in zones.items()}

@@ -26,7 +26,7 @@ KEPT = 8_000_000
 """Numbers of each kind that an oracle keeps: rows times nodes (64 MB of times, as much of lengths)."""
 
 
-class Oracle:
+class RouteOracle:
     """The cheapest ways on the Highways for one cost of an edge, with their lengths and free driving times.
 
     `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1
@@ -183,12 +183,12 @@ def _along(steps: Any, first: Any) -> Any:
 
 
 @lru_cache(maxsize=4)
-def travel_on(layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...]) -> Travel:
-    """The Travel of a layout; the runs of a study share it, as what it knows does not depend on who asked before."""
-    return Travel(layout.graph, speed, node_time, cost, hubs)
+def travel_on(layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...]) -> FreeTravel:
+    """The travel times of a layout; runs of a study share them, as what is known does not depend on who asked before."""
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs)
 
 
-class Travel:
+class FreeTravel:
     """Distances and free driving times on the Highways: `distance` by the shortest way, `time` by the fastest.
 
     `ways` is the oracle of the routing policy in force: lengths and times along the ways that robots do drive.
@@ -202,17 +202,17 @@ class Travel:
         self.node_time = node_time
         self.cost = cost
         self.hubs = frozenset(hubs)
-        self._oracles: dict[str, Oracle] = {}
+        self._oracles: dict[str, RouteOracle] = {}
 
-    def oracle(self, cost: Cost) -> Oracle:
+    def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for ways that are cheapest by a cost."""
         found = self._oracles.get(cost)
         if found is None:
-            found = self._oracles[cost] = Oracle(self.highways, cost, self.speed, self.node_time, self.hubs)
+            found = self._oracles[cost] = RouteOracle(self.highways, cost, self.speed, self.node_time, self.hubs)
         return found
 
     @property
-    def ways(self) -> Oracle:
+    def ways(self) -> RouteOracle:
         """The oracle of the ways that robots drive."""
         return self.oracle(self.cost)
 

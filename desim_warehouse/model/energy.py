@@ -12,14 +12,14 @@ from desim_warehouse.model.schema import Consumption, SpreadEnergy
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import Battery, Model
+    from desim_warehouse.model.schema import BatterySpec, Model
     from desim_warehouse.streams import Streams
 
 RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
 """Which consumption of the model file holds in which state; a charging robot draws nothing."""
 
 
-def rates(spec: Battery | None) -> dict[str, float]:
+def rates(spec: BatterySpec | None) -> dict[str, float]:
     """Energy per time unit in every state but charging; beside a charger a robot at rest draws nothing instead."""
     if spec is None:
         return dict.fromkeys(RATE_OF, 0.0)
@@ -43,7 +43,7 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
     return [capacity * given] * model.fleet.size
 
 
-def charge_time(spec: Battery, start: float, end: float) -> float:
+def charge_time(spec: BatterySpec, start: float, end: float) -> float:
     """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
 
     Tapered, the rate falls linearly with the level l above `taper.start`: dl/dt = r(l), so the time is an
@@ -61,7 +61,7 @@ def charge_time(spec: Battery, start: float, end: float) -> float:
     return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
 
 
-def charge_gain(spec: Battery, start: float, time: float) -> float:
+def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
     """Energy taken up in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
     rate, taper = spec.charge_rate, spec.taper
     if taper is None:

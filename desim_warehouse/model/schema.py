@@ -69,7 +69,7 @@ class Units(Part):
         return 3600 / self.seconds
 
 
-class Robot(Part):
+class RobotSpec(Part):
     """A robot's size and speed."""
 
     radius: Length = Field(description="half of its diameter")
@@ -108,7 +108,7 @@ class Fleet(Part):
     start: NodesOfBays = Field(
         (), description="nodes with bays, or names of bays, dealt out in turn; default: all nodes with bays"
     )
-    robot: Robot
+    robot: RobotSpec
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
     first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
@@ -139,10 +139,10 @@ class Fleet(Part):
             left -= kind.count
         return kinds
 
-    def robots(self) -> list[Robot]:
+    def robots(self) -> list[RobotSpec]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
         special = [
-            Robot(
+            RobotSpec(
                 radius=kind.radius or self.robot.radius,
                 speed=kind.speed or self.robot.speed,
                 margin=self.robot.margin,
@@ -360,7 +360,7 @@ class Taper(Part):
     end_rate: Fraction = Field(0.1, description="fraction of charge_rate at full")
 
 
-class Battery(Part):
+class BatterySpec(Part):
     """The battery of every robot."""
 
     capacity: Positive = Field(description="energy of a full battery")
@@ -396,7 +396,7 @@ class Battery(Part):
         return Consumption(standing=one, empty=one, loaded=one, handling=one)
 
 
-class Traffic(Part):
+class TrafficSpec(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
@@ -408,7 +408,7 @@ class Traffic(Part):
     )
 
 
-class Run(Part):
+class RunSpec(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
     length: Duration | None = Field(None, description="default: until all work is done")
@@ -440,10 +440,10 @@ class Model(Part):
     layout: LayoutSpec
     fleet: Fleet
     tasks: Tasks
-    battery: Battery | None = Field(None, description="none: robots never need charging")
-    traffic: Traffic = Traffic()
+    battery: BatterySpec | None = Field(None, description="none: robots never need charging")
+    traffic: TrafficSpec = TrafficSpec()
     policies: Policies = Policies()
-    run: Run = Field(Run(), validate_default=True)
+    run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
@@ -475,7 +475,7 @@ class Model(Part):
 
     @field_validator("run")
     @classmethod
-    def _ends(cls, run: Run, info: ValidationInfo) -> Run:
+    def _ends(cls, run: RunSpec, info: ValidationInfo) -> RunSpec:
         goods = info.data["tasks"].goods if "tasks" in info.data else None
         if isinstance(goods, SaturatedGoods | PoissonGoods) and run.length is None:
             kind, number = next(iter(goods.content().items()))

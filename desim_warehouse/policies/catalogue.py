@@ -43,7 +43,7 @@ OURS: dict[str, dict[str, str]] = {
     "parking": {
         "home": "parking:Home",
         "stay": "parking:Stay",
-        "nearest": "parking:Nearest",
+        "nearest": "parking:NearestBay",
         "spread": "parking:Spread",
     },
 }

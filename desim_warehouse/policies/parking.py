@@ -40,7 +40,7 @@ class Stay:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class NearestBay:
     """The bay with a free place that is nearest by driving time, ties by the order of the model file.
 
     Source: nearest dwell point; Egbelu (1993).

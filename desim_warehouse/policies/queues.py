@@ -61,7 +61,7 @@ class _Queues(ABC):
     def _planned(
         self, situation: Situation, free: list[RobotView], busy: list[RobotView], tasks: list[Task]
     ) -> Iterable[tuple[RobotView, list[Task]]]:
-        plan = Plan(situation, free + busy[: self.robots - len(free)], tasks, self.depth, self.objective)
+        plan = QueuePlan(situation, free + busy[: self.robots - len(free)], tasks, self.depth, self.objective)
         while (choice := self.choose(plan.bids)) is not None:
             plan.insert(*choice)
         return ((robot, plan.queue(rank)) for rank, robot in enumerate(free))
@@ -115,7 +115,7 @@ class Auction(_Queues):
         return (robot, task) if math.isfinite(bids[robot, task]) else None
 
 
-class Plan:
+class QueuePlan:
     """Queues of a group of robots: the bid of every robot (rows) for every task (columns) not yet planned."""
 
     def __init__(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from desim_warehouse.feasibility import Estimate
+    from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
@@ -147,7 +147,7 @@ class Check:
 
     facts: list[str]
     findings: list[Finding]
-    calculation: Estimate | None
+    calculation: HandCalculation | None
     accepted: tuple[str, ...]
     lines: list[str]
 

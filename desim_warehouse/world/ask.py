@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import Travel
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
     from desim_warehouse.policies import RobotView, Task
     from desim_warehouse.streams import Streams
@@ -63,7 +63,7 @@ class ChargingLevels:
 class BayChoice:
     """Where a robot goes that leaves its work: to a charger if its battery wants one, else by the parking policy."""
 
-    def __init__(self, env: Environment, policy: Any, travel: Travel, reach: Reach) -> None:
+    def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reach: Reach) -> None:
         self.env = env
         self.policy = policy
         self.travel = travel
@@ -126,7 +126,7 @@ class Situations:
         env: Environment,
         model: Model,
         layout: Layout,
-        travel: Travel,
+        travel: FreeTravel,
         *,
         routes: Routes,
         reach: Reach,

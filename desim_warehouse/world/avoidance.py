@@ -33,7 +33,7 @@ DESPERATE = 5
 """A claim that is older than this many times the patience holds back every departure."""
 
 
-class Plan:
+class DeclaredRoute:
     """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay."""
 
     __slots__ = ("at", "stands", "trail")
@@ -55,7 +55,7 @@ class Avoidance:
         self.env = env
         self.patience = patience
         self.asked = self.refused = 0
-        self._plans: dict[Body, Plan] = {}
+        self._plans: dict[Body, DeclaredRoute] = {}
         self._users: dict[Stand, dict[Body, int]] = defaultdict(dict)
         # Refused claims: the robots that made the cycle. As long as none of them has moved the answer is the same.
         self._witness: dict[Body, tuple[Stand, frozenset[Body]]] = {}
@@ -68,7 +68,7 @@ class Avoidance:
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
         """The whole route of a robot that is in a bay or station and about to set out."""
-        plan = Plan(trail_of(robot.at, route))
+        plan = DeclaredRoute(trail_of(robot.at, route))
         self._plans[robot] = plan
         self._count(robot, plan.trail, 1)
 

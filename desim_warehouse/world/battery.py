@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.model import energy
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import Battery as Spec
+    from desim_warehouse.model.schema import BatterySpec
 
 
 class Battery:
@@ -16,7 +16,7 @@ class Battery:
 
     __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "used")
 
-    def __init__(self, spec: Spec | None) -> None:
+    def __init__(self, spec: BatterySpec | None) -> None:
         self.spec = spec
         self.capacity = math.inf if spec is None else spec.capacity
         self.rates = energy.rates(spec)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     Steps = Generator[Event, object, None]
 
 
-class Outcome(Enum):
+class Departure(Enum):
     """How a robot came off the intersection that it stood on."""
 
     UNDER_WAY = "it is on a lane now"
@@ -79,8 +79,8 @@ class Drive:
         while True:
             if robot.lane is None or robot.held is not None:
                 outcome = yield from self._from_node()
-                if outcome is not Outcome.UNDER_WAY:
-                    return outcome is Outcome.THERE
+                if outcome is not Departure.UNDER_WAY:
+                    return outcome is Departure.THERE
             yield self._under_way()
             onward = self.onward
             if onward is None and self.stop is not None:
@@ -230,7 +230,7 @@ class Drive:
         yield Arrival(self.env, robot.until + self.node_time)
         robot.pos = lane.length
 
-    def _from_node(self) -> Generator[Event, object, Outcome]:
+    def _from_node(self) -> Generator[Event, object, Departure]:
         """From a bay or an intersection onto the next lane where the robot can stand."""
         robot = self.robot
         if robot.held is None:
@@ -240,20 +240,20 @@ class Drive:
             yield from self._to_end()
         while True:
             if robot.recall_at <= self.env._now and self._may_stay():
-                return Outcome.RECALLED
+                return Departure.RECALLED
             onward = self.onward
             if onward is None:
-                return Outcome.THERE
+                return Departure.THERE
             self.index += 1
             halt = None if self.onward else self.stop
             if not onward.short:
                 if robot.granted is not onward:
                     yield from robot.held.claim(robot, onward, robot.lane)
                 self._cross(onward, self.env._now, halt, self.env._now)
-                return Outcome.UNDER_WAY
+                return Departure.UNDER_WAY
             yield from self._over_short(onward, halt)
             if halt is not None:
-                return Outcome.THERE
+                return Departure.THERE
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.

@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause
-from desim_warehouse.layout.travel import Travel
+from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Reach:
         self,
         model: Model,
         layout: Layout,
-        travel: Travel,
+        travel: FreeTravel,
         levels: Callable[[RobotView], Levels],
         *,
         rates: dict[str, float],
@@ -207,11 +207,11 @@ class Reach:
 
     # Driving times
 
-    def travel(self, speed: float) -> Travel:
+    def travel(self, speed: float) -> FreeTravel:
         """Driving times of a robot with a speed."""
         if speed not in self._travel:
             known = self._known
-            self._travel[speed] = Travel(known.highways, speed, known.node_time, known.cost)
+            self._travel[speed] = FreeTravel(known.highways, speed, known.node_time, known.cost)
         return self._travel[speed]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:

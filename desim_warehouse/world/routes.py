@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import networkx as nx
     from simpy import Environment
 
-    from desim_warehouse.layout.travel import Travel
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.world.lane import Lane
 
 Edge = tuple[str, str]
@@ -47,7 +47,7 @@ class Routes:
         env: Environment,
         policy: Any,
         graph: nx.DiGraph,
-        travel: Travel,
+        travel: FreeTravel,
         lanes: Mapping[Edge, Lane],
         contact: float,
     ) -> None:

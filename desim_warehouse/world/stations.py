@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import Travel
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.policies import RobotView, Task
     from desim_warehouse.streams import Streams
@@ -55,7 +55,7 @@ class Station:
 class Stations:
     """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane."""
 
-    def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: Travel, streams: Streams) -> None:
+    def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: FreeTravel, streams: Streams) -> None:
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
         self.by_node = {node: Station(env, node, item.places, item.servers) for node, item in layout.stations.items()}

@@ -8,7 +8,7 @@ import networkx as nx
 import pytest
 
 from desim_warehouse.layout import travel
-from desim_warehouse.layout.travel import Oracle, Travel
+from desim_warehouse.layout.travel import FreeTravel, RouteOracle
 
 SPEED, NODE_TIME = 2.0, 1.5
 
@@ -37,7 +37,7 @@ def total(made, way, what):
 @pytest.mark.parametrize("cost", ["length", "time"])
 def test_ways_are_the_cheapest_and_lengths_and_times_are_those_of_the_way(seed, cost):
     made = graph(seed)
-    oracle = Oracle(made, cost, SPEED, NODE_TIME)
+    oracle = RouteOracle(made, cost, SPEED, NODE_TIME)
     for origin in made:
         for goal in made:
             way = oracle.way(origin, goal)
@@ -49,7 +49,7 @@ def test_ways_are_the_cheapest_and_lengths_and_times_are_those_of_the_way(seed, 
 @pytest.mark.parametrize("seed", range(8))
 def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed):
     made = graph(seed)
-    oracle = Oracle(made, "hops", SPEED, NODE_TIME)
+    oracle = RouteOracle(made, "hops", SPEED, NODE_TIME)
     for origin in made:
         before = dict(nx.bfs_predecessors(made, origin))
         for goal in made:
@@ -64,7 +64,7 @@ def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed):
 @pytest.mark.parametrize("cost", ["hops", "length", "time"])
 def test_a_table_holds_what_single_questions_answer(cost):
     made = graph(3)
-    asked = Travel(made, SPEED, NODE_TIME, cost)
+    asked = FreeTravel(made, SPEED, NODE_TIME, cost)
     origins, goals = [*made][:5] * 2, [*made][4:]
     times, lengths = asked.times(origins, goals), asked.lengths(origins, goals)
     assert times.shape == (10, 8)
@@ -78,7 +78,7 @@ def test_a_table_holds_what_single_questions_answer(cost):
 def test_what_cannot_be_reached_is_infinitely_far(cost):
     made = nx.DiGraph()
     made.add_edge("a", "b", length=1.0, speed=math.inf)
-    oracle = Oracle(made, cost, SPEED, NODE_TIME)
+    oracle = RouteOracle(made, cost, SPEED, NODE_TIME)
     assert oracle.time("b", "a") == oracle.length("b", "a") == math.inf
     assert oracle.way("b", "a") == []
     assert oracle.way("a", "a") == ["a"]
@@ -89,9 +89,9 @@ def test_what_cannot_be_reached_is_infinitely_far(cost):
 def test_few_rows_are_kept_and_the_answers_stay(monkeypatch, cost):
     made = graph(5)
     monkeypatch.setattr(travel, "KEPT", 3 * len(made))
-    small = Oracle(made, cost, SPEED, NODE_TIME)
+    small = RouteOracle(made, cost, SPEED, NODE_TIME)
     monkeypatch.undo()
-    large = Oracle(made, cost, SPEED, NODE_TIME)
+    large = RouteOracle(made, cost, SPEED, NODE_TIME)
     for origin in made:
         for goal in made:
             assert small.length(origin, goal) == large.length(origin, goal)
@@ -106,7 +106,7 @@ def test_ten_thousand_nodes_need_no_table_of_all_pairs():
         for column in range(side):
             for target in ((row, (column + 1) % side), ((row + 1) % side, column)):
                 made.add_edge(f"{row}.{column}", f"{target[0]}.{target[1]}", length=1.0, speed=math.inf)
-    oracle = Oracle(made, "length", 1.0, 0.0)
+    oracle = RouteOracle(made, "length", 1.0, 0.0)
     assert oracle._keep * side**2 <= travel.KEPT
     assert [oracle.length("0.0", f"{i}.{i}") for i in (1, 50, 99)] == [2, 100, 198]
     assert len(oracle._rows) == 3

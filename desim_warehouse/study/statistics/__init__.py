@@ -37,7 +37,7 @@ from desim_warehouse.study.statistics.screening import (
 )
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
 from desim_warehouse.study.statistics.sizing import (
-    Decision,
+    DesignVerdict,
     Sizing,
     smallest_meeting,
     smallest_meeting_steps,
@@ -56,7 +56,7 @@ from desim_warehouse.study.statistics.warmup import WarmUp, mser
 __all__ = [
     "Between",
     "Comparison",
-    "Decision",
+    "DesignVerdict",
     "Difference",
     "Estimate",
     "FirstOrder",

@@ -24,7 +24,7 @@ Verdict = Literal["meets", "fails", "undecided"]
 
 
 @dataclass(frozen=True)
-class Decision(Generic[V]):
+class DesignVerdict(Generic[V]):
     """What was found out about one design.
 
     `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
@@ -53,8 +53,8 @@ class Sizing(Generic[V]):
 
     smallest: V | None
     target: Target
-    below: Decision[V] | None
-    decisions: tuple[Decision[V], ...]
+    below: DesignVerdict[V] | None
+    decisions: tuple[DesignVerdict[V], ...]
     falls: tuple[tuple[V, V], ...]
     runs: int
     confidence: float
@@ -125,7 +125,7 @@ def smallest_meeting_steps(
     path = len(values).bit_length() if search == "bisection" else len(values)
     level = 1.0 - (1.0 - confidence) / (path * len(looks))
     data: dict[int, list[float]] = {}
-    verdicts: dict[int, Decision[V]] = {}
+    verdicts: dict[int, DesignVerdict[V]] = {}
     failing, meeting = -1, len(values)  # the answer lies above `failing`, at most at `meeting`
     while meeting - failing > 1:
         probe = failing + 1 if search == "scan" else (failing + meeting) // 2
@@ -157,15 +157,17 @@ def _looks(n0: int, cap: int) -> list[int]:
 
 def _judged(
     value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Range
-) -> Decision[V]:
+) -> DesignVerdict[V]:
     """What the runs of one design say: it meets the target if even its worse bound does."""
     mean = float(np.mean(data))
     if deterministic:
-        return Decision(value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True)
+        return DesignVerdict(
+            value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True
+        )
     low, high = bounds(np.array(data), level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     verdict: Verdict = "meets" if target.met_by(worse) else "undecided" if target.met_by(better) else "fails"
-    return Decision(value, verdict, len(data), mean, low, high, level, False)
+    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False)
 
 
 def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list[tuple[int, int]]:
@@ -182,7 +184,7 @@ def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list
 
 
 def _note(
-    target: Target, smallest: V | None, below: Decision[V] | None, falls: tuple[tuple[V, V], ...], search: str
+    target: Target, smallest: V | None, below: DesignVerdict[V] | None, falls: tuple[tuple[V, V], ...], search: str
 ) -> str:
     """The answer in words, with every reservation."""
     if smallest is None:
