@@ -12,10 +12,19 @@
     ├── StudyError        a study that cannot be run, stored or read
     └── ReportError       a report, replay or export that cannot be made
 
-Catch `WarehouseError` to catch them all.
+Catch `WarehouseError` to catch them all. Below the tree: how values, lists and near misses are worded in messages.
 """
 
 from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 class WarehouseError(Exception):
@@ -83,3 +92,55 @@ def reason(error: Exception) -> str:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a file is in the place of a folder"
     return getattr(error, "strerror", None) or str(error)
+
+
+_LONGEST = 50  # characters of a value in a message
+_LARGE = 1e15  # whole numbers below it are written out
+_ALIKE = 0.6  # of 1, as difflib counts
+_LONG = 3  # letters that may stand for a longer word
+
+
+def spoken(words: Iterable[str], last: str = "and") -> str:
+    """A list in words: a, b and c."""
+    *head, tail = list(words)
+    return f"{', '.join(head)} {last} {tail}" if head else tail
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The word most like the given one, if any is."""
+    lower = {known.lower(): known for known in words}
+    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=_ALIKE)
+    if near:
+        return lower[near[0]]
+    longer = [known for known in lower if len(word) >= _LONG and known.startswith(word.lower())]
+    return lower[longer[0]] if longer else None
+
+
+def got(value: Any) -> str:
+    """A value as it stands in a model file, shortened."""
+    written = _flow(value)
+    return written if len(written) <= _LONGEST else f"{written[: _LONGEST - 4]} ..."
+
+
+def _flow(value: Any) -> str:  # noqa: PLR0911 - a return for each kind of value
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if isinstance(value, float) and value.is_integer() and abs(value) < _LARGE:
+        return str(int(value))
+    if isinstance(value, int) and abs(value) >= 10**_LONGEST:
+        return f"a number of about {int(math.log10(abs(value))) + 1} digits"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key}: {_inner(item)}' for key, item in list(value.items())[:_LONGEST])}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_inner(item) for item in value[:_LONGEST])}]"
+    return repr(value)
+
+
+def _inner(value: Any) -> str:
+    """A value in a list or a mapping: a plain word needs no quotes."""
+    plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value)
+    return str(value) if plain else _flow(value)

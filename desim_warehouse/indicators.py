@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from desim_warehouse.errors import StudyError
-from desim_warehouse.model import outline
+from desim_warehouse.errors import StudyError, nearest
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
@@ -267,7 +266,7 @@ def within(name: str) -> tuple[float, float]:
 def find(name: str) -> Indicator:
     """An indicator by its name; raises StudyError where there is none, naming the nearest."""
     if name not in INDICATORS:
-        near = outline.nearest(name, INDICATORS)
+        near = nearest(name, INDICATORS)
         hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
         raise StudyError(f"indicator {name!r}: there is none, {hint}")
     return INDICATORS[name]

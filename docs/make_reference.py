@@ -47,6 +47,26 @@ def model_keys() -> str:
     return "\n".join(_sections(schema, schema["$defs"]))
 
 
+def limits() -> str:
+    """What a file may hold at most."""
+    from desim_warehouse.fields import LIMITS, SMALLEST
+
+    rows = [(what, f"{most:,}") for most, what in LIMITS.values()]
+    return table(("what", "limit"), [*rows, ("a number that must be above 0", f"at least {SMALLEST:g}")], "lr")
+
+
+def units() -> str:
+    """The units that values may be written with."""
+    from desim_warehouse.units import EXAMPLES, TABLE
+
+    def known(kind: str) -> str:
+        if kind == "speed":
+            return "a length unit and a time unit, as in `m/s` or `km/h`"
+        return ", ".join(f"`{unit}`" for unit in TABLE[kind])
+
+    return table(("kind", "example", "units"), ((kind, f"`{EXAMPLES[kind]}`", known(kind)) for kind in TABLE))
+
+
 def _sections(schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Iterator[str]:
     yield "## The file\n"
     yield _keys(schema)
@@ -126,6 +146,8 @@ def _expected(part: Mapping[str, Any]) -> str:  # noqa: PLR0911 - a table
             return f"names, each followed by {_expected(part['additionalProperties'])}"
         case "integer" | "number" as kind:
             return ("a whole number" if kind == "integer" else "a number") + _bounds(part)
+        case "string" if "examples" in part:
+            return f"with a unit (`{part['examples'][0]}`)"
     return "text"
 
 
@@ -310,6 +332,8 @@ def paper() -> str:
 
 MAKERS: dict[str, Callable[[], str]] = {
     "model-keys": model_keys,
+    "limits": limits,
+    "units": units,
     "policies": policies,
     "cli": commands,
     "python": public,

@@ -57,7 +57,7 @@ class _Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
         if name not in COMMANDS and not ctx.resilient_parsing:
-            from desim_warehouse.model.outline import nearest
+            from desim_warehouse.errors import nearest
 
             if near := nearest(name, COMMANDS):
                 ctx.fail(f"No such command {name!r}. Did you mean {near!r}?")

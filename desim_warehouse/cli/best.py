@@ -18,7 +18,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import number, show
-from desim_warehouse.model import outline
+from desim_warehouse.errors import spoken
 
 if TYPE_CHECKING:
     from desim_warehouse.study.procedures import Best
@@ -90,7 +90,7 @@ def _show(study: Study, found: Best) -> None:
     click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
     if found.within:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
-        names = outline.spoken([str(point) for point in found.within])
+        names = spoken([str(point) for point in found.within])
         click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
 
 

@@ -48,8 +48,8 @@ with_seed = click.option(
 
 
 def load_model(path: str, assignments: tuple[str, ...]) -> Model:
-    """The model of a file, with `--set` applied."""
+    """The model of a file that is to be simulated or checked, with `--set` applied."""
     from desim_warehouse.model import load, parse_assignment
 
     overrides: dict[str, Any] = dict(parse_assignment(text) for text in assignments)
-    return load(path, overrides, named="--set")
+    return load(path, overrides, named="--set", run_code=True)

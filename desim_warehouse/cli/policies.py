@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from desim_warehouse.model.outline import nearest
+from desim_warehouse.errors import nearest
 from desim_warehouse.policies.catalogue import OURS, find, parameters_of, source_of
 
 

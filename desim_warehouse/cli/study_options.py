@@ -17,7 +17,7 @@ from desim_warehouse.cli.options import with_overrides
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.places import Keys
+    from desim_warehouse.model.messages import Keys
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.study import Study
 

@@ -103,7 +103,8 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     begins = ends = list(chargers_at(model, layout))
     if not begins or not is_lifelong(model):
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
-    reach = least_costs(times, draws.empty, dict.fromkeys(begins, draws.empty * model.fleet.exit_time))
+    out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
+    reach = least_costs(times, draws.empty, dict.fromkeys(begins, out))
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in tasks.unload_at}
     beyond = least_costs(back_in_time, draws.loaded, cleared)

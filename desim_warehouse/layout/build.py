@@ -57,15 +57,7 @@ def _bays(name: str, bay: Bay, nodes: list[str]) -> Iterator[BayPlaces]:
 
 def places_of(graph: nx.DiGraph, places: Places) -> list[str]:
     """The nodes a zone stands at: those named, then every n-th along its side (west to east, north to south)."""
-    nodes = list(places.at)
-    if places.along is not None:
-        axis, pick = {"north": ("y", min), "south": ("y", max), "west": ("x", min), "east": ("x", max)}[places.along]
-        edge_of_floor = pick(data[axis] for _, data in graph.nodes(data=True))
-        other = "x" if axis == "y" else "y"
-        side = [name for name, data in graph.nodes(data=True) if data[axis] == edge_of_floor]
-        side.sort(key=lambda name: graph.nodes[name][other])
-        nodes += side[:: places.every]
-    return nodes
+    return places.nodes({name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)})
 
 
 def _only_once(what: str, nodes: list[str]) -> None:

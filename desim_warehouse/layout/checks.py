@@ -269,16 +269,13 @@ def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
 def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Finding]:
     """Edges that run along each other, drawn straight, where robots on both would touch."""
     places = {name: layout.point(name) for name in layout.graph}
-    length = layout.graph.edges
     straight = {
-        pair
-        for pair in near
-        if all(length[edge]["length"] < BENT * abs(places[edge[1]] - places[edge[0]]) for edge in pair)
+        (a, b) for a, b, length in layout.graph.edges(data="length") if length < BENT * abs(places[b] - places[a])
     }
     along = sorted(
         f"{'>'.join(one)} and {'>'.join(other)}"
-        for one, other in straight
-        if _along([places[name] for name in (*one, *other)], use.contact)
+        for one, other in near
+        if one in straight and other in straight and _along([places[name] for name in (*one, *other)], use.contact)
     )
     if along:
         yield Finding(

@@ -2,119 +2,100 @@
 
 from __future__ import annotations
 
-import copy
+import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeVar
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
-from pydantic_core import CoreSchema, core_schema
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
-if TYPE_CHECKING:
-    from pydantic.annotated_handlers import GetCoreSchemaHandler, GetJsonSchemaHandler
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.fields import (
+    LATER,
+    SECTION,
+    Coordinate,
+    Count,
+    Flag,
+    Forms,
+    FrozenMap,
+    Length,
+    Name,
+    Named,
+    NotNegative,
+    Part,
+    Speed,
+    Whole,
+    at_most,
+    by_type,
+    form,
+    known,
+    limited,
+    wrong,
+)
+from desim_warehouse.layout.naming import block_nodes
 
-Key = TypeVar("Key")
-Value = TypeVar("Value")
-
-# Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
-Count = Annotated[int, Field(strict=True, ge=1)]
-Whole = Annotated[int, Field(strict=True, ge=0)]
-Integer = Annotated[int, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Flag = Annotated[bool, Field(strict=True)]
-Name = Annotated[str, Field(strict=True, min_length=1)]
-Text = Annotated[str, Field(strict=True)]
 Side = Literal["north", "south", "east", "west"]
 
-
-class Part(BaseModel):
-    """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    def content(self) -> Any:
-        """What it holds, defaults too, as plain JSON values."""
-        return {field.alias or name: as_json(getattr(self, name)) for name, field in type(self).model_fields.items()}
+_SHOWN = 12  # node names in a message
+_COMPARED = 1000  # node names in which one like another is looked for
 
 
-_EXACT = 2.0**53  # up to here every whole number is a float
+Positions = Mapping[str, tuple[float, float]]
 
 
-def as_json(value: Any) -> Any:
-    """A value of a model as JSON knows it; 4.0 as 4, so that both are one."""
-    if isinstance(value, Part):
-        return value.content()
-    if isinstance(value, Mapping):
-        return {key: as_json(item) for key, item in value.items()}
-    if isinstance(value, tuple):
-        return [as_json(item) for item in value]
-    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
-        return int(value)
-    return value
+def _node(name: str, info: ValidationInfo) -> str:
+    """Refuse the name of a node that the layout does not have."""
+    _known_node(name, info)
+    return name
 
 
-class FrozenMap(dict[Key, Value]):
-    """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
-
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, FrozenMap):
-            return list(self.items()) == list(other.items())
-        return dict.__eq__(self, other)
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash(tuple(self.items()))
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read and written like a dict."""
-        return core_schema.no_info_after_validator_function(cls, handler.generate_schema(dict[Any, Any]))
-
-    def __reduce__(self) -> tuple[type[FrozenMap[Key, Value]], tuple[dict[Key, Value]]]:
-        return type(self), (dict(self),)
-
-    def __copy__(self) -> FrozenMap[Key, Value]:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenMap[Key, Value]:
-        return self
+NodeName = Annotated[Name, AfterValidator(_node)]
 
 
-Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
-"""Parts by name, in the order of the file."""
+def _node_or(zones: str) -> AfterValidator:
+    """Refuse what names neither a node nor a bay or station."""
+
+    def check(name: str, info: ValidationInfo) -> str:
+        _known_node(name, info, zones)
+        return name
+
+    return AfterValidator(check)
 
 
-class Says:
-    """What a key with several forms expects, in words, and forms that reading turns into the others.
+def _nodes(zones: str) -> AfterValidator:
+    """Put the nodes of a bay or station in the place of its name; a node of the same name comes first."""
 
-    The words go into the JSON Schema as `errorMessage`, which editors show, and from there into our messages.
-    """
+    def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        here, there = known(info).nodes or {}, known(info).zones.get(zones, {})
+        return tuple(node for name in names for node in ((name,) if name in here else there.get(name, (name,))))
 
-    def __init__(self, text: str, *forms: type[Part] | dict[str, Any]) -> None:
-        self.text = text
-        self.forms = forms
-
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Add the words and the other forms to the schema of the annotated type."""
-        schema = handler(core)
-        more = [
-            copy.deepcopy(form) if isinstance(form, dict) else handler(form.__pydantic_core_schema__)
-            for form in self.forms
-        ]
-        return {**({"anyOf": [schema, *more]} if more else schema), "errorMessage": f"expected {self.text}"}
+    return AfterValidator(nodes)
 
 
-def tagged(tag: str) -> Tag:
-    """Mark one form of a key; the mark is taken out of the places of errors again."""
-    return Tag(f"\0{tag}")
+NodesOfBays = Annotated[tuple[Annotated[Name, _node_or("bays")], ...], _nodes("bays")]
+NodesOfStations = Annotated[tuple[Annotated[Name, _node_or("stations")], ...], _nodes("stations")]
+
+
+def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
+    nodes, there = known(info).nodes, known(info).zones.get(zones, {})
+    if not nodes or name in nodes or name in there:
+        return
+    names, kind = list(nodes), f"node or {zones[:-1]}" if there else "node"
+    expected = f"one of {spoken(names, 'or')}"
+    if len(names) > _SHOWN:
+        expected = f"one of the {len(names)} nodes, {names[0]} to {names[-1]}"
+    if there:
+        expected += f", or {zones[:-1]} {spoken(list(there)[:_SHOWN], 'or')}"
+    near = nearest(name, [*there, *names]) if len(names) <= _COMPARED else None
+    hint = f"; did you mean '{near}'?" if near else ""
+    raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
 
 
 class Directions(Part):
@@ -124,10 +105,6 @@ class Directions(Part):
     columns: tuple[Literal["north", "south"], ...] = Field(description="one for each column of nodes, left first")
 
 
-def _directions_form(value: Any) -> str:
-    return "\0hand" if isinstance(value, Mapping | Directions) else "\0rule"
-
-
 class Blocks(Part):
     """Blocks of goods with one-way aisles around each: nodes where aisles cross, edges between neighbours."""
 
@@ -135,23 +112,54 @@ class Blocks(Part):
     rows: Count = Field(description="blocks one below the other")
     block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
     block_depth: Count = Field(description="goods in a block's depth")
-    goods_size: Positive = Field(description="side of a good's square")
-    aisle_width: Positive = Field(description="width of the aisles (columns)")
-    cross_aisle_width: Positive | None = Field(None, description="width of the rows; default: aisle_width")
+    goods_size: Length = Field(description="side of a good's square")
+    aisle_width: Length = Field(description="width of the aisles (columns)")
+    cross_aisle_width: Length | None = Field(None, description="width of the rows; default: aisle_width")
     directions: Annotated[
-        Annotated[Literal["alternating", "ring"], tagged("rule")] | Annotated[Directions, tagged("hand")],
-        Discriminator(_directions_form),
-        Says("'ring', 'alternating', or a section with rows and columns"),
+        Annotated[Literal["alternating", "ring"], form("rule")] | Annotated[Directions, form("hand")],
+        Forms("'ring', 'alternating', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)),
     ] = Field(
         "ring",
         description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
+
+    @field_validator("rows")
+    @classmethod
+    def _names(cls, rows: int, info: ValidationInfo) -> int:
+        if "columns" in info.data:
+            at_most("nodes", (info.data["columns"] + 1) * (rows + 1))
+            names = enumerate(block_nodes(info.data["columns"], rows))
+            known(info).nodes = {name: (c, r) for r, row in names for c, name in enumerate(row)}
+        return rows
+
+    @field_validator("block_depth")
+    @classmethod
+    def _places(cls, depth: int, info: ValidationInfo) -> int:
+        data = info.data
+        if {"columns", "rows", "block_width"} <= data.keys():
+            places = data["columns"] * data["rows"] * data["block_width"] * depth
+            at_most("places", places)
+            known(info).places = places
+        return depth
+
+    @field_validator("directions")
+    @classmethod
+    def _one_each(cls, directions: str | Directions, info: ValidationInfo) -> str | Directions:
+        if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
+            given = len(directions.rows), len(directions.columns)
+            nodes = info.data["rows"] + 1, info.data["columns"] + 1
+            if given != nodes:
+                said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
+                raise wrong(f"{said}, expected one for each: blocks and one more")
+        return directions
 
 
 def _short_edge(value: Any) -> Any:
     """Accept `[A, B]` for `{from: A, to: B}`."""
     if isinstance(value, list | tuple) and len(value) == 2:  # noqa: PLR2004 - a pair
         return {"from": value[0], "to": value[1]}
+    if not isinstance(value, SECTION):
+        raise wrong(f"not an edge (got {got(value)}), expected {_EDGE}")
     return value
 
 
@@ -163,14 +171,38 @@ class Edge(Part):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
-    source: Name = Field(alias="from", description="the node it leaves")
-    target: Name = Field(alias="to", description="the node it leads to")
-    length: Positive | None = Field(None, description="default: the straight distance")
-    speed: Positive | None = Field(None, description="speed limit; default: none")
-    two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
-    side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
+    source: NodeName = Field(alias="from", description="the node it leaves")
+    target: NodeName = Field(alias="to", description="the node it leads to")
+    length: Length | None = Field(None, description="default: the straight distance")
+    speed: Speed | None = Field(None, description="speed limit; default: none")
+    two_way: Flag = Field(
+        False, description="one lane for both directions, used in one at a time", json_schema_extra=LATER
+    )
+    side_by_side: Flag = Field(
+        False, description="with an edge back: two lanes side by side, not one for both", json_schema_extra=LATER
+    )
+
+    @model_validator(mode="after")
+    def _only_once(self, info: ValidationInfo) -> Edge:
+        edge, edges = (self.source, self.target), known(info).edges
+        if self.source == self.target:
+            raise wrong(f"from a node to itself (got {got(edge)}), expected two nodes")
+        if edge in edges:
+            raise wrong(f"the same edge as one before (got {got(edge)}), expected every edge once")
+        length = self.length or _straight(*((known(info).nodes or {}).get(node) for node in edge))
+        edges.update(dict.fromkeys((edge, edge[::-1]) if self.two_way else (edge,), length))
+        return self
 
 
+def _straight(*ends: Any) -> float | None:
+    """The distance between two nodes, if both have coordinates."""
+    try:
+        return math.dist(*ends)
+    except (TypeError, ValueError):
+        return None
+
+
+_EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
 
@@ -178,8 +210,26 @@ class Storage(Part):
     """A storage place beside an edge, `offset` from the edge's start; its number is its rank in the list."""
 
     edge: tuple[Name, Name] = Field(description="[from, to]: the edge it is picked from")
-    offset: Positive = Field(description="distance from the edge's start")
+    offset: Length = Field(description="distance from the edge's start")
     popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
+
+    @field_validator("edge")
+    @classmethod
+    def _known(cls, edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
+        edges = known(info).edges
+        if edges and edge not in edges:
+            turned = ", such as the one the other way" if edge[::-1] in edges else ""
+            raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
+        return edge
+
+    @field_validator("offset")
+    @classmethod
+    def _on_the_edge(cls, offset: float, info: ValidationInfo) -> float:
+        length = known(info).edges.get(info.data.get("edge", ("", "")))
+        if length is not None and offset >= length:
+            expected = f"an offset below the edge's length, {got(length)}"
+            raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
+        return offset
 
 
 class StorageFile(Part):
@@ -191,40 +241,145 @@ class StorageFile(Part):
 class Places(Part):
     """Nodes by name (`at`), or every n-th node along a side of the layout (`along`, `every`)."""
 
-    at: tuple[Name, ...] = Field((), description="nodes by name")
+    at: tuple[NodeName, ...] = Field((), description="nodes by name")
     along: Side | None = Field(None, description="all nodes along this side")
     every: Count = Field(1, description="with along: every n-th node")
+
+    def nodes(self, positions: Positions) -> list[str]:
+        """The nodes it stands at: those named, then every n-th along its side (west to east, north to south)."""
+        found = list(self.at)
+        if self.along is not None:
+            axis, pick = {"north": (1, min), "south": (1, max), "west": (0, min), "east": (0, max)}[self.along]
+            outermost = pick(at[axis] for at in positions.values())
+            side = [name for name, at in positions.items() if at[axis] == outermost]
+            found += sorted(side, key=lambda name: positions[name][1 - axis])[:: self.every]
+        return found
+
+    @field_validator("every")
+    @classmethod
+    def _of_a_side(cls, every: int, info: ValidationInfo) -> int:
+        if every > 1 and info.data.get("along", "wrong") is None:
+            raise wrong(f"every n-th node of no side (got {every}), expected along (a side) beside it")
+        return every
+
+    @model_validator(mode="after")
+    def _somewhere(self) -> Places:
+        if not self.at and self.along is None:
+            raise wrong("at no node, expected at (a list of nodes) or along (a side)")
+        return self
+
+
+def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
+    places = info.data.get("places")
+    if count is not None and places is not None and count > places:
+        raise wrong(f"too many (got {count}), expected at most one for each of the {places} places")
+    return count
 
 
 class Bay(Places):
     """Parking places beside a node, entered and left through it; `chargers` of them have a charger."""
 
-    places: Count | None = Field(None, description="a node; default: as many as robots start there")
-    chargers: Whole | None = Field(None, description="a node; default: one a place")
-    total_chargers: Whole | None = Field(
-        None, description="instead of chargers: of all its nodes together, assigned to them round-robin"
+    places: Annotated[Count, limited("robots")] | None = Field(
+        None, description="a node; default: as many as robots start there"
     )
+    chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
+        None, description="a node; default: one a place"
+    )
+    total_chargers: Whole | None = Field(
+        None,
+        description="instead of chargers: of all its nodes together, assigned to them round-robin",
+        json_schema_extra=LATER,
+    )
+
+    @model_validator(mode="after")
+    def _each_or_total(self) -> Bay:
+        if self.chargers is not None and self.total_chargers is not None:
+            text = f"both this and chargers (got {self.total_chargers}), expected one of the two (chargers: a node)"
+            raise wrong(text, "total_chargers")
+        return self
 
 
 class Station(Places):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
-    places: Count = Field(4, description="robots that can be inside, a node")
-    servers: Count = Field(1, description="robots served at a time, a node")
+    places: Annotated[Count, limited("robots")] = Field(4, description="robots that can be inside, a node")
+    servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(1, description="robots served at a time, a node")
 
 
 class LayoutSpec(Part):
     """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
 
     blocks: Blocks | None = Field(None, description="a layout to generate")
-    nodes: Named[tuple[Number, Number]] = Field(FrozenMap(), description="name: [x, y], y downwards")
-    edges: tuple[
-        Annotated[Edge, BeforeValidator(_short_edge), Says("an edge: [A, B] or a section with from and to", _PAIR)],
-        ...,
-    ] = Field((), description="edges between the nodes")
+    nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")
+    edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
+        (), description="edges between the nodes"
+    )
     storage: Annotated[
         tuple[Storage, ...],
-        Says("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
+        Forms("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
     bays: Named[Bay] = Field(FrozenMap(), description="departure, parking and charging zones by name")
     stations: Named[Station] = Field(FrozenMap(), description="stations beside nodes by name")
+
+    @property
+    def two_way(self) -> bool:
+        """Whether any edge is, or two edges together are, a two-way lane."""
+        drawn = {(edge.source, edge.target) for edge in self.edges}
+        beside = {frozenset((edge.source, edge.target)) for edge in self.edges if edge.side_by_side}
+        return any(
+            (edge.two_way or (edge.target, edge.source) in drawn)
+            and frozenset((edge.source, edge.target)) not in beside
+            for edge in self.edges
+        )
+
+    @field_validator("blocks", mode="before")
+    @classmethod
+    def _generated(cls, blocks: Any, info: ValidationInfo) -> Any:
+        known(info).blocks = blocks is not None
+        return blocks
+
+    @field_validator("nodes", "edges", "storage", mode="before")
+    @classmethod
+    def _not_beside_blocks(cls, value: Any, info: ValidationInfo) -> Any:
+        if known(info).blocks and value:
+            raise wrong(f"blocks make their own {info.field_name}, expected either blocks, or nodes, edges and storage")
+        at_most(
+            "places" if info.field_name == "storage" else "nodes",
+            len(value) if isinstance(value, list | Mapping) else 0,
+        )
+        if info.field_name == "nodes" and isinstance(value, Mapping) and value:
+            known(info).nodes = value
+        return value
+
+    @field_validator("nodes")
+    @classmethod
+    def _apart(
+        cls, nodes: Mapping[str, tuple[float, float]], info: ValidationInfo
+    ) -> Mapping[str, tuple[float, float]]:
+        first: dict[tuple[float, float], str] = {}
+        for name, at in nodes.items():
+            if first.setdefault(at, name) != name:
+                raise wrong(f"at the same place as node '{first[at]}' (got {got(at)}), expected another", name)
+        known(info).nodes = nodes or known(info).nodes
+        return nodes
+
+    @field_validator("bays", "stations", mode="before")
+    @classmethod
+    def _named(cls, zones: Any, info: ValidationInfo) -> Any:
+        known(info).zones[str(info.field_name)] = dict.fromkeys(zones, ()) if isinstance(zones, Mapping) else {}
+        return zones
+
+    @field_validator("bays", "stations")
+    @classmethod
+    def _placed(cls, zones: Mapping[str, Places], info: ValidationInfo) -> Mapping[str, Places]:
+        nodes = known(info).nodes
+        if nodes:
+            known(info).zones[str(info.field_name)] = {name: tuple(zone.nodes(nodes)) for name, zone in zones.items()}
+        return zones
+
+    @field_validator("storage")
+    @classmethod
+    def _count(cls, storage: tuple[Storage, ...], info: ValidationInfo) -> tuple[Storage, ...]:
+        if storage:
+            known(info).places = len(storage)
+        return storage

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from desim_warehouse.model.overrides import parse_assignment
-from desim_warehouse.model.reading import json_schema, load
+from desim_warehouse.model.read import json_schema, load
 from desim_warehouse.model.schema import Model
 
 __all__ = ["Model", "json_schema", "load", "parse_assignment"]

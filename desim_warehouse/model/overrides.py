@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError
-from desim_warehouse.model import outline
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.model.messages import Keys, Places, Problem, dotted
 from desim_warehouse.model.parse import plain, read_yaml
-from desim_warehouse.model.places import Keys, Places, dotted
 from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.problems import Problem, got, unknown_key
+from desim_warehouse.model.schema import OUTLINE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,12 +46,12 @@ def override(data: dict[str, Any], overrides: Mapping[str, Any], places: Places,
     """
     problems: list[Problem] = []
     for text in sorted(overrides, key=_rank):
-        said = f"{named} {text}"
-        if not isinstance(text, str) or not all(text.split(".")):
+        keys: Keys = tuple(str(text).split("."))
+        if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
-            places.overridden((str(text),), said)
-            continue
-        problems += _Override(text, said, places).put(data, overrides[text])
+            places.overridden((str(text),), f"{named} {text}")
+        else:
+            problems += _put(data, keys, overrides[text], places, f"{named} {text}")
     return problems
 
 
@@ -61,81 +60,46 @@ def _rank(text: Any) -> list[tuple[int, str]]:
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
-class _Override:
-    """One override on its way into the values of a model."""
-
-    def __init__(self, text: str, said: str, places: Places) -> None:
-        self.keys = _typed(text.split("."))
-        self.said = said
-        self.places = places
-
-    def put(self, data: dict[str, Any], value: Any) -> list[Problem]:
-        """Set the value; returns what is wrong with it or its key."""
-        problems: list[Problem] = []
-        wrong = _unknown(self.keys)
-        if wrong is None:
-            section, wrong = self.reach(data)
-        if wrong is None:
-            section[self.keys[-1]] = plain(value, self.keys, problems)
-        self.places.overridden(self.keys, self.said)
-        return [wrong] if wrong else problems
-
-    def reach(self, section: Any) -> tuple[Any, Problem | None]:
-        """The section or list in which the value is to be set, or why there is none."""
-        for size, key in enumerate(self.keys):
-            if isinstance(section, dict) and isinstance(key, int):  # a parameter with numbers for names
-                self.keys = (*self.keys[:size], str(key), *self.keys[size + 1 :])
-            wrong = _closed(section, self.keys[:size], key)
-            if wrong:
-                return None, Problem(self.keys, wrong)
-            if size < len(self.keys) - 1:
-                section = self.enter(section, self.keys[: size + 1])
-        return section, None
-
-    def enter(self, section: Any, keys: Keys) -> Any:
-        """What lies below a key; a policy given by its name becomes a section, a missing section is made."""
-        key: Any = keys[-1]
-        below = section[key] if isinstance(section, list) else section.get(key)
-        if len(keys) == 2 and keys[0] == "policies":  # noqa: PLR2004 - policies.charging
-            below = Policies.model_fields[str(key)].default.name if below is None else below
-            below = {"name": below} if isinstance(below, str) else below
-        elif below is None:
-            below = [] if isinstance(self.keys[len(keys)], int) else {}
-            self.places.overridden(keys, self.said)
-        section[key] = below
-        return below
+def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> list[Problem]:
+    """Set one value; returns what is wrong with it, or why it cannot be set."""
+    keys: Keys = ()
+    problems: list[Problem] = []
+    if not OUTLINE.known(path):
+        places.overridden(path, said)
+        return [OUTLINE.unknown_key(path)]
+    for key in path:
+        if isinstance(section, list) and str(key).isdecimal() and int(key) < len(section):
+            step: Any = int(key)
+        elif isinstance(section, dict):
+            step = key
+        else:
+            places.overridden(path, said)
+            return [Problem(path, _closed(section, dotted(keys), key))]
+        keys = (*keys, step)
+        if len(keys) == len(path):
+            section[step] = plain(value, keys, problems)
+        else:
+            section[step] = section = _opened(section, keys, places, said)
+    places.overridden(keys, said)
+    return problems
 
 
-def _typed(keys: list[str]) -> Keys:
-    """The same keys with ranks in lists as numbers."""
-    typed: Keys = ()
-    for key in keys:
-        rank = key.isdecimal() and outline.is_list(typed) and key not in outline.keys_at(typed)
-        typed = (*typed, int(key) if rank else key)
-    return typed
+def _opened(section: Any, keys: Keys, places: Places, said: str) -> Any:
+    """What lies below a key; a policy given by its name becomes a section, a missing section is made."""
+    key: Any = keys[-1]
+    below = section[key] if isinstance(section, list) else section.get(key)
+    if len(keys) == 2 and keys[0] == "policies" and key in Policies.model_fields:  # noqa: PLR2004 - policies.charging
+        below = getattr(Policies.model_fields[key].default, "name", None) if below is None else below
+        return {"name": below} if isinstance(below, str) else below
+    if below is None:
+        places.overridden(keys, said)
+        return {}
+    return below
 
 
-def _unknown(keys: Keys) -> Problem | None:
-    """The problem that no model has such a key; the nearest one is named to the end where possible."""
-    for size in range(1, len(keys) + 1):
-        if not outline.known(keys[:size]):
-            problem = unknown_key(keys[:size])
-            if problem.meant:
-                whole = (*problem.meant.split("."), *keys[size:])
-                near = dotted(whole) if outline.known(whole) else problem.meant
-                return Problem(keys, f"unknown key, did you mean '{near}'?")
-            return Problem(keys, problem.text)
-    return None
-
-
-def _closed(section: Any, keys: Keys, key: str | int) -> str | None:
-    """Why there is no such place in a section, if there is none."""
-    here = dotted(keys)
+def _closed(section: Any, here: str, key: str | int) -> str:
+    """Why there is no such place in a section."""
     if isinstance(section, list):
-        if isinstance(key, int) and key < len(section):
-            return None
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"
-    if isinstance(section, dict):
-        return None
     return f"nothing can be set below '{here}' here (it is {got(section)}), expected '{here}' as a whole"

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-from desim_warehouse.errors import ModelError
-from desim_warehouse.layout.spec import Part
-from desim_warehouse.model.places import Keys, Place, Places
-from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.fields import LIMITS, Part
+from desim_warehouse.model.messages import Keys, Place, Places, Problem
 
 _TAG = "tag:yaml.org,2002:"
-_DEEPEST = 30  # lists and sections inside one another; a model needs about 6
+_TEXT = {f"{_TAG}{name}" for name in ("str", "timestamp", "merge", "value")}
+_DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
+_NESTED = re.compile(rf"(?:[\[{{]\s*){{{_DEEPEST + 1}}}")
 _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST} at most"
-_MOST = 1_000_000  # values in a file, aliases counted at every use
 
 
 @dataclass
@@ -37,44 +38,35 @@ def read_yaml(text: str, source: str) -> Document:
         ModelError: where the text is not YAML.
     """
     from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel.yaml.error import MarkedYAMLError
     from ruamel.yaml.reader import ReaderError
 
+    if nested := _NESTED.search(text):  # the YAML reader needs seconds for them
+        before = text[: nested.start()]
+        _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
+    yaml = YAML(typ="safe", pure=True)
     try:
-        root = YAML(typ="safe", pure=True).compose(text)
-        return _Reader(source).document(root)
+        return _Reader(source, yaml.constructor).document(yaml.compose(text))
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        _refuse(source, mark.line + 1, mark.column + 1, _syntax(error))
+        theirs = " ".join(", ".join(part for part in (error.context, error.problem) if part).split())
+        said = next((ours for part, ours in _SYNTAX.items() if part in theirs), theirs)
+        _refuse(source, mark.line + 1, mark.column + 1, f"not valid YAML: {said}")
     except ReaderError as error:
         before = text[: error.position]
-        column = error.position - before.rfind("\n")
-        text = f"not text (got character {error.character:#04x}), expected text without control characters"
-        _refuse(source, before.count("\n") + 1, column, text)
-    except YAMLError as error:
-        raise ModelError([f"{source}: not valid YAML: {' '.join(str(error).split())}"]) from None
+        wrong = f"not text (got character {error.character:#04x}), expected text without control characters"
+        _refuse(source, before.count("\n") + 1, error.position - before.rfind("\n"), wrong)
     except RecursionError:
         _refuse(source, 1, 1, _TOO_DEEP)
 
 
 _SYNTAX = {
-    r"found character '\t'": "a tab before a word, expected spaces",
-    "but found '<block mapping start>'": "indented further than the line before, expected the same",
-    "expected <block end>": "indented otherwise than the lines before, expected as one of them",
-    "mapping values are not allowed": "a ':' that follows no key, expected 'key: value' in every line",
-    "expected ',' or ']'": "a list without an end, expected ',' or ']'",
-    "expected ',' or '}'": "a mapping without an end, expected ',' or '}'",
-    "unexpected end of stream": "a text without an end, expected a closing quote",
-    "found another document": "a second document, expected one (--- begins a document)",
-    "could not find expected ':'": "a line without ':', expected 'key: value'",
+    "'\\t'": "a tab before a word, expected spaces",
+    "<block": "indented otherwise than the lines before",
+    "mapping values": "a ':' that follows no key, expected 'key: value' in every line",
+    "quoted scalar": "a text without an end, expected a closing quote",
 }
-"""Words of the YAML reader, and ours."""
-
-
-def _syntax(error: Any) -> str:
-    said = " ".join(str(part) for part in (error.problem, error.context) if part)
-    ours = next((text for theirs, text in _SYNTAX.items() if theirs in said), None)
-    return f"not valid YAML: {ours or said}"
+"""Words of the YAML reader that only programmers know, and ours."""
 
 
 def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:
@@ -84,15 +76,16 @@ def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:
 class _Reader:
     """Turns the nodes of one document into plain values."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, constructor: Any) -> None:
         self.places = Places(source)
+        self.constructor = constructor
         self.problems: list[Problem] = []
         self.count = 0
         self.around: list[Any] = []
 
     def document(self, root: Any) -> Document:
         data = None if root is None else self.value(root, ())
-        self.places.keys.setdefault((), Place.in_file(0, self.places.source, 1, 1))
+        self.places.keys[()] = Place.in_file(0, self.places.source, 1, 1)
         self.places.values.setdefault((), self.places.keys[()])
         return Document(data, self.places, self.problems)
 
@@ -105,22 +98,22 @@ class _Reader:
         self.count += 1
         if node in self.around or self.count > _MOST:
             said = "an alias that repeats itself without end, expected every value to end"
-            raise ModelError([f"{self.place(node).said}: {said}"])
+            if node not in self.around:
+                said = f"too many values, expected {_MOST:,} at most, with those of aliases counted at every use"
+            raise ModelError([f"{self.place(node).text}: {said}"])
         if len(keys) > _DEEPEST:
-            raise ModelError([f"{self.place(node).said}: {_TOO_DEEP}"])
-        kind = node.id
-        tag = str(node.tag).removeprefix(_TAG)
-        if kind == "scalar":
-            return self.scalar(node, tag, keys)
+            raise ModelError([f"{self.place(node).text}: {_TOO_DEEP}"])
+        if node.id == "scalar":
+            return self.scalar(node, keys)
+        if str(node.tag) not in {f"{_TAG}map", f"{_TAG}seq"}:
+            self.tag(node, keys)
         self.around.append(node)
-        if tag not in {"map", "seq"}:
-            self.tag(tag, keys)
-        made = self.mapping(node, keys) if kind == "mapping" else self.sequence(node, keys)
+        if node.id == "mapping":
+            made: Any = self.mapping(node, keys)
+        else:
+            made = [self.value(item, (*keys, rank)) for rank, item in enumerate(node.value)]
         self.around.pop()
         return made
-
-    def sequence(self, node: Any, keys: Keys) -> list[Any]:
-        return [self.value(item, (*keys, rank)) for rank, item in enumerate(node.value)]
 
     def mapping(self, node: Any, keys: Keys) -> dict[str, Any]:
         made: dict[str, Any] = {}
@@ -130,62 +123,36 @@ class _Reader:
             if key in made:
                 text = f"given twice (first in line {self.places.keys[here].line}), expected once"
                 self.problems.append(Problem(here, text, at_key=True))
-                self.places.keys[here] = place
-                continue
             self.places.keys[here] = place
-            made[key] = self.value(item, here)
+            if key not in made:
+                made[key] = self.value(item, here)
         return made
 
     def key(self, node: Any, keys: Keys) -> str:
         if node.id != "scalar":
-            raise ModelError([f"{self.place(node).said}: not a key (a list or a section), expected a name"])
-        key = self.scalar(node, str(node.tag).removeprefix(_TAG), keys)
-        if isinstance(key, str):
-            return key
-        name = str(node.value)
-        self.problems.append(
-            Problem(
-                (*keys, name),
-                f"not a name (got {got(key)}), expected a name; write it in quotes: '{name}'",
-                at_key=True,
-            )
-        )
+            raise ModelError([f"{self.place(node).text}: not a key (a list or a section), expected a name"])
+        key, name = self.scalar(node, keys), str(node.value)
+        if not isinstance(key, str):
+            text = f"not a name (got {got(key)}), expected a name; write it in quotes: '{name}'"
+            self.problems.append(Problem((*keys, name), text, at_key=True))
         return name
 
-    def scalar(self, node: Any, tag: str, keys: Keys) -> Any:  # noqa: PLR0911 - a return for each kind
-        text = str(node.value)
+    def scalar(self, node: Any, keys: Keys) -> Any:
+        from ruamel.yaml.constructor import ConstructorError
+
+        if str(node.tag) in _TEXT:
+            return str(node.value)
         try:
-            match tag:
-                case "str" | "timestamp" | "merge":
-                    return text
-                case "null":
-                    return None
-                case "bool":
-                    return text.lower() in {"true", "yes", "on", "y"}
-                case "int":
-                    return _whole(text)
-                case "float":
-                    return _fraction(text)
-        except ValueError:
-            return text
-        self.tag(tag, keys)
-        return text
+            return self.constructor.construct_object(node)
+        except ConstructorError:
+            self.tag(node, keys)
+        except ValueError:  # marked as a number that it is not, or one of thousands of digits
+            pass
+        return str(node.value)
 
-    def tag(self, tag: str, keys: Keys) -> None:
-        name = tag if tag.startswith("!") else f"!!{tag}"
+    def tag(self, node: Any, keys: Keys) -> None:
+        name = str(node.tag).replace(_TAG, "!!")
         self.problems.append(Problem(keys, f"unknown tag (got {name}), expected a value without a tag"))
-
-
-def _whole(text: str) -> int:
-    digits = text.replace("_", "").lower()
-    base = {"0x": 16, "0o": 8, "0b": 2}.get(digits.lstrip("+-")[:2], 10)
-    return int(digits, base)
-
-
-def _fraction(text: str) -> float:
-    digits = text.replace("_", "").lower()
-    special = {".inf": "inf", "+.inf": "inf", "-.inf": "-inf", ".nan": "nan"}
-    return float(special.get(digits, digits))
 
 
 def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0911 - one for each kind

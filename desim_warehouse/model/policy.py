@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
-from desim_warehouse.layout.spec import FrozenMap, Name, NotNegative, Part, Says, as_json
+from desim_warehouse.errors import got
+from desim_warehouse.fields import SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 from desim_warehouse.policies.catalogue import user_source
 
 
@@ -27,29 +29,61 @@ class PolicySpec(Part):
 
     name: Name = Field(description="a policy of ours, module:Class or file.py:Class")
 
+    @field_validator("name")
+    @classmethod
+    def _no_nul(cls, name: str) -> str:
+        if "\0" in name:
+            raise wrong(f"not a name (got {got(name)}), expected no character 0x00")
+        return name
+
     @property
     def params(self) -> Mapping[str, Any]:
         """The parameters: every key but the name."""
         return self.__pydantic_extra__ or FrozenMap()
 
+    @property
+    def own(self) -> bool:
+        """Whether it is the user's own, whose code we know nothing of."""
+        return ":" in self.name
+
     def content(self) -> Any:
         """As a model file has it: the name alone where no parameter is given."""
         return {"name": self.name, **as_json(self.params)} if self.params else self.name
+
+    @model_validator(mode="after")
+    def _finite(self) -> PolicySpec:
+        for keys, value in _leaves((), self.params):
+            if isinstance(value, float) and not math.isfinite(value):
+                raise wrong(f"should be a finite number (got {got(value)})", *keys)
+            if isinstance(value, str):
+                writable(value)
+        return self
 
     def model_post_init(self, _context: Any, /) -> None:
         """Freeze the parameters."""
         object.__setattr__(self, "__pydantic_extra__", _frozen(self.__pydantic_extra__ or {}))
 
 
+def _leaves(keys: tuple[str | int, ...], value: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    if isinstance(value, Mapping | tuple):
+        for key, item in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _leaves((*keys, key), item)
+    else:
+        yield keys, value
+
+
+_POLICY = "the name of a policy, or a section with name and parameters"
+
+
 def _named_policy(value: Any) -> Any:
-    return {"name": value} if isinstance(value, str) else value
+    if isinstance(value, SECTION):
+        return value
+    if isinstance(value, str):
+        return {"name": value}
+    raise wrong(f"should be {_POLICY} (got {got(value)})")
 
 
-Policy = Annotated[
-    PolicySpec,
-    BeforeValidator(_named_policy),
-    Says("the name of a policy, or a section with name and parameters", {"type": "string", "minLength": 1}),
-]
+Policy = Annotated[PolicySpec, BeforeValidator(_named_policy), Forms(_POLICY, {"type": "string", "minLength": 1})]
 
 
 KINDS = ("allocation", "routing", "charging", "parking")
@@ -62,14 +96,18 @@ class Policies(Part):
     routing: Policy = Field(PolicySpec(name="highways"), description="which way a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
-    interval: NotNegative = Field(
+    interval: Time = Field(
         0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
     )
 
+    def specs(self) -> dict[str, PolicySpec]:
+        """The policies by kind."""
+        return {kind: getattr(self, kind) for kind in KINDS}
+
     def own(self) -> list[str]:
         """The policies that are the user's own, whose code we know nothing of."""
-        return sorted(name for kind in KINDS if ":" in (name := getattr(self, kind).name))
+        return sorted(spec.name for spec in self.specs().values() if ":" in spec.name)
 
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
-        return b"".join(user_source(getattr(self, kind).name) for kind in KINDS)
+        return b"".join(user_source(spec.name) for spec in self.specs().values())

@@ -4,31 +4,51 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.findings import Acceptable  # noqa: TC001 - pydantic reads it
-from desim_warehouse.layout.spec import (
+from desim_warehouse.errors import got
+from desim_warehouse.fields import (
+    LATER,
+    NUMBER,
+    SECTION,
     Count,
+    Distance,
+    Duration,
+    Forms,
     FrozenMap,
     Integer,
-    LayoutSpec,
+    Known,
+    Length,
     Name,
     Named,
     NotNegative,
     Part,
     Positive,
-    Says,
+    Quantity,
+    Rate,
+    Speed,
     Text,
+    Time,
     Whole,
-    tagged,
+    above_tiny,
+    at_most,
+    by_type,
+    form,
+    known,
+    limited,
+    wrong,
 )
+from desim_warehouse.findings import Acceptable
+from desim_warehouse.layout.spec import LayoutSpec, NodesOfBays, NodesOfStations
+from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
+from desim_warehouse.units import METRES, UnitNames
 
-METRES = {"m": 1.0, "mm": 0.001, "cm": 0.01, "dm": 0.1, "km": 1000.0}
-"""Metres in the units of length that are known by name."""
+_SUM = 1e-6  # shares written with a few digits add up to 1 within this
 
 
 class Units(Part):
@@ -41,7 +61,7 @@ class Units(Part):
     @property
     def metre(self) -> float | None:
         """Metres in the length unit; None where its name does not say."""
-        return METRES.get(self.length)
+        return float(METRES[self.length]) if self.length in METRES else None
 
     @property
     def hour(self) -> float:
@@ -52,20 +72,20 @@ class Units(Part):
 class Robot(Part):
     """A robot's size and speed."""
 
-    radius: Positive = Field(description="half of its diameter")
-    speed: Positive = Field(description="length units per time unit")
-    margin: NotNegative = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+    radius: Length = Field(description="half of its diameter")
+    speed: Speed = Field(description="length units per time unit")
+    margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
 
 
 class Kind(Part):
     """Some robots of the fleet that differ in size or speed (the first `count`, then the next kind's)."""
 
-    count: Count = Field(description="robots of this kind")
-    radius: Positive | None = Field(None, description="default: fleet.robot.radius")
-    speed: Positive | None = Field(None, description="default: fleet.robot.speed")
+    count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
+    radius: Length | None = Field(None, description="default: fleet.robot.radius")
+    speed: Speed | None = Field(None, description="default: fleet.robot.speed")
 
 
-Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
 
 
 class SpreadEnergy(Part):
@@ -73,25 +93,51 @@ class SpreadEnergy(Part):
 
     uniform: tuple[Share, Share] = Field(description="the least and the most, parts of the capacity")
 
-
-def _energy_form(value: Any) -> str:
-    return "\0spread" if isinstance(value, Mapping | SpreadEnergy) else "\0number"
+    @field_validator("uniform")
+    @classmethod
+    def _in_order(cls, uniform: tuple[float, float]) -> tuple[float, float]:
+        if uniform[0] > uniform[1]:
+            raise wrong(f"turned round (got {got(uniform)}), expected the least first, then the most")
+        return uniform
 
 
 class Fleet(Part):
     """The robots and where they start."""
 
-    size: Count = Field(description="number of robots")
-    start: tuple[Name, ...] = Field((), description="nodes with bays, dealt out in turn; default: all nodes with bays")
+    size: Annotated[Count, limited("robots")] = Field(description="number of robots")
+    start: NodesOfBays = Field(
+        (), description="nodes with bays, or names of bays, dealt out in turn; default: all nodes with bays"
+    )
     robot: Robot
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
-    first_exit_time: NotNegative = Field(0.0, description="from the start of a run to standing at the start node")
-    exit_time: NotNegative = Field(0.0, description="from being sent out of a bay to standing at its node")
+    first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
+    exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
     start_energy: Annotated[
-        Annotated[Share, tagged("number")] | Annotated[SpreadEnergy, tagged("spread")],
-        Discriminator(_energy_form),
-        Says("a part of the capacity from 0 to 1, or {uniform: [a, b]}"),
-    ] = Field(1.0, description="what the batteries hold at the start, as a part of the capacity")
+        Annotated[Share, form("number")] | Annotated[SpreadEnergy, form("spread")],
+        Forms(
+            "a part of the capacity from 0 to 1, or {uniform: [a, b]}",
+            pick=by_type(number=(*NUMBER, str), spread=SECTION),
+        ),
+    ] = Field(
+        1.0, description="what the batteries hold at the start, as a part of the capacity", json_schema_extra=LATER
+    )
+
+    @field_validator("size")
+    @classmethod
+    def _size(cls, size: int, info: ValidationInfo) -> int:
+        known(info).robots = size
+        return size
+
+    @field_validator("kinds")
+    @classmethod
+    def _of_the_fleet(cls, kinds: Mapping[str, Kind], info: ValidationInfo) -> Mapping[str, Kind]:
+        left = size = info.data.get("size", math.inf)
+        for name, kind in kinds.items():
+            if kind.count > left:
+                text = f"more robots than are left of fleet.size, {size} (got {kind.count}), expected at most {left}"
+                raise wrong(text, name, "count")
+            left -= kind.count
+        return kinds
 
     def robots(self) -> list[Robot]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
@@ -117,53 +163,70 @@ class Fleet(Part):
         return 2 * max(robot.radius for robot in self.robots()) + self.robot.margin
 
 
+def _stored(good: int, info: ValidationInfo) -> int:
+    """Refuse the number of a storage place that the layout does not have."""
+    places = known(info).places
+    if places and good >= places:
+        expected = f"a number from 0 to {places - 1}" if places > 1 else "0, as there is one storage place"
+        raise wrong(f"no such good (got {good}), expected {expected}")
+    return good
+
+
+GoodNumber = Annotated[Whole, AfterValidator(_stored)]
+
+
 class Good(Part):
     """A task in the list: the good, and when it is released, due, and how urgent (higher first)."""
 
-    good: Whole = Field(description="number of the storage place")
-    release: NotNegative = Field(0.0, description="time at which the task becomes known")
-    due: NotNegative | None = Field(None, description="time by which it should be delivered")
+    good: GoodNumber = Field(description="number of the storage place")
+    release: Time = Field(0.0, description="time at which the task becomes known")
+    due: Time | None = Field(None, description="time by which it should be delivered")
     priority: Integer = Field(0, description="higher first")
+
+    @field_validator("due")
+    @classmethod
+    def _after_release(cls, due: float | None, info: ValidationInfo) -> float | None:
+        release = info.data.get("release", 0.0)
+        if due is not None and due < release:
+            expected = f"a time not before its release at {got(release)}"
+            raise wrong(f"due before it is known (got {got(due)}), expected {expected}")
+        return due
 
 
 class RandomGoods(Part):
     """`random: n`: n goods drawn by the run's seed, without repetition while they last."""
 
-    random: Count = Field(description="number of goods")
+    random: Annotated[Count, limited("tasks")] = Field(description="number of goods")
 
 
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
-    saturated: Count = Field(description="number of open tasks")
-    due_within: Positive | None = Field(None, description="due so long after release")
+    saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
+    due_within: Duration | None = Field(None, description="due so long after release")
 
 
 class PoissonGoods(Part):
     """`poisson: n`: lifelong; tasks arrive at random, n per hour on average."""
 
-    poisson: Positive = Field(description="tasks per hour")
-    due_within: Positive | None = Field(None, description="due so long after release")
-
-
-def _good_form(value: Any) -> str:
-    return "\0task" if isinstance(value, Mapping | Good) else "\0number"
+    poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
+    due_within: Duration | None = Field(None, description="due so long after release")
 
 
 def _goods_form(value: Any) -> str | None:
     if isinstance(value, list | tuple):
         return "\0list"
-    for form, kind in (("random", RandomGoods), ("saturated", SaturatedGoods), ("poisson", PoissonGoods)):
-        if isinstance(value, kind) or (isinstance(value, Mapping) and form in value):
-            return f"\0{form}"
+    for name, kind in (("random", RandomGoods), ("saturated", SaturatedGoods), ("poisson", PoissonGoods)):
+        if isinstance(value, kind) or (isinstance(value, Mapping) and name in value):
+            return f"\0{name}"
     return None
 
 
 class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
-    share: Annotated[float, Field(strict=True, gt=0, le=1)] = Field(description="part of all places")
-    demand: Annotated[float, Field(strict=True, ge=0, le=1)] = Field(description="part of all tasks")
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="part of all places")
+    demand: Share = Field(description="part of all tasks")
 
 
 class Popularity(Part):
@@ -171,6 +234,32 @@ class Popularity(Part):
 
     classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
     weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
+
+    @field_validator("classes")
+    @classmethod
+    def _sums(cls, classes: tuple[AbcClass, ...]) -> tuple[AbcClass, ...]:
+        for name in ("share", "demand") if classes else ():
+            total = sum(getattr(item, name) for item in classes)
+            if abs(total - 1) > _SUM:
+                raise wrong(f"{name}s do not add up (got {got(round(total, 9))}), expected a sum of 1")
+        return classes
+
+    @field_validator("weights")
+    @classmethod
+    def _one_each(cls, weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        places = known(info).places
+        if weights and places is not None and len(weights) != places:
+            raise wrong(f"{len(weights)} weights for {places} storage places, expected one for each")
+        if weights and not any(weights):
+            raise wrong("all weights are 0, expected one above 0")
+        return weights
+
+    @model_validator(mode="after")
+    def _either(self) -> Popularity:
+        if bool(self.classes) == bool(self.weights):
+            both = "both classes and weights" if self.classes else "neither classes nor weights"
+            raise wrong(f"{both}, expected one of the two")
+        return self
 
 
 class WeightsFile(Part):
@@ -180,10 +269,6 @@ class WeightsFile(Part):
     column: Name = Field("popularity", description="the column with the weights")
 
 
-def _popularity_form(value: Any) -> str:
-    return "\0given" if isinstance(value, Mapping | Popularity) else "\0rule"
-
-
 class Tasks(Part):
     """The work: which goods, where they are unloaded, how long handling takes."""
 
@@ -191,35 +276,69 @@ class Tasks(Part):
         Annotated[
             tuple[
                 Annotated[
-                    Annotated[Whole, tagged("number")] | Annotated[Good, tagged("task")],
-                    Discriminator(_good_form),
-                    Says("the number of a good, or a section with good, release, due and priority"),
+                    Annotated[GoodNumber, form("number")] | Annotated[Good, form("task")],
+                    Forms(
+                        "the number of a good, or a section with good, release, due and priority",
+                        pick=by_type(number=int, task=SECTION),
+                    ),
                 ],
                 ...,
             ],
             Field(min_length=1),
-            tagged("list"),
+            form("list"),
         ]
-        | Annotated[RandomGoods, tagged("random")]
-        | Annotated[SaturatedGoods, tagged("saturated")]
-        | Annotated[PoissonGoods, tagged("poisson")],
-        Discriminator(_goods_form),
-        Says("a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}"),
+        | Annotated[RandomGoods, form("random")]
+        | Annotated[SaturatedGoods, form("saturated")]
+        | Annotated[PoissonGoods, form("poisson")],
+        Forms(
+            "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}",
+            pick=_goods_form,
+        ),
     ] = Field(description="the goods to fetch, one by one or drawn")
     popularity: Annotated[
-        Annotated[Literal["uniform", "layout"], tagged("rule")] | Annotated[Popularity, tagged("given")],
-        Discriminator(_popularity_form),
-        Says("'uniform', 'layout', or a section with classes, weights or file", WeightsFile),
+        Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
+        Forms(
+            "'uniform', 'layout', or a section with classes, weights or file",
+            WeightsFile,
+            pick=by_type(rule=str, given=SECTION),
+        ),
     ] = Field("uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights")
-    unload_at: tuple[Name, ...] = Field(min_length=1, description="nodes: one for all robots, or one each")
+    unload_at: NodesOfStations = Field(
+        min_length=1, description="nodes, or names of stations: one node for all robots, or one each"
+    )
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
         "each", description="each: one for all or one each; else any of unload_at, chosen for every task"
     )
-    load_time: NotNegative = Field(description="at the storage place")
-    unload_time: NotNegative = Field(description="at the station")
-    clear_time: NotNegative = Field(
+    load_time: Time = Field(description="at the storage place")
+    unload_time: Time = Field(description="at the station")
+    clear_time: Time = Field(
         0.0, description="after unloading, before driving on; the next good is given out before it"
     )
+
+    @field_validator("goods", mode="before")
+    @classmethod
+    def _not_too_many(cls, goods: Any) -> Any:
+        if isinstance(goods, list | tuple):
+            at_most("tasks", len(goods))
+        return goods
+
+    @field_validator("popularity")
+    @classmethod
+    def _of_the_layout(cls, popularity: str | Popularity, info: ValidationInfo) -> str | Popularity:
+        if popularity == "layout" and known(info).blocks:
+            expected = "'uniform', classes or weights, as blocks say nothing of it"
+            raise wrong(f"no popularity in the layout (got 'layout'), expected {expected}")
+        return popularity
+
+    @model_validator(mode="after")
+    def _stations(self, info: ValidationInfo) -> Tasks:
+        entries, robots = len(self.unload_at), known(info).robots
+        if self.station_choice == "each" and robots is not None and entries not in {1, robots}:
+            fleet = "1 robot" if robots == 1 else f"{robots} robots"
+            expected = "one node" if robots == 1 else f"one node for all, or {robots}: one for each robot of fleet.size"
+            text = f"{entries} nodes for {fleet} (got {got(self.unload_at)}), expected {expected}"
+            raise wrong(text, "unload_at")
+        return self
 
 
 class Consumption(Part):
@@ -231,17 +350,14 @@ class Consumption(Part):
     handling: NotNegative = Field(description="loading and unloading")
 
 
-def _consumption_form(value: Any) -> str:
-    return "\0states" if isinstance(value, Mapping | Consumption) else "\0number"
+Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
 
 
 class Taper(Part):
     """A charge curve: full rate up to `start`, then falling linearly to `end_rate` when full."""
 
-    start: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(description="fraction of capacity")
-    end_rate: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
-        0.1, description="fraction of charge_rate at full"
-    )
+    start: Fraction = Field(description="fraction of capacity")
+    end_rate: Fraction = Field(0.1, description="fraction of charge_rate at full")
 
 
 class Battery(Part):
@@ -250,15 +366,26 @@ class Battery(Part):
     capacity: Positive = Field(description="energy of a full battery")
     threshold: NotNegative = Field(description="level at which the threshold policy sends a robot home")
     consumption: Annotated[
-        Annotated[NotNegative, tagged("number")] | Annotated[Consumption, tagged("states")],
-        Discriminator(_consumption_form),
-        Says("a number of at least 0, or a section with standing, empty, loaded and handling"),
+        Annotated[NotNegative, form("number")] | Annotated[Consumption, form("states")],
+        Forms(
+            "a number of at least 0, or a section with standing, empty, loaded and handling",
+            pick=by_type(number=NUMBER, states=SECTION),
+        ),
     ] = Field(description="energy per time unit outside the charging zone")
     charge_rate: Positive = Field(description="energy per time unit at a charger")
     taper: Taper | None = Field(None, description="default: full rate until the battery is full")
     reserve: NotNegative = Field(
         0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
     )
+
+    @field_validator("threshold")
+    @classmethod
+    def _below_capacity(cls, threshold: float, info: ValidationInfo) -> float:
+        capacity = info.data.get("capacity", math.inf)
+        if threshold >= capacity:
+            expected = f"a level below battery.capacity, {got(capacity)}"
+            raise wrong(f"too large (got {got(threshold)}), expected {expected}")
+        return threshold
 
     @property
     def draws(self) -> Consumption:
@@ -273,7 +400,7 @@ class Traffic(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
-    node_time: NotNegative = Field(0.0, description="turning and re-planning at every node reached")
+    node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
@@ -284,8 +411,16 @@ class Traffic(Part):
 class Run(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
-    length: Positive | None = Field(None, description="default: until all work is done")
-    warm_up: NotNegative = Field(0.0, description="indicators count from here on")
+    length: Duration | None = Field(None, description="default: until all work is done")
+    warm_up: Time = Field(0.0, description="indicators count from here on")
+
+    @field_validator("warm_up")
+    @classmethod
+    def _before_the_end(cls, warm_up: float, info: ValidationInfo) -> float:
+        length = info.data.get("length")
+        if length is not None and warm_up >= length:
+            raise wrong(f"too long (got {got(warm_up)}), expected a time below run.length, {got(length)}")
+        return warm_up
 
 
 class Cost(Part):
@@ -308,15 +443,52 @@ class Model(Part):
     battery: Battery | None = Field(None, description="none: robots never need charging")
     traffic: Traffic = Traffic()
     policies: Policies = Policies()
-    run: Run = Run()
+    run: Run = Field(Run(), validate_default=True)
     cost: Cost = Cost()
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
-        (), description="codes of errors of `desim check` to simulate in spite of; the report says so"
+        (),
+        description="codes of errors of `desim check` to simulate in spite of; the report says so",
+        json_schema_extra=LATER,
     )
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Model:
+        """Check values against one another, too: each against what was read before it."""
+        return super().model_validate(obj, **{"context": Known(), **options})
+
+    @field_validator("units")
+    @classmethod
+    def _convert(cls, units: Units, info: ValidationInfo) -> Units:
+        known(info).units = UnitNames(units.length, units.time, units.seconds)
+        return units
+
+    @field_validator("layout")
+    @classmethod
+    def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
+        if layout.blocks is None and not layout.nodes:
+            raise wrong("neither blocks nor nodes, expected one of the two")
+        for key in ("edges", "storage"):
+            if layout.nodes and not getattr(layout, key):
+                raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
+        return layout
+
+    @field_validator("run")
+    @classmethod
+    def _ends(cls, run: Run, info: ValidationInfo) -> Run:
+        goods = info.data["tasks"].goods if "tasks" in info.data else None
+        if isinstance(goods, SaturatedGoods | PoissonGoods) and run.length is None:
+            kind, number = next(iter(goods.content().items()))
+            without_end = f"as tasks.goods {{{kind}: {number}}} goes on for ever"
+            raise wrong(f"missing, expected the time at which the run ends, {without_end}", "length")
+        if isinstance(goods, PoissonGoods) and run.length is not None and "units" in info.data:
+            at_most("tasks", round(goods.poisson * run.length / info.data["units"].hour), "length")
+        return run
 
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values: equal models, equal content.
+
+        Keys that came after version 0.1.0 stand there only where they differ from their default.
 
         Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
         the order of the file, which numbers them. `load` reads it back.
@@ -326,18 +498,25 @@ class Model(Part):
 
     def digest(self) -> str:
         """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
-        content = json.dumps(self.content(), separators=(",", ":")).encode()
-        return hashlib.sha256(content + self.policies.sources()).hexdigest()
+        content = self.content()
+        if self.traffic.gridlock == "auto" and not self.layout.two_way:
+            content["traffic"]["gridlock"] = "rotate"  # which is the same, and what version 0.1.0 has there
+        return hashlib.sha256(json.dumps(content, separators=(",", ":")).encode() + self.policies.sources()).hexdigest()
 
-    def replace(self, overrides: Mapping[str, Any]) -> Model:
+    def replace(self, overrides: Mapping[str, Any], *, run_code: bool = False) -> Model:
         """Make a changed copy, checked like a file.
 
         Args:
             overrides: dotted keys and their values, such as `{"fleet.size": 3}`.
+            run_code: ask the user's own policies about their parameters, too; see `load`.
 
         Raises:
             ModelError: with every problem of the changed model.
         """
-        from desim_warehouse.model.reading import changed
+        from desim_warehouse.model.read import changed
 
-        return changed(self, overrides)
+        return changed(self, overrides, run_code)
+
+
+OUTLINE = Outline(Model)
+"""The keys that a model can have."""

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.layout.spec import Part, StorageFile
-from desim_warehouse.model.outline import nearest, spoken
-from desim_warehouse.model.places import Keys, Place, Places
-from desim_warehouse.model.problems import Problem, from_pydantic
-from desim_warehouse.model.schema import WeightsFile
+from desim_warehouse.errors import nearest, reason, spoken
+from desim_warehouse.fields import LIMITS, Part
+from desim_warehouse.layout.spec import StorageFile
+from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
+from desim_warehouse.model.schema import OUTLINE, WeightsFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -87,7 +87,7 @@ def _form(kind: type[_Form], named: dict[str, Any], keys: Keys) -> _Form:
     try:
         return kind.model_validate(named)
     except ValidationError as error:
-        raise _RefusedError(*from_pydantic(error, keys)) from None
+        raise _RefusedError(*from_pydantic(error, OUTLINE, keys)) from None
 
 
 @dataclass(frozen=True)
@@ -115,22 +115,23 @@ class _Table:
         import csv
 
         try:
+            _end_in_sight(path)
             with path.open(encoding="utf-8-sig", newline="") as lines:
                 reader = csv.reader(lines, strict=True)
                 header = tuple(name.strip() for name in next(reader, ()))
-                rows = tuple(_rows(reader, header, str(path), places.table()))
-        except OSError as error:
-            text = f"cannot be read (got '{path}': {error.strerror}), expected a CSV file"
-            raise _RefusedError(Problem(keys, text)) from None
+                rows = tuple(_rows(reader, header, str(path), next(places.ranks)))
         except UnicodeDecodeError:
             text = f"not UTF-8 text (got '{path}'), expected the file to be saved as UTF-8"
             raise _RefusedError(Problem(keys, text)) from None
         except csv.Error as error:
             text = f"not a table (got '{path}': {error}), expected a CSV file"
             raise _RefusedError(Problem(keys, text)) from None
+        except (OSError, ValueError) as error:
+            text = f"cannot be read (got '{path}': {reason(error)}), expected a CSV file"
+            raise _RefusedError(Problem(keys, text)) from None
         for row in rows:
             if len(row.cells) < len(header):
-                where = next(iter(row.at.values())).said
+                where = next(iter(row.at.values())).text
                 text = f"a row without all columns (got {where}), expected {spoken(header)} in every row"
                 raise _RefusedError(Problem(keys, text))
         return cls(str(path), header, rows)
@@ -144,6 +145,14 @@ class _Table:
         have = spoken(f"'{name}'" for name in self.header) if self.header else "no columns"
         text = f"no column '{column}' in '{self.name}' (got {have}), expected it in line 1{hint}"
         raise _RefusedError(Problem(keys, text))
+
+
+def _end_in_sight(path: Path) -> None:
+    """Refuse what may never end, such as a device or a pipe, and what is larger than any table."""
+    if path.exists() and not path.is_file():
+        raise OSError(0, "not a file")
+    if path.exists() and path.stat().st_size > LIMITS["bytes"][0]:
+        raise OSError(0, f"more than {LIMITS['bytes'][0]:,} bytes")
 
 
 def _rows(reader: Any, header: tuple[str, ...], file: str, rank: int) -> Iterator[_Row]:

@@ -10,6 +10,7 @@ import inspect
 import sys
 import zlib
 from collections.abc import Mapping
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -127,9 +128,17 @@ def resolved(name: str, folder: Path) -> str:
     if not place.endswith(".py"):
         return name
     for base in (folder, Path()):
-        if (base / place).is_file():
+        if _is_file(base / place):
             return f"{(base / place).resolve()}:{cls}"
     return name
+
+
+def _is_file(path: Path) -> bool:
+    """Whether there is such a file; a name that no file can have has none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def resolved_in(value: Any, folder: Path) -> Any:
@@ -147,17 +156,27 @@ def source_of(kind: str, name: str) -> str:
 
 
 def user_source(name: str) -> bytes:
-    """The content of the file that a user's own policy comes from; nothing for ours."""
+    """The content of the file that a user's own policy comes from; nothing for ours. None of it is run."""
     place, _, _ = name.rpartition(":")
     if not place:
         return b""
-    if not place.endswith(".py"):
+    file = Path(place) if place.endswith(".py") else _module_file(place)
+    return file.read_bytes() if file is not None and _is_file(file) else b""
+
+
+def _module_file(name: str) -> Path | None:
+    """The file of a module; unlike `importlib.util.find_spec`, without importing the packages it lies in."""
+    folders, whole, spec = None, "", None
+    for part in name.split("."):
+        whole = f"{whole}.{part}" if whole else part
         try:
-            spec = importlib.util.find_spec(place)
+            spec = PathFinder.find_spec(whole, folders)
         except (ImportError, ValueError):
-            return b""
-        place = "" if spec is None or spec.origin is None else spec.origin
-    return Path(place).read_bytes() if Path(place).is_file() else b""
+            return None
+        if spec is None or (whole != name and spec.submodule_search_locations is None):
+            return None
+        folders = spec.submodule_search_locations
+    return Path(spec.origin) if spec is not None and spec.origin else None
 
 
 def _find(kind: str, name: str) -> type:
@@ -186,12 +205,13 @@ def _find(kind: str, name: str) -> type:
 
 
 def _module(place: str) -> Any:
-    path = Path(place).resolve()
-    if place.endswith(".py") and not path.is_file():
+    path = Path(place)
+    if place.endswith(".py") and not _is_file(path):
         raise _RefusedError("", f"no file {place}, neither beside the model file nor in {Path.cwd()}")
     try:
         if not place.endswith(".py"):
             return importlib.import_module(place)
+        path = path.resolve()
         label = f"desim_policies_{zlib.crc32(path.read_bytes()):08x}_{zlib.crc32(str(path).encode()):08x}"
         if label in sys.modules:
             return sys.modules[label]

@@ -251,6 +251,8 @@ def busiest(study: Results) -> tuple[str, Run] | None:
     design = max(means, key=lambda key: means[key], default="")
     if design not in study.models:
         return None
+    if any(spec.own for spec in study.models[design].policies.specs().values()):
+        return None  # opening a colleague's study must not run his code
     try:
         return design, simulate(study.models[design].replace({"log": "tasks"}), good[design][0].seed)
     except WarehouseError:
@@ -262,7 +264,9 @@ def congestion(study: Results, again: tuple[str, Run] | None) -> Html:
     from desim_warehouse.report.run_parts import worst_places
 
     if again is None:
-        return html.paragraph("No run is simulated again.", "note")
+        own = any(spec.own for model in study.models.values() for spec in model.policies.specs().values())
+        why = ": a report does not run the code of policies of your own" if own else ""
+        return html.paragraph(f"No run is simulated again{why}.", "note")
     design, run = again
     what = "waiting" if "waiting" in study.table else "collisions"
     where = f"One run of {name_of(study, design)}, the design with the most {what} (seed {run.seed})."

@@ -12,9 +12,10 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, ValidationError, field_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from desim_warehouse.layout.spec import Part, tagged
-from desim_warehouse.model import outline
-from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.fields import Part, form
+from desim_warehouse.model.messages import Problem
+from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
 
@@ -283,7 +284,7 @@ FORMS: dict[str, type[Part]] = {
     "linspace": Linspace,
     "between": DrawnBetween,
 }
-EXPECTED = "a list of values, a range such as 1..6, or a section with " + outline.spoken(FORMS, "or")
+EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 
 
 def _form(given: Any) -> str:
@@ -297,8 +298,8 @@ def _as_section(given: Any) -> Any:
         if len(given) != 1:
             raise refused("not understood")
         if key not in FORMS:
-            near = outline.nearest(key, FORMS)
-            hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(FORMS, 'or')}"
+            near = nearest(key, FORMS)
+            hint = f"did you mean '{near}'?" if near else f"expected {spoken(FORMS, 'or')}"
             raise refusal([Problem((key,), f"unknown key, {hint}", at_key=True)])
         return given
     if isinstance(given, str) and not _RANGE.fullmatch(given):
@@ -310,12 +311,12 @@ def _as_section(given: Any) -> Any:
 
 
 Form = Annotated[
-    Annotated[Values, tagged("values")]
-    | Annotated[NamedValues, tagged("named")]
-    | Annotated[Cases, tagged("cases")]
-    | Annotated[Range, tagged("range")]
-    | Annotated[Linspace, tagged("linspace")]
-    | Annotated[DrawnBetween, tagged("between")],
+    Annotated[Values, form("values")]
+    | Annotated[NamedValues, form("named")]
+    | Annotated[Cases, form("cases")]
+    | Annotated[Range, form("range")]
+    | Annotated[Linspace, form("linspace")]
+    | Annotated[DrawnBetween, form("between")],
     Discriminator(_form),
     BeforeValidator(_as_section),
 ]
@@ -340,12 +341,12 @@ def _steps(key: str) -> Keys:
 
 def is_known(key: str) -> bool:
     """Whether models have this dotted key."""
-    return outline.known(_steps(key))
+    return OUTLINE.known(_steps(key))
 
 
 def no_such_key(keys: Keys, key: str) -> Problem:
     """That models have no such dotted key; the nearest is named."""
-    near = outline.meant(_steps(key))
+    near = OUTLINE.meant(_steps(key))
     hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
     return Problem(keys, f"no key of a model, {hint}", at_key=True)
 
@@ -355,8 +356,8 @@ def hint(key: str, value: Any) -> str:
     dashed = _DASHED.fullmatch(value) if isinstance(value, str) else None
     if dashed:
         return f"; write {dashed[1]}..{dashed[2]} for a range"
-    below = outline.keys_at(_steps(key))
+    below = OUTLINE.keys_at(_steps(key))
     if below and isinstance(value, int | float):
-        numbers = [name for name in below if "number" in outline.expected((*_steps(key), name)).split(" of ")[0]]
+        numbers = [name for name in below if "number" in OUTLINE.expected((*_steps(key), name)).split(" of ")[0]]
         return f"; vary a key in it, such as {key}.{(numbers or below)[0]}"
     return ""

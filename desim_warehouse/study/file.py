@@ -56,11 +56,11 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, got, nearest, spoken
+from desim_warehouse.fields import Part, Positive, Text, Whole, form
 from desim_warehouse.indicators import INDICATORS
-from desim_warehouse.layout.spec import Part, Positive, Text, Whole, tagged
-from desim_warehouse.model import Model, outline
-from desim_warehouse.model.problems import Problem, got
+from desim_warehouse.model import Model
+from desim_warehouse.model.messages import Problem
 from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
 from desim_warehouse.study.factors import (
     ABSOLUTE,
@@ -95,7 +95,7 @@ def share(value: Any) -> Any:
 def _indicator(name: Any) -> Any:
     if name in INDICATORS:
         return name
-    near = outline.nearest(str(name), INDICATORS)
+    near = nearest(str(name), INDICATORS)
     hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
     raise refusal([Problem((), f"unknown indicator (got {got(name)}), {hint}")])
 
@@ -186,7 +186,7 @@ class StudyFile(Part):
     set: Mapping[str, Any] = Field({}, description="keys of the model and their values")
     factors: Mapping[str, Form] = Field({}, description="keys of the model, each followed by its values")
     design: Annotated[
-        Annotated[Literal["grid", "paired"], tagged("plain")] | Annotated[Sampled, tagged("section")],
+        Annotated[Literal["grid", "paired"], form("plain")] | Annotated[Sampled, form("section")],
         Discriminator(_section),
         BeforeValidator(_one_rule),
     ] = Field(
@@ -195,7 +195,7 @@ class StudyFile(Part):
         validate_default=True,
     )
     replications: Annotated[
-        Annotated[int, Field(strict=True, ge=1), tagged("plain")] | Annotated[Until, tagged("section")],
+        Annotated[int, Field(strict=True, ge=1), form("plain")] | Annotated[Until, form("section")],
         Discriminator(_section),
     ] = Field(1, description="a number of at least 1, or {indicator: T, half_width: 2 %}")
     seed: Whole = Field(0, description="a whole number of at least 0")
@@ -212,11 +212,11 @@ class StudyFile(Part):
     @classmethod
     def _varied_keys(cls, given: Any, read: ValidatorFunctionWrapHandler) -> Any:
         problems = []
-        for key, form in given.items() if isinstance(given, Mapping) else ():
+        for key, given_as in given.items() if isinstance(given, Mapping) else ():
             if key in RESERVED:
                 text = "a name that tables use, expected another"
                 problems.append(Problem(("factors", key), text, at_key=True))
-            elif not (isinstance(form, Mapping) and "cases" in form) and not is_known(key):
+            elif not (isinstance(given_as, Mapping) and "cases" in given_as) and not is_known(key):
                 problems.append(no_such_key(("factors", key), key))
         try:
             made = read(given)
@@ -299,7 +299,7 @@ def _rule(design: str | Sampled) -> Rule:
 def _misfits(factors: tuple[Factor, ...], rule: Rule) -> Iterator[Problem]:
     """Why the rule cannot make designs of these factors."""
     if not rule.sampled:
-        said = f"a range to draw from needs a sampled design, expected design {outline.spoken(SAMPLED, 'or')}"
+        said = f"a range to draw from needs a sampled design, expected design {spoken(SAMPLED, 'or')}"
         for factor in factors:
             if factor.between:
                 yield Problem(("factors", factor.key, "between"), f"{said}, or a list of values")
@@ -335,8 +335,8 @@ def _problem(item: Any, data: Mapping[str, Any], under: Keys) -> Problem:
             return Problem(loc, f"missing, expected {_expected(loc)[1]}", missing=True)
         case "extra_forbidden":
             known = [field.alias or name for name, field in _SECTIONS.get(keys[:-1], StudyFile).model_fields.items()]
-            near = outline.nearest(str(keys[-1]), known)
-            hint = f"did you mean '{near}'?" if near else f"expected {outline.spoken(known, 'or')}"
+            near = nearest(str(keys[-1]), known)
+            hint = f"did you mean '{near}'?" if near else f"expected {spoken(known, 'or')}"
             return Problem(keys, f"unknown key, {hint}", at_key=True)
     keys, expected = _expected(keys)
     wrong = item["ctx"]["wrong"] if item["type"] == "wrong" else "not understood"

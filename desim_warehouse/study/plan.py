@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.places import Places
+    from desim_warehouse.model.messages import Places
     from desim_warehouse.study.factors import Factor, Label
 
 
@@ -107,7 +107,7 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
         begin = f"override {key}: "
         if text.startswith(begin):
             rest = text.removeprefix(begin)
-            if rest.startswith("not "):  # of the wrong kind, not out of range
+            if rest.startswith("should be a "):  # of the wrong kind, not out of range
                 rest += hint(key, point.overrides[key])
             if places is None:
                 return f"factor {key}: {rest}"

@@ -10,10 +10,9 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
+from desim_warehouse.model.messages import Places, Problem, report
 from desim_warehouse.model.parse import Document, plain
-from desim_warehouse.model.places import Places
-from desim_warehouse.model.problems import Problem, report
-from desim_warehouse.model.reading import kind_of, read_document
+from desim_warehouse.model.read import kind_of, read_document
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import StudyFile, labels, problems_of
 from desim_warehouse.study.plan import StudyPlan, models
@@ -72,7 +71,6 @@ def plan_of(
     places = Places(str(data.get("name", "study")) if options else "study")
     for keys, option in (options or {}).items():
         places.given(keys, option)
-    places.number(data)
     return _plan(Document({"name": "study", **data, "model": base}, places, problems))
 
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
 from desim_warehouse.indicators import within
-from desim_warehouse.model import outline
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
@@ -140,7 +139,7 @@ class Results:
         chosen = list(wanted or self.plan.indicators or self.indicators)
         for name in chosen:
             if self.indicators and name not in self.indicators:
-                near = outline.nearest(name, self.indicators)
+                near = nearest(name, self.indicators)
                 hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(self.indicators)}"
                 raise StudyError(f"indicator {name!r}: no run has it, {hint}")
         return chosen

@@ -75,7 +75,7 @@ class Alarms:
             return
         raise BatteryError(
             f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
-            f"policies.charging ({self.reach.charging}) let it go on with too little energy"
+            f"{self.reach.why_too_low()}"
         )
 
     def _low(self, _: Event) -> None:

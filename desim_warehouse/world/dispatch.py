@@ -114,8 +114,8 @@ class Dispatcher:
         robot.must_charge = True  # else it would take the task again at once
         if self.returned[task.number] > RETURNS:
             raise PolicyError(
-                f"policies.charging ({self.charging}) at time {self.env.now:g}: task "
-                f"{task.number} (good {task.good}) was given back {RETURNS} times; no battery seems to last for it"
+                f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
+                f"no battery seems to last for it: {self.reach.why_too_low()}"
             )
         self._put_back(robot.number)
         self._forget(robot)

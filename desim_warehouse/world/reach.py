@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.feasibility.batteries import cause
 from desim_warehouse.layout.travel import Travel
 from desim_warehouse.world.rules import EPS
 
@@ -41,7 +42,7 @@ class Reach:
         open_tasks: Collection[Task],
     ) -> None:
         self.batteries = model.battery is not None
-        self.charging = model.policies.charging.name
+        self._model, self._layout = model, layout
         self.tasks = model.tasks
         self.exit_time = model.fleet.exit_time
         self.edges = layout.graph.edges
@@ -55,6 +56,10 @@ class Reach:
         self._known = travel
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
+
+    def why_too_low(self) -> str:
+        """Why batteries run flat or do not last in this model, and what helps."""
+        return cause(self._model, self._layout)
 
     # What a robot may take
 

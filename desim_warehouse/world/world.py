@@ -206,8 +206,7 @@ class World:
         task = next(iter(self.dispatcher.open.values()), None)
         if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
-        charging = self.model.policies.charging.name
-        return f"; no robot's battery lasts for task {task.number}, by policies.charging ({charging})"
+        return f"; no robot's battery lasts for task {task.number}: {self.reach.why_too_low()}"
 
 
 def _rule(model: Model, layout: Layout) -> Rule:

@@ -43,7 +43,7 @@ def test_the_installed_script_runs():
         (["run", "models"], "models: cannot be read"),
         (["run", "tests/bad/threshold.yaml"], "tests/bad/threshold.yaml:"),
         (["check", "tests/bad/threshold.yaml"], "tests/bad/threshold.yaml:"),
-        (["run", MODEL, "--set", "fleet.size=0"], "--set fleet.size: too small (got 0)"),
+        (["run", MODEL, "--set", "fleet.size=0"], "--set fleet.size: should be greater than or equal to 1 (got 0)"),
         (["run", MODEL, "--set", "fleet.size"], "--set fleet.size: no assignment, expected KEY=VALUE"),
         (["run", MODEL, "--set", "fleet.sise=3"], "--set fleet.sise: unknown key, did you mean 'fleet.size'?"),
         (["run", MODEL, "--set", "policies.allocation=neerest"], "did you mean 'nearest'?"),

@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 import desim_warehouse as dw
-from desim_warehouse.errors import PolicyError, StallError
+from desim_warehouse.errors import PolicyError, StallError, WarehouseError
+from desim_warehouse.feasibility import errors
 from tests.auditor import Audit, audit
-from tests.laws.worlds import block_layouts, models
+from tests.laws.worlds import block_layouts, models, reals
 
 relaxed = settings(
     deadline=None,
@@ -37,6 +38,22 @@ def test_every_task_ends_and_the_log_is_sound(mapping, seed):
     run = simulated(model, seed)
     assert run.kpis["tasks"] == len(model.tasks.goods)
     assert audit(run) == []
+
+
+@given(models(most_robots=6, most_goods=10), reals(0.05, 1), st.sampled_from([0.0, 30.0, 100.0]), st.integers(0, 3))
+@relaxed
+def test_a_model_that_ends_was_not_refused_for_its_batteries(mapping, share, reserve, seed):
+    """What is called impossible beforehand is: batteries are drawn that last for a task, for many, or for none."""
+    battery = mapping["battery"] or {"capacity": 2000.0, "threshold": 100.0, "consumption": 1, "charge_rate": 20}
+    capacity, threshold = battery["capacity"] * share, battery["threshold"] * share
+    mapping["battery"] = {**battery, "capacity": capacity, "threshold": threshold, "reserve": reserve}
+    model = dw.load(mapping)
+    try:
+        run = dw.simulate(model, seed)
+    except WarehouseError:
+        return
+    assert run.kpis["tasks"] == len(model.tasks.goods)
+    assert {item.code for item in errors(model)} <= {"ROBOT_WIDER_THAN_AISLE"}
 
 
 def crossings(run):

@@ -6,9 +6,12 @@ Lengths are often one, two or three times D, or a little off, where one rule of 
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import networkx as nx
 from hypothesis import strategies as st
+
+from desim_warehouse.findings import Acceptable
 
 RADIUS = 0.5
 SPEEDS = [0.2, 0.5, 0.7, 1.0, 1.3, 3.0]
@@ -215,4 +218,5 @@ def models(draw, layouts=layouts, most_robots=40, most_goods=25):
             "charging": charging,
             "parking": draw(st.sampled_from(["home", "stay", "nearest", "spread"])),
         },
+        "accept": list(get_args(Acceptable)),  # narrow aisles and small batteries are drawn on purpose
     }

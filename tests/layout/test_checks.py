@@ -236,3 +236,22 @@ def test_capacity_counts_places_d_apart_and_d_clear_of_both_ends():
 def test_the_models_that_we_ship_have_no_errors():
     for name in ("multibots", "tutorial", "medium", "large", "mir250"):
         assert not [finding for finding in check(dw.load(f"models/{name}.yaml")).findings if finding.level == "error"]
+
+
+def test_two_lanes_drawn_on_one_aisle():
+    # an edge from A past B to E on the same line; one beside A > B, 1.5 off it; one 2 off it, which is D
+    def said(*edges, **nodes):
+        return [line for line in findings(**with_edges(*edges, **nodes)) if "LANES_OVERLAP" in line]
+
+    [line] = said(["A", "E"], ["E", "C"], E=[40, 0])
+    assert line.startswith(
+        "warning: layout: edges: run along each other less than 2 (D) apart, so robots on both would touch, unseen by "
+        "the simulation: A>B and A>E; one lane there"
+    )
+    [line] = said(["D", "E"], ["E", "F"], ["F", "C"], E=[2, 1.5], F=[18, 1.5])
+    assert "A>B and E>F" in line
+    assert said(["D", "E"], ["E", "F"], ["F", "C"], E=[2, 2], F=[18, 2]) == []
+    # a length of its own says that an edge is not the straight line it is drawn as
+    bent = with_edges(E=[40, 0])
+    bent["layout__edges"] += [{"from": "A", "to": "E", "length": 60}, ["E", "C"]]
+    assert not [line for line in findings(**bent) if "LANES_OVERLAP" in line]

@@ -6,5 +6,5 @@ import pytest
 @pytest.fixture(scope="module", autouse=True)
 def _any_policy():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("desim_warehouse.model.checks.problems", lambda *_: [])
+        patch.setattr("desim_warehouse.policies.catalogue.problems", lambda *_: [])
         yield

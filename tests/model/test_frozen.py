@@ -12,7 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.layout.spec import FrozenMap, Part
+from desim_warehouse.fields import FrozenMap, Part
 from desim_warehouse.model import load
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
@@ -141,7 +141,7 @@ def test_replacing_checks_like_reading():
     with pytest.raises(ModelError) as refused:
         load(MULTIBOTS).replace({"run.length": 9, "run.warm_up": 9.5, "fleet.size": 0})
     assert refused.value.problems == [
-        "override fleet.size: too small (got 0), expected a whole number of at least 1",
+        "override fleet.size: should be greater than or equal to 1 (got 0)",
         "override run.warm_up: too long (got 9.5), expected a time below run.length, 9",
     ]
 
@@ -151,8 +151,8 @@ def test_a_problem_of_a_value_that_was_not_replaced_is_named_after_the_model():
         load(MULTIBOTS).replace({"layout.blocks.rows": 1, "tasks.goods": [1]})
     assert refused.value.problems == [
         (
-            "model 'MultiBots': layout.blocks.directions.rows: 3 given for 2 rows of nodes, "
-            "expected one for each: blocks and one more"
+            "model 'MultiBots': layout.blocks.directions: 3 rows and 6 columns given "
+            "for 2 rows and 6 columns of nodes, expected one for each: blocks and one more"
         ),
         (
             "model 'MultiBots': tasks.unload_at.0: no such node (got 'M'), "

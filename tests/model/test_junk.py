@@ -75,7 +75,8 @@ def assigned(text):
 def test_a_spoilt_model_is_read_or_refused_in_single_lines(data):
     found = answer(data)
     assert isinstance(found, Model) or all(
-        line.startswith("<mapping>: ") and "\n" not in line and ", " in line for line in found
+        line.startswith("<mapping>: ") and "\n" not in line and ("expected" in line or "should" in line or "?" in line)
+        for line in found
     )
 
 

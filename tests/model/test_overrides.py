@@ -61,7 +61,7 @@ def test_an_entry_in_a_list_of_a_parameter():
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        ({"fleet.size": 0}, "override fleet.size: too small (got 0), expected a whole number of at least 1"),
+        ({"fleet.size": 0}, "override fleet.size: should be greater than or equal to 1 (got 0)"),
         (
             {"fleet": {"size": 1}},
             "override fleet: fleet.robot: missing, expected a section with radius and speed",
@@ -90,8 +90,8 @@ def test_an_entry_in_a_list_of_a_parameter():
         (
             {"layout.edges.0": ["A", "B"]},
             (
-                "override layout.edges.0: no entry 0 in 'layout.edges' (it has no entries), "
-                "expected one of these, or 'layout.edges' as a whole"
+                "override layout.edges.0: layout.edges: blocks make their own edges, "
+                "expected either blocks, or nodes, edges and storage"
             ),
         ),
         (
@@ -105,7 +105,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ({3: 1}, "override 3: not a key, expected one such as 'fleet.size'"),
         (
             {"tasks.load_time": True},
-            "override tasks.load_time: not a number (got true), expected a number of at least 0",
+            "override tasks.load_time: should be a number (got true)",
         ),
         (
             {"tasks.goods": [1, 80]},
@@ -120,10 +120,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ),
         (
             {"policies.routing.zones": [1, float("nan")]},
-            (
-                "override policies.routing.zones: policies.routing.zones.1: not a finite number (got .nan), "
-                "expected a number"
-            ),
+            ("override policies.routing.zones: policies.routing.zones.1: should be a finite number (got .nan)"),
         ),
     ],
     ids=lambda value: next(iter(map(str, value))) if isinstance(value, dict) else "",
@@ -134,7 +131,7 @@ def test_a_bad_override_is_refused_under_its_own_name(overrides, said):
 
 def test_the_command_line_gives_overrides_its_own_name():
     assert problems({"fleet.size": 0}, named="--set") == [
-        "--set fleet.size: too small (got 0), expected a whole number of at least 1"
+        "--set fleet.size: should be greater than or equal to 1 (got 0)"
     ]
 
 
@@ -149,22 +146,28 @@ def test_problems_stand_in_the_order_of_the_file_and_those_of_overrides_last(tmp
     with pytest.raises(ModelError) as refused:
         load(file, {"tasks.unload_time": -1, "cost.tim": 1})
     assert refused.value.problems == [
-        f"{file}:1:44: fleet.robot.speed: too small (got 0), expected a number above 0",
+        f"{file}:1:44: fleet.robot.speed: should be greater than 0 (got 0)",
         f"{file}:3:33: tasks.unload_at.0: no such node (got 'E'), expected one of A, B, C or D",
         "override cost.tim: unknown key, did you mean 'cost.time'?",
-        "override tasks.unload_time: too small (got -1), expected a number of at least 0",
+        "override tasks.unload_time: should be greater than or equal to 0 (got -1)",
     ]
 
 
 def test_a_section_that_an_override_makes_is_named_after_it():
     found = problems({"battery": None, "battery.capacity": 3})
     assert found == [
-        "override battery.capacity: battery.threshold: missing, expected a number of at least 0",
+        (
+            "override battery.capacity: battery.threshold: missing, expected a number "
+            "(level at which the threshold policy sends a robot home)"
+        ),
         (
             "override battery.capacity: battery.consumption: missing, expected a number of at least 0, "
             "or a section with standing, empty, loaded and handling"
         ),
-        "override battery.capacity: battery.charge_rate: missing, expected a number above 0",
+        (
+            "override battery.capacity: battery.charge_rate: missing, expected a number "
+            "(energy per time unit at a charger)"
+        ),
     ]
 
 
@@ -197,7 +200,10 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
         ("fleet.size=", "--set fleet.size: no value after '=', expected one (null leaves the key out)"),
         (
             "tasks.goods=[1, 2",
-            "--set tasks.goods:1:6: not valid YAML: a list without an end, expected ',' or ']'",
+            (
+                "--set tasks.goods:1:6: not valid YAML: while parsing a flow sequence, "
+                "expected ',' or ']', but got '<stream end>'"
+            ),
         ),
         (
             "tasks.goods={random: 1, random: 2}",

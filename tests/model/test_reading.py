@@ -9,7 +9,8 @@ import pytest
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
-from desim_warehouse.model.checks import check_policies
+from desim_warehouse.model.messages import dotted
+from desim_warehouse.model.read import check_policies
 from desim_warehouse.model.schema import Consumption, Good, RandomGoods
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
@@ -118,10 +119,10 @@ def test_a_mapping_has_no_lines_but_its_order():
     bad = {**SMALL, "tasks": {**SMALL["tasks"], "load_time": -1, "goods": ["x"]}, "colour": "red"}
     assert problems(bad) == [
         (
-            "<mapping>: tasks.goods.0: not a whole number (got 'x'), expected the number of a good, "
-            "or a section with good, release, due and priority"
+            "<mapping>: tasks.goods.0: should be the number of a good, "
+            "or a section with good, release, due and priority (got 'x')"
         ),
-        "<mapping>: tasks.load_time: too small (got -1), expected a number of at least 0",
+        "<mapping>: tasks.load_time: should be greater than or equal to 0 (got -1)",
         (
             "<mapping>: colour: unknown key, expected name, description, units, layout, fleet, "
             "tasks, battery, traffic, policies, run, cost, log or accept"
@@ -160,17 +161,17 @@ def test_a_directory_is_no_model(tmp_path):
     assert problems(tmp_path) == [f"{tmp_path}: cannot be read (Is a directory), expected a model file"]
 
 
-def test_policies_are_asked_about_names_and_parameters():
+def test_policies_are_asked_about_names_and_parameters(monkeypatch):
     model = load(SMALL, {"policies.charging": {"name": "thresold", "margin": -1}})
 
     def ask(kind, name, params):
         return [("", f"no {kind} policy {name}"), ("margin", f"got {params['margin']}")] if params else []
 
-    assert check_policies(model, ask) == [
+    monkeypatch.setattr("desim_warehouse.policies.catalogue.problems", ask)
+    assert [(dotted(problem.keys), problem.text) for problem in check_policies(model)] == [
         ("policies.charging", "no charging policy thresold"),
         ("policies.charging.margin", "got -1"),
     ]
-    assert check_policies(model) == []
 
 
 def test_importing_the_schema_and_reading_needs_no_yaml_reader_yet():
@@ -178,3 +179,46 @@ def test_importing_the_schema_and_reading_needs_no_yaml_reader_yet():
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
+
+
+def test_the_name_of_a_station_or_bay_stands_for_its_nodes():
+    zones = {
+        "layout.bays.home": {"along": "north", "every": 2},
+        "layout.stations": {"pack": {"along": "south"}, "D": {"at": ["A"]}},
+        "tasks.station_choice": "nearest",
+    }
+    named = load(SMALL, {**zones, "fleet.start": ["home"], "tasks.unload_at": ["pack", "D"]})
+    assert named.fleet.start == ("A", "C")
+    assert named.tasks.unload_at == ("D", "E", "F", "D")  # a node of that name comes first
+    assert load(named.content()) == named
+    assert problems(SMALL, {**zones, "tasks.unload_at": ["pak"]}) == [
+        (
+            "override tasks.unload_at: tasks.unload_at.0: no such node or station (got 'pak'), "
+            "expected one of A, B, C, D, E or F, or station pack or D; did you mean 'pack'?"
+        )
+    ]
+
+
+def test_sides_of_a_drawn_layout_are_told_by_the_outermost_nodes():
+    layout = {
+        "nodes": {"a": [0, 0], "b": [9, 0], "c": [9, 9], "d": [0, 9]},
+        "edges": [["a", "b"], ["b", "c"], ["c", "d"], ["d", "a"]],
+        "storage": [{"edge": ["a", "b"], "offset": 4.5}],
+        "bays": {"home": {"at": ["a"]}},
+        "stations": {"east": {"along": "east"}, "south": {"along": "south"}},
+    }
+    changes = {"tasks.goods": [0], "tasks.unload_at": ["east", "south"], "tasks.station_choice": "nearest"}
+    assert load({**SMALL, "layout": layout}, changes).tasks.unload_at == ("b", "c", "d", "c")
+
+
+def test_problems_of_one_section_do_not_hide_those_of_another():
+    bad = {
+        "layout.blocks.goods_size": -1,
+        "fleet.start": ["Q"],
+        "fleet.robot.speed": "fast",
+        "tasks.goods": [0, 99],
+        "tasks.load_time": -1,
+        "tasks.unload_at": ["Z"],
+        "run": {"length": 5, "warm_up": 6},
+    }
+    assert [line.partition(": ")[0] for line in problems(SMALL, bad)] == [f"override {key}" for key in sorted(bad)]

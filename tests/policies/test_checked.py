@@ -98,7 +98,7 @@ def test_answers_of_the_other_kinds(tmp_path, kind, method, body, message):
 )
 def test_a_wrong_name_or_parameter_is_reported_when_the_model_is_read(spec, said):
     with pytest.raises(ModelError) as caught:
-        load(MULTIBOTS, {"policies.allocation": spec})
+        load(MULTIBOTS, {"policies.allocation": spec}, run_code=True)
     assert said in str(caught.value)
 
 

@@ -16,15 +16,16 @@ from desim_warehouse.study.results import Results, Row
 from desim_warehouse.study.statistics import paired
 
 
-def facts(model, table, *, deterministic=False, demand=False):
-    """The results of a study of fleet sizes whose runs had these indicators; a column without randomness is exact.
-
-    With `demand` each size has a longer list of goods.
-    """
+def facts(model, table, *, deterministic=False, goods=None):
+    """The results of a study of fleet sizes whose runs had these indicators; `goods` to fetch by fleet size."""
     sizes = sorted(table["fleet.size"].unique().tolist())
-    goods = {size: {"tasks.goods": {"random": 10 + 4 * size}} if demand else {} for size in sizes}
     levels = tuple(
-        Level(size, {"fleet.size": size, **goods[size]}, ("factors", "fleet.size", n)) for n, size in enumerate(sizes)
+        Level(
+            size,
+            {"fleet.size": size} | ({"tasks.goods": goods[size]} if goods else {}),
+            ("factors", "fleet.size", n),
+        )
+        for n, size in enumerate(sizes)
     )
     indicators = tuple(name for name in table if name not in ("fleet.size", "replication"))
     base = model if deterministic else model.replace({"tasks.goods": {"random": 4}})
@@ -91,7 +92,7 @@ def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_coun
 
 def test_that_throughput_rises_with_demand_is_no_finding(model):
     table = runs(throughput_per_hour={1: [99.0, 101, 100], 2: [198.0, 203, 200]}, S={1: [3, 4, 5], 2: [30, 41, 39]})
-    (line,) = conclusions(facts(model, table, demand=True))
+    (line,) = conclusions(facts(model, table, goods={1: {"random": 4}, 2: {"random": 8}}))
     assert line.startswith("Collisions S is higher")
     assert len(conclusions(facts(model, table))) == 2
 

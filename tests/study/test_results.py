@@ -29,7 +29,8 @@ def test_a_folder_of_version_0_1_0_is_read():
     assert results.table["T"].tolist() == [2710.3, 2835.5, 2710.3, 2835.5, 896.0, 1369.0, 896.0, 1369.0]
     assert results.table["seed"].tolist() == [121140371966128, 67320962819212] * 4
     assert results.table["tasks.unload_at"].tolist() == ['["M"]', '["M"]', '["N"]', '["N"]'] * 2
-    assert results.table.equals(pd.read_parquet(FOLDER / "results.parquet"))
+    saved = pd.read_parquet(FOLDER / "results.parquet")  # it did not say yet whether chance played a part
+    assert results.table.drop(columns="deterministic").equals(saved)
     assert results.versions["desim-warehouse"] == "0.1.0"
     (_, third, fourth) = results.compare("T").differences
     assert third.estimate == fourth.estimate

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.model import outline
-from desim_warehouse.model.checks import check, check_policies
+from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.fields import LIMITS
+from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, plain, read_yaml
-from desim_warehouse.model.places import Keys, Places
 from desim_warehouse.model.policy import KINDS
-from desim_warehouse.model.problems import Problem, from_pydantic, got, report
-from desim_warehouse.model.schema import Model
+from desim_warehouse.model.schema import OUTLINE, Model
 from desim_warehouse.model.tables import resolve
-from desim_warehouse.policies.catalogue import resolved
+from desim_warehouse.policies import catalogue
 
 
 def load(
@@ -27,6 +25,7 @@ def load(
     overrides: Mapping[str, Any] | None = None,
     *,
     named: str = "override",
+    run_code: bool = False,
 ) -> Model:
     """Read a model and check it.
 
@@ -36,6 +35,8 @@ def load(
             order: sections are set before what lies in them. An entry of a list is named by its rank, as in
             `fleet.start.0`, a parameter of a policy by its name, as in `policies.charging.margin`.
         named: how messages call an override; the command line says `--set`.
+        run_code: import the user's own policies as well and ask them about their parameters. Without it none of
+            their code is run, and what is wrong with them is found when they are made: by `simulate` or `check`.
 
     Returns:
         The model, complete by itself: tables it names are read here, relative to the model file.
@@ -50,12 +51,12 @@ def load(
         if kind_of(document.data) == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
         folder = Path(source).parent
-    return _made(document, overrides or {}, folder, named)
+    return _made(document, overrides or {}, folder, named, run_code)
 
 
-def changed(model: Model, overrides: Mapping[str, Any]) -> Model:
+def changed(model: Model, overrides: Mapping[str, Any], run_code: bool) -> Model:
     """A copy of the model with overrides; see `Model.replace`."""
-    return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override")
+    return _made(_from_mapping(model.content(), f"model '{model.name}'"), overrides, Path(), "override", run_code)
 
 
 def kind_of(data: Mapping[str, Any]) -> str | None:
@@ -66,7 +67,8 @@ def kind_of(data: Mapping[str, Any]) -> str | None:
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of model files, for editors."""
-    return copy.deepcopy(outline.schema())
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {**head, **copy.deepcopy(OUTLINE.schema), "title": "desim-warehouse model"}
 
 
 def _from_mapping(source: Mapping[str, Any], name: str) -> Document:
@@ -87,13 +89,16 @@ def read_document(path: Path, name: str, whole: str) -> Document:
     """
     kind = " ".join(whole.split()[:2])
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LIMITS["bytes"][0] + 1)
     except FileNotFoundError:
-        near = outline.nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
+        near = nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
         hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
         raise ModelError([f"{name}: no such file, expected {kind} file{hint}"]) from None
     except (OSError, ValueError) as error:
         raise ModelError([f"{name}: cannot be read ({reason(error)}), expected {kind} file"]) from None
+    if len(content) > LIMITS["bytes"][0]:
+        raise ModelError([f"{name}: too large, expected {kind} file of at most {LIMITS['bytes'][0]:,} bytes"])
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -105,20 +110,25 @@ def read_document(path: Path, name: str, whole: str) -> Document:
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):
-        raise ModelError([f"{document.places.of(()).said}: not a mapping (got {got(document.data)}), expected {whole}"])
+        raise ModelError([f"{document.places.of(()).text}: not a mapping (got {got(document.data)}), expected {whole}"])
     return document
 
 
-def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named: str) -> Model:
+def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named: str, run_code: bool) -> Model:
     data, places, problems = document.data, document.places, document.problems
     problems += override(data, overrides, places, named)
-    problems += resolve(data, folder, places)
+    unread = resolve(data, folder, places)
+    problems += unread
     _policy_files(data, folder)
-    model, found = _validated(data, [problem.keys for problem in problems])
-    problems += found
-    if model is None or problems:
-        if not places.values:
-            places.number(data)
+    try:
+        model = Model.model_validate(data)
+    except ValidationError as error:
+        missing = {problem.keys[:2] for problem in unread}  # what a table lacks says nothing about the model
+        problems += [problem for problem in from_pydantic(error, OUTLINE) if problem.keys[:2] not in missing]
+    else:
+        if not problems:
+            problems += check_policies(model, run_code)
+    if problems:
         raise ModelError(report(problems, places))
     return model
 
@@ -131,65 +141,16 @@ def _policy_files(data: dict[str, Any], folder: Path) -> None:
     for kind in KINDS:
         named = policies.get(kind)
         if isinstance(named, str):
-            policies[kind] = resolved(named, folder)
+            policies[kind] = catalogue.resolved(named, folder)
         elif isinstance(named, dict) and isinstance(named.get("name"), str):
-            named["name"] = resolved(named["name"], folder)
+            named["name"] = catalogue.resolved(named["name"], folder)
 
 
-def _validated(data: dict[str, Any], wrong: list[Keys]) -> tuple[Model | None, list[Problem]]:
-    """The model, if one can be made, and its problems; what depends on wrong values is not checked."""
-    problems: list[Problem] = []
-    for _ in range(3):
-        try:
-            model = Model.model_validate(data)
-        except ValidationError as error:
-            found = from_pydantic(error)
-            problems += found
-            data = mended(data, [tuple(item["loc"]) for item in error.errors()])
-        else:
-            meant = [tuple(problem.meant.split(".")) for problem in problems]
-            problems += check(model, [*wrong, *meant, *(problem.keys for problem in problems)])
-            if not problems:
-                problems += [Problem(tuple(key.split(".")), text) for key, text in check_policies(model)]
-            return model, problems
-    return None, problems
-
-
-_ANY: dict[Any, Any] = {
-    "name": "",
-    "description": "",
-    "units": {},
-    "layout": {
-        "blocks": {
-            "columns": 1,
-            "rows": 1,
-            "block_depth": 1,
-            "goods_size": 1,
-            "aisle_width": 1,
-        },
-    },
-    "fleet": {"size": 1, "robot": {"radius": 1, "speed": 1}},
-    "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0},
-    "battery": {"capacity": 1, "threshold": 0, "consumption": 0, "charge_rate": 1},
-    "traffic": {},
-    "policies": {},
-    "run": {},
-    "cost": {},
-}
-"""Valid values for what must be there."""
-
-
-def mended(data: dict[str, Any], wrong: Iterable[Keys]) -> dict[str, Any]:
-    """A copy with wrong values left out, or replaced by valid ones, so that the others can be checked."""
-    made = copy.deepcopy(data)
-    for keys in wrong:
-        section: dict[Any, Any] = made
-        spare, key = _ANY, keys[0]
-        for below in keys[1:]:
-            if not isinstance(section.get(key), dict) or not isinstance(spare.get(key), dict):
-                break
-            section, spare, key = section[key], spare[key], below
-        section.pop(key, None)
-        if key in spare:
-            section[key] = copy.deepcopy(spare[key])
-    return made
+def check_policies(model: Model, run_code: bool = False) -> list[Problem]:
+    """Ask the policies whether they can be made with the parameters of the model; the user's own only if told so."""
+    return [
+        Problem(("policies", kind, *([parameter] if parameter else ())), text)
+        for kind, spec in model.policies.specs().items()
+        if run_code or not spec.own
+        for parameter, text in catalogue.problems(kind, spec.name, spec.params)
+    ]

@@ -1,0 +1,299 @@
+"""What is wrong with a file, one line for each value: where it stands, what is wrong, what is expected there.
+
+The words are pydantic's where they are as clear to a planner as ours.
+"""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import re
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import got, nearest, spoken
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from pydantic import BaseModel, ValidationError
+    from pydantic_core import ErrorDetails
+
+Keys = tuple[str | int, ...]
+"""The path to a value: keys of sections and ranks in lists, as in ("fleet", "start", 0)."""
+
+
+def dotted(keys: Keys) -> str:
+    """Write the path to a value as people and overrides do: `fleet.start.0`."""
+    return ".".join(str(key) for key in keys)
+
+
+# Where values stand
+
+
+@dataclass(frozen=True, order=True)
+class Place:
+    """A place that a message points to; places are ordered as a reader meets them."""
+
+    rank: int  # the file first, then overrides and the tables it names
+    line: int
+    column: int
+    text: str  # how a message names it
+    names: int = field(default=0, compare=False)  # how many keys `text` stands for; 0: the message has them, too
+
+    @classmethod
+    def in_file(cls, rank: int, file: str, line: int, column: int) -> Place:
+        """A line and a column of a file, both counted from 1."""
+        return cls(rank, line, column, f"{file}:{line}:{column}")
+
+
+_PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A, B]
+
+
+@dataclass
+class Places:
+    """Where the keys and values of one file were written: at a line and column, or in an override."""
+
+    source: str
+    keys: dict[Keys, Place] = field(default_factory=dict)
+    values: dict[Keys, Place] = field(default_factory=dict)
+    ranks: Iterator[int] = field(default_factory=lambda: itertools.count(1))
+
+    def of(self, keys: Keys, *, at_key: bool = False) -> Place:
+        """The place of a value (or of its key), or of the nearest section around it that has one."""
+        for size in range(len(keys), -1, -1):
+            part = keys[:size]
+            if part and part[-1] in _PAIR and part not in self.keys:
+                part = (*part[:-1], _PAIR[part[-1]])
+            first, second = (self.values, self.keys) if size == len(keys) and not at_key else (self.keys, self.values)
+            if place := first.get(part) or second.get(part):
+                return place
+        return Place(0, 0, 0, self.source)
+
+    def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
+        """The place, and how a message begins: the place and the key, the key once only."""
+        place, key = self.of(keys, at_key=at_key), dotted(keys)
+        if place.names:  # ranks of values say nothing to whoever wrote 1..6
+            key = dotted(tuple(key for key in keys[place.names :] if isinstance(key, str)))
+        return place, place.text if not key or place.text.endswith(f" {key}") else f"{place.text}: {key}"
+
+    def overridden(self, keys: Keys, text: str, names: int = 0) -> None:
+        """From here on, the value at `keys` and all in it were set by an override."""
+        place = Place(next(self.ranks), 0, 0, text, names)
+        for written in (self.keys, self.values):
+            for stale in [other for other in written if other[: len(keys)] == keys]:
+                del written[stale]
+            written[keys] = place
+
+    def given(self, keys: Keys, option: str) -> None:
+        """The value at `keys` was given by an option of the command line: messages name it, and not the keys."""
+        self.overridden(keys, option, len(keys))
+
+
+# What is wrong
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing to put right: what is wrong at a key, and what is expected there."""
+
+    keys: Keys
+    text: str
+    at_key: bool = False  # the key is wrong, not its value
+    meant: str = ""  # the key that was probably meant
+    missing: bool = False  # no such key is given; not reported where it is meant by an unknown one
+
+    @classmethod
+    def of(cls, keys: Keys, wrong: str, value: Any, expected: str) -> Problem:
+        """What is wrong (got this), expected that."""
+        return cls(keys, f"{wrong} (got {got(value)}), expected {expected}")
+
+
+def report(problems: Iterable[Problem], places: Places) -> list[str]:
+    """One line for each key with a problem, in the order of the file."""
+    found = list(problems)
+    meant = {problem.meant for problem in found}
+    first: dict[Keys, Problem] = {}
+    for problem in found:
+        if not (problem.missing and dotted(problem.keys) in meant):
+            first.setdefault(problem.keys, problem)
+    lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
+    lines.sort(key=lambda line: line[0])
+    return [_one_line(f"{begin}: {text}") for _, begin, text in lines]
+
+
+def _one_line(text: str) -> str:
+    """The text with line ends and other unseen characters spelt out."""
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
+
+
+_OURS = {
+    "int_type": "should be a whole number",
+    "int_from_float": "should be a whole number",
+    "float_type": "should be a number",
+    "string_type": "should be text",
+    "string_too_short": "should not be empty",
+    "string_unicode": "should be text that can be written in UTF-8",
+    "tuple_type": "should be a list",
+    "too_short": "should not be empty",
+}
+"""Where pydantic's words say Python rather than what stands in a file."""
+_NUMBERS = {"int_type", "int_from_float", "float_type", "form"}
+_SECTIONS = {"model_type", "mapping_type", "dict_type"}
+
+
+def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) -> list[Problem]:
+    """The problems that pydantic found with values at `under`, with their cures."""
+    # A list of which every entry is wrong is also too short to pydantic, which counts the right ones.
+    return [
+        _problem(item, outline, under)
+        for item in error.errors(include_url=False)
+        if item["type"] != "too_short" or not item["input"]
+    ]
+
+
+def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
+    kind, value, context = error["type"], error["input"], error.get("ctx", {})
+    keys = under + tuple(key for key in error["loc"] if not str(key).startswith("\0")) + context.get("below", ())
+    if kind == "wrong":
+        return Problem(keys, error["msg"])
+    if kind == "extra_forbidden":
+        return outline.unknown_key(keys)
+    if kind == "missing" and isinstance(keys[-1], str):
+        return Problem(keys, f"missing, expected {outline.expected(keys)}", missing=True)
+    if kind in {"missing", "too_long"}:
+        keys = keys[:-1] if kind == "missing" else keys
+        return Problem(keys, f"should have {outline.entries(keys)} entries (got {got(value)})")
+    if kind in _SECTIONS:
+        said = f"should be {outline.section(keys)}"
+    elif kind == "float_type" and type(value) is int:
+        said = "too large a number"
+    else:
+        said = _OURS.get(kind, error["msg"].removeprefix("Input "))
+    shown = repr(value) if kind == "int_type" and isinstance(value, float) else got(value)  # 2.0, not 2
+    at_key = bool(keys) and keys[-1] == "[key]"
+    return Problem(keys[:-1] if at_key else keys, f"{said} (got {shown}){_cure(kind, value, context)}", at_key)
+
+
+def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
+    """What to write instead, where the value shows it."""
+    if isinstance(value, str):
+        near = nearest(value, re.findall(r"'(.*?)'", context.get("expected", "")))
+        if near is not None:
+            return f"; did you mean '{near}'?"
+        if kind in _NUMBERS and _numeric(value):
+            return "; write it without quotes"
+        if kind == "tuple_type" and value:
+            return f"; write [{value}]"
+    elif kind == "int_type" and isinstance(value, float) and got(value).isdecimal():
+        return f"; write {got(value)}"
+    elif kind == "string_type" and isinstance(value, bool | int | float):
+        return f"; write it in quotes: '{got(value)}'"
+    return ""
+
+
+def _numeric(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+# Which keys there are
+
+_VERY_ALIKE = 0.8  # of 1, as difflib counts
+_OPEN = {"additionalProperties": True}  # below the parameters of a policy anything can stand
+_KINDS = {"integer": "a whole number", "number": "a number", "string": "text", "array": "a list"}
+Node = dict[str, Any]
+
+
+class Outline:
+    """The keys that a file can have, read off the JSON Schema of its model."""
+
+    def __init__(self, model: type[BaseModel]) -> None:
+        self._model = model
+
+    @property
+    def schema(self) -> Node:
+        """The JSON Schema; shared, so not to be changed."""
+        return _schema(self._model)
+
+    def known(self, keys: Keys) -> bool:
+        """Whether a file can have such a key."""
+        return bool(self._at(keys))
+
+    def keys_at(self, keys: Keys) -> list[str]:
+        """The keys that a section can have."""
+        return list(dict.fromkeys(key for form in self._at(keys) for key in form.get("properties", {})))
+
+    def expected(self, keys: Keys) -> str:
+        """What a missing key expects, and what it means."""
+        node = next(step for form in self._at(keys[:-1]) for step in self._step(form, keys[-1]))
+        if "errorMessage" in node:
+            return str(node["errorMessage"]).removeprefix("expected ")
+        kind = next(self._forms(node)).get("type")
+        return self.section(keys) if kind == "object" else f"{_KINDS[str(kind)]} ({node['description']})"
+
+    def section(self, keys: Keys) -> str:
+        """A section in words, with the keys that it must have, or else can have."""
+        needed = dict.fromkeys(key for form in self._at(keys) for key in form.get("required", ()))
+        return f"a section with {spoken(needed or self.keys_at(keys) or ['names', 'what each stands for'])}"
+
+    def entries(self, keys: Keys) -> int:
+        """How many entries a list must have."""
+        return next(int(form["maxItems"]) for form in self._at(keys) if "maxItems" in form)
+
+    def unknown_key(self, keys: Keys) -> Problem:
+        """A key that no such file has, with the nearest one that can be."""
+        near = self.meant(keys)
+        if near is not None:
+            return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True, meant=near)
+        return Problem(keys, f"unknown key, expected {spoken(self.keys_at(keys[:-1]), 'or')}", at_key=True)
+
+    def meant(self, keys: Keys) -> str | None:
+        """The key that an unknown one is most like: beside it, or with the same name elsewhere."""
+        *parents, last = keys
+        beside = nearest(str(last), self.keys_at(tuple(parents)))
+        if beside is not None:
+            return dotted((*parents, beside))
+        every = list(self._below(()))
+        leaves = [key.rpartition(".")[2] for key in every]
+        leaf = next(iter(difflib.get_close_matches(str(last), leaves, n=1, cutoff=_VERY_ALIKE)), None)
+        same = [key for key, name in zip(every, leaves, strict=True) if name == leaf]
+        return max(same, key=lambda key: difflib.SequenceMatcher(None, key, dotted(keys)).ratio(), default=None)
+
+    def _below(self, keys: Keys) -> Iterator[str]:
+        for key in self.keys_at(keys):
+            yield dotted((*keys, key))
+            yield from self._below((*keys, key))
+
+    def _at(self, keys: Keys) -> list[Node]:
+        """The forms that a value can have."""
+        forms = list(self._forms(self.schema))
+        for key in keys:
+            forms = [form for node in forms for step in self._step(node, key) for form in self._forms(step)]
+        return forms
+
+    def _step(self, node: Node, key: str | int) -> Iterator[Node]:
+        if node.get("type") == "array" and str(key).isdecimal():
+            yield node.get("items") or node["prefixItems"][0]
+        elif key in node.get("properties", {}):
+            yield node["properties"][key]
+        elif node.get("additionalProperties"):
+            yield _OPEN if node["additionalProperties"] is True else node["additionalProperties"]
+
+    def _forms(self, node: Node) -> Iterator[Node]:
+        if "$ref" in node:
+            yield from self._forms(self.schema["$defs"][node["$ref"].rsplit("/", 1)[1]])
+        elif "anyOf" in node or "oneOf" in node:
+            for form in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+                yield from self._forms(form)
+        elif node.get("type") != "null":
+            yield node
+
+
+@cache
+def _schema(model: type[BaseModel]) -> Node:
+    return model.model_json_schema()

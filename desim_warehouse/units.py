@@ -1,0 +1,73 @@
+"""Quantities with units in values, such as `8 h`, `600 mm`, `1.5 m/s`, `200 / h` or `25 %`.
+
+A table of our own: four kinds of units, converted as fractions, so that `600 mm` is exactly 0.6 where lengths are in m.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+from desim_warehouse.errors import got, nearest, spoken
+
+METRES = {
+    "mm": Fraction(1, 1000),
+    "cm": Fraction(1, 100),
+    "dm": Fraction(1, 10),
+    "m": Fraction(1),
+    "km": Fraction(1000),
+}
+SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)}
+SPEEDS = {f"{length}/{time}": METRES[length] / SECONDS[time] for length in METRES for time in SECONDS}
+RATES = {f"/{time}": 3600 / SECONDS[time] for time in SECONDS}
+
+TABLE = {"length": METRES, "time": SECONDS, "speed": SPEEDS, "rate": RATES, "share": {"%": Fraction(1, 100)}}
+EXAMPLES = {"length": "600 mm", "time": "15 min", "speed": "1.5 m/s", "rate": "200 / h", "share": "25 %"}
+
+_WRITTEN = re.compile(r"\s*([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20}))\s*([A-Za-z%/].*?)\s*")
+
+
+@dataclass(frozen=True)
+class UnitNames:
+    """The units of a model: names of its length and time unit, and the seconds in the latter."""
+
+    length: str = "m"
+    time: str = "s"
+    seconds: float = 1.0
+
+
+def converted(text: str, kind: str, units: UnitNames) -> float | None:
+    """A quantity in the units of a model; None where the text is none.
+
+    Args:
+        text: a number and a unit.
+        kind: length, time, speed, rate (becomes a number an hour) or share (becomes a number from 0 to 1).
+        units: those of the model.
+
+    Raises:
+        ValueError: where the unit is not one of this kind, or the model's units have no known size.
+    """
+    written = _WRITTEN.fullmatch(text)
+    if written is None:
+        return None
+    number, unit = Fraction(written[1]), written[2].replace(" ", "")
+    known = TABLE[kind]
+    if unit not in known:
+        near = nearest(unit, known)
+        hint = f"; did you mean '{near}'?" if near else ""
+        expected = f"a {kind} such as {EXAMPLES[kind]}" + ("" if kind == "speed" else f", in {spoken(known, 'or')}")
+        raise ValueError(f"not a {kind} (got {got(text)}), expected {expected}{hint}")
+    size = number * known[unit]
+    if kind in {"length", "speed"}:
+        if units.length not in {"mm", "cm", "m"}:
+            cure = f"write a plain number of {units.length}, or mm, cm or m in units.length"
+            raise ValueError(f"cannot be converted (got {got(text)}), as units.length is '{units.length}'; {cure}")
+        size /= METRES[units.length]
+    if kind in {"time", "speed"}:
+        seconds = Fraction(repr(units.seconds))
+        if SECONDS.get(units.time, seconds) != seconds:
+            wrong = f"units.time is '{units.time}', but units.seconds is {got(units.seconds)}"
+            raise ValueError(f"cannot be converted (got {got(text)}): {wrong}; correct one of the two")
+        size = size / seconds if kind == "time" else size * seconds
+    return float(size)
