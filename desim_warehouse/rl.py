@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ FEATURES = 5
 FAR = 1e6
 
 
-class Allocation(gymnasium.Env[Any, Any]):
+class AllocationEnv(gymnasium.Env[Any, Any]):
     """Which of the first `slots` open tasks the free robot with the lowest number takes, or none.
 
     Action: 0 to slots - 1: a task; slots: none for now. A task that is not there or that the robot may not take
@@ -152,3 +153,12 @@ class Allocation(gymnasium.Env[Any, Any]):
             tasks[rows, 3] = situation.delivery(view, shown) / self.scale
             tasks[rows, 4] = [(self._decision.time - task.release) / self.scale for task in shown]
         return {"robot": robot.clip(-FAR, FAR), "tasks": tasks.clip(-FAR, FAR)}
+
+
+def __getattr__(name: str) -> Any:
+    """The name that the environment had in version 0.1.0."""
+    if name != "Allocation":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    text = "rl.Allocation is now rl.AllocationEnv; this name goes with version 0.3"
+    warnings.warn(text, DeprecationWarning, stacklevel=2)
+    return AllocationEnv

@@ -184,7 +184,7 @@ def _along(steps: Any, first: Any) -> Any:
 
 @lru_cache(maxsize=4)
 def travel_on(layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...]) -> FreeTravel:
-    """The travel times of a layout; runs of a study share them, as what is known does not depend on who asked before."""
+    """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
     return FreeTravel(layout.graph, speed, node_time, cost, hubs)
 
 
