@@ -89,6 +89,17 @@ class Wait(NamedTuple):
     on: Edge | None
 
 
+class Stay(NamedTuple):
+    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
+
+    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
+    """
+
+    start: float
+    edge: Edge | None
+    node: str
+
+
 class Rotation(NamedTuple):
     """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
 
@@ -230,6 +241,14 @@ class History:
                 found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
             else:  # in a bay or station it may wait, too, but on no edge
                 on[row.robot] = row.edge
+        return found
+
+    @cached_property
+    def stays(self) -> list[list[Stay]]:
+        """For each robot where it is, in order of time; it starts in its home bay. Needs `log: moves` or `all`."""
+        found = [[Stay(0.0, None, home)] for home in self.model.fleet.homes(self.layout.bays)]
+        for row in self.rows("enter", "parked", "docked"):
+            found[row.robot].append(Stay(row.time, row.edge, row.node or ""))
         return found
 
     @cached_property
