@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from desim_warehouse.errors import ReportError
@@ -47,27 +47,18 @@ OF_ROBOTS = {
     )
 }
 """The parts of a robot's time, in the order of columns; edges, nodes and hours have the same."""
-_UNASSIGNED = Part("waiting_for_robot", "waiting for a robot", "#D9D9D9")
-_BUSY = Part("robot_busy", "waiting, its robot is still busy", "#999999")
-_WITHOUT_TASK = ("idle", "queueing_charger", "charging")
-OF_TASKS = {
-    part.name: part
-    for part in (_UNASSIGNED, _BUSY, *(part for name, part in OF_ROBOTS.items() if name not in _WITHOUT_TASK))
-}
-"""The parts of a task's time: waiting for a robot, and what the robot that it is assigned to does for it.
-
-`waiting_for_robot`: it is assigned to none. `robot_busy`: it is, and its robot does not work on it yet.
-"""
+_UNASSIGNED = Part("waiting_for_robot", "waiting for a robot", "#B8A9C9")
+OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
+"""The parts of a task's time: waiting for a robot to take it up, also in a robot's queue; then what that robot does."""
 
 
 class Piece(NamedTuple):
-    """A stretch of a robot's time that is one `part`, with its task (-1: none), on an `edge` (`A>B`) or at a `node`."""
+    """A stretch of a robot's time that is one `part`, on an `edge` (`A>B`) or at a `node`."""
 
     robot: int
     start: float
     end: float
     part: str
-    task: int
     edge: str | None
     node: str | None
 
@@ -115,24 +106,25 @@ def pieces(history: History) -> Iterator[list[Piece]]:
 def _pieces(history: History, spans: list[StateSpan], stays: list[Stay], waits: list[Wait]) -> Iterator[Piece]:
     """A robot's time, cut wherever its state or its place changes, or a wait begins or ends."""
     cuts = {history.begin, *(stay.start for stay in stays)}
-    cuts.update(time for one in (*spans, *waits) for time in (one.start, one.end))
+    cuts.update(time for span in spans for time in (span.start, span.end))
+    cuts.update(time for wait in waits for time in (wait.start, wait.end))
     times = sorted(time for time in cuts if 0 <= time <= history.end)
-    span = stay = wait = 0
+    in_span = in_stay = in_wait = 0
     for start, end in pairwise(times):
-        while spans[span].end <= start:
-            span += 1
-        while stay + 1 < len(stays) and stays[stay + 1].start <= start:
-            stay += 1
-        while wait < len(waits) and waits[wait].end <= start:
-            wait += 1
-        now, where = spans[span], stays[stay]
+        while spans[in_span].end <= start:
+            in_span += 1
+        while in_stay + 1 < len(stays) and stays[in_stay + 1].start <= start:
+            in_stay += 1
+        while in_wait < len(waits) and waits[in_wait].end <= start:
+            in_wait += 1
+        now, where = spans[in_span], stays[in_stay]
         part, edge, node = seen(now.state, now.task).name, where.edge, where.node
-        if wait < len(waits) and waits[wait].start <= start:
-            part, edge, node = _reason(waits[wait])
+        if in_wait < len(waits) and waits[in_wait].start <= start:
+            part, edge, node = _reason(waits[in_wait])
         if edge is None:
-            yield Piece(now.robot, start, end, part, now.task, None, node)
+            yield Piece(now.robot, start, end, part, None, node)
         else:
-            yield Piece(now.robot, start, end, part, now.task, ">".join(edge), None)
+            yield Piece(now.robot, start, end, part, ">".join(edge), None)
 
 
 def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
@@ -189,7 +181,7 @@ def _by_task(history: History) -> Found:
 
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
-    """Of each task the times in which no robot has it, and for each assignment what its robot does meanwhile."""
+    """Of each task the time in which no robot has it, and what its robot does while one has."""
     fleet = list(pieces(history))
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
@@ -201,12 +193,10 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
         free[number] = assignment.end
         robot = fleet[assignment.robot]
         first = max(bisect_right(starts[assignment.robot], assignment.start) - 1, 0)
-        for piece in robot[first:]:
-            start, end = max(piece.start, assignment.start), min(piece.end, assignment.end)
+        for piece in islice(robot, first, None):
             if piece.start >= assignment.end:
                 break
-            works = piece.task == number and piece.part not in _WITHOUT_TASK
-            yield number, piece.part if works else _BUSY.name, max(end - start, 0.0)
+            yield number, piece.part, min(piece.end, assignment.end) - max(piece.start, assignment.start)
     for number, task in tasks.items():
         yield number, _UNASSIGNED.name, min(task.delivered, history.end) - free[number]
 

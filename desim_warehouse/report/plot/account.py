@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
 from desim_warehouse.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.plot.fleet import numbered
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
 
     from desim_warehouse.account import By
@@ -58,6 +59,8 @@ def account(
             )
             below = above
         numbered(axes, [str(name) for name in table.index])
+        if by in ("edge", "node"):
+            axes.tick_params(axis="x", labelrotation=90)
         axes.set_ylim(bottom=0)
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across))
@@ -67,5 +70,5 @@ def account(
 
 
 def _worst(table: pd.DataFrame) -> pd.DataFrame:
-    waited = table["behind_robot"] + table["before_intersection"]
-    return table.loc[waited.sort_values(ascending=False, kind="stable").index[:_PLACES]]
+    order = pd.DataFrame({"waited": table["behind_robot"] + table["before_intersection"], "all": table.sum(axis=1)})
+    return table.loc[order.sort_values(["waited", "all"], ascending=False, kind="stable").index[:_PLACES]]
