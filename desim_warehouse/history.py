@@ -90,7 +90,7 @@ class Wait(NamedTuple):
     on: Edge | None
 
 
-class Charging(NamedTuple):
+class ChargeSpan(NamedTuple):
     """A robot at a charger from `start` to `end`, with its energy before and after."""
 
     robot: int
@@ -98,6 +98,17 @@ class Charging(NamedTuple):
     end: float
     before: float
     after: float
+
+
+class Whereabouts(NamedTuple):
+    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
+
+    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
+    """
+
+    start: float
+    edge: Edge | None
+    node: str
 
 
 class Rotation(NamedTuple):
@@ -248,6 +259,14 @@ class History:
         return found
 
     @cached_property
+    def stays(self) -> list[list[Whereabouts]]:
+        """For each robot where it is, in order of time; it starts in its home bay. Needs `log: moves` or `all`."""
+        found = [[Whereabouts(0.0, None, home)] for home in self.model.fleet.homes(self.layout.bays)]
+        for row in self.rows("enter", "parked", "docked"):
+            found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
+        return found
+
+    @cached_property
     def rotations(self) -> list[Rotation]:
         """The rings of robots that turned."""
         return [Rotation(*ring) for ring in self.log.rings]
@@ -262,10 +281,10 @@ class History:
         return sum(chargers_at(self.model, self.layout).values())
 
     @cached_property
-    def chargings(self) -> list[Charging]:
+    def chargings(self) -> list[ChargeSpan]:
         """When robots were at a charger, one robot after the other; without batteries never."""
         return [
-            Charging(
+            ChargeSpan(
                 span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
             )
             for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
@@ -280,7 +299,7 @@ class History:
             one.after - self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)
         )
 
-    def _level_when_counting_begins(self, one: Charging) -> float:
+    def _level_when_counting_begins(self, one: ChargeSpan) -> float:
         """What a battery holds from where its charging is counted."""
         return one.before + self._charged(one.before, max(self.begin - one.start, 0.0))
 

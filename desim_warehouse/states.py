@@ -136,8 +136,11 @@ WAITING = State(
 TIMES = {**STATES, "waiting": WAITING}
 """Among which the time of a robot is divided."""
 
-FOR_SERVER = replace(STATES["queueing"], doing="queueing for a server")
-FOR_CHARGER = replace(STATES["queueing"], doing="queueing for a charger", role="idle")
+FOR_SERVER = replace(STATES["queueing"], name="queueing_server", doing="queueing for a server")
+FOR_CHARGER = replace(
+    STATES["queueing"], name="queueing_charger", doing="queueing for a charger", role="idle", colour="#882255"
+)
+"""The two kinds of queueing, as people and the account of time tell them apart; in the log they are one state."""
 
 
 def seen(name: str, task: int) -> State:

@@ -48,7 +48,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Rule:
+class VerdictRule:
     """When there is a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
 
     `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times.
@@ -102,7 +102,7 @@ def _counted(kpis: Mapping[str, float], model: Model) -> float:
 
 
 RULES = {
-    "CANNOT_KEEP_UP": Rule(
+    "CANNOT_KEEP_UP": VerdictRule(
         "backlog",
         "cannot keep up: the backlog grows by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
@@ -110,7 +110,7 @@ RULES = {
         "by more than one task a robot",
         _cannot_keep_up,
     ),
-    "BATTERIES_FALL": Rule(
+    "BATTERIES_FALL": VerdictRule(
         "batteries",
         "batteries fall by {} % an hour: not sustainable",
         f"work never ends, the fleet's mean level falls by at least {100 * LEAST_FALL:g} % of the capacity an hour, "
@@ -119,7 +119,7 @@ RULES = {
         _batteries_fall,
         scale=100,
     ),
-    "JAMMED": Rule(
+    "JAMMED": VerdictRule(
         "jammed",
         "jammed: {} % of the time is waiting",
         f"the robots wait in traffic for at least {100 * MOST_WAITING:g} % of their time",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from typing import TYPE_CHECKING
 
+from desim_warehouse.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.model_parts import model_facts
@@ -12,6 +13,7 @@ from desim_warehouse.report.model_parts import model_facts
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from desim_warehouse.account import By
     from desim_warehouse.report.html import Html
     from desim_warehouse.run import Run
 
@@ -87,6 +89,40 @@ def robot_figures(run: Run) -> list[Axes]:
     if run.model.battery is not None:
         figures.append(plot.battery(run))
     return figures
+
+
+def _accounted(run: Run) -> By | None:
+    """By what the report shows the account of time: tasks, robots if there were none; None: the log lacks the waits."""
+    if run.record.level != "all":
+        return None
+    return "task" if len(run.account("task")) else "robot"
+
+
+def account_figures(run: Run) -> list[Axes]:
+    """Where the time of tasks went, if the log says it."""
+    by = _accounted(run)
+    return [] if by is None else [plot.account(run, by)]
+
+
+def account(run: Run) -> Html:
+    """The largest part of the time of tasks, or of robots where there were no tasks, in a sentence."""
+    by = _accounted(run)
+    if by is None:
+        return html.paragraph("An account of time needs a run with log: all.", "note")
+    table = run.account(by)
+    parts, count = table.sum(), len(table)
+    name, whole = str(parts.idxmax()), float(parts.sum())
+    if not whole:
+        return html.paragraph("No time passed that counts.", "note")
+    doing = (OF_TASKS if by == "task" else OF_ROBOTS)[name].doing
+    said = (
+        f"The largest part of a {by}'s time is {doing}: {words.number(float(parts[name]) / count)} of "
+        f"{words.number(whole / count)} {run.model.units.time}, {words.number(100 * float(parts[name]) / whole, 0)} %, "
+        f"on average over {words.number(count)} {by}{'s' * (count > 1)}"
+    )
+    if by == "task":
+        said += "; each from its release to its delivery, or to the end of the run"
+    return html.paragraph(f"{said}.", "note")
 
 
 def worst_places(run: Run) -> Html:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse import indicators, verdicts
+from desim_warehouse import account, indicators, verdicts
 from desim_warehouse.history import History
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from desim_warehouse.account import By
     from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
@@ -101,6 +102,21 @@ class Run:
             "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
         }
         return pd.DataFrame(columns)
+
+    def account(self, by: By = "robot") -> pd.DataFrame:
+        """Where the time went, down to the second: the time of each task, robot, edge, node or hour by its parts.
+
+        Each row adds up to its whole, in the model's time unit: a robot's to the counted time; a task's to the time
+        from its release to its delivery, or to the end of the run if it is open then (tasks delivered in the warm-up
+        are left out); an edge's and a node's to all that robots spent there; an hour's (from the end of the warm-up,
+        the last may be shorter) to its length for each robot. Waiting before an intersection is its node's, not that of
+        the edge on which the robot stands; at a node it is also in the bay or station beside it. The columns are
+        those of `desim_warehouse.account`.
+
+        Raises:
+            ReportError: a run without `log: all`, or another `by`.
+        """
+        return account.account(self.history, by)
 
     def save(self, folder: str | Path) -> Path:
         """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""

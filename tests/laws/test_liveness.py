@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.errors import PolicyError, StallError, WarehouseError
 from desim_warehouse.feasibility import errors
+from tests.accounting import faults
 from tests.auditor import Audit, audit
 from tests.laws.worlds import block_layouts, models, reals
 
@@ -33,11 +34,12 @@ def simulated(model, seed):
 
 @given(models(), st.integers(0, 3))
 @relaxed
-def test_every_task_ends_and_the_log_is_sound(mapping, seed):
+def test_every_task_ends_the_log_is_sound_and_no_time_is_lost(mapping, seed):
     model = dw.load(mapping)
     run = simulated(model, seed)
     assert run.kpis["tasks"] == len(model.tasks.goods)
     assert audit(run) == []
+    assert faults(run) == []
 
 
 @given(models(most_robots=6, most_goods=10), reals(0.05, 1), st.sampled_from([0.0, 30.0, 100.0]), st.integers(0, 3))

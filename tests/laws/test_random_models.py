@@ -12,6 +12,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
+from tests.accounting import faults
 from tests.auditor import audit
 from tests.laws.random_models import WHOLE, model
 from tests.recount import differences
@@ -21,10 +22,11 @@ DAILY, LONG, CHUNK = 200, 5000, 200
 
 @dataclass
 class Found:
-    """What is wrong in some models, a line each: runs that fail, or logs that cannot be; what is counted wrong."""
+    """What is wrong in some models, a line each: runs that fail, logs that cannot be, wrong counts, time lost."""
 
     unsound: list[str] = field(default_factory=list)
     miscounted: list[str] = field(default_factory=list)
+    unaccounted: list[str] = field(default_factory=list)
 
     def look_at(self, number):
         mapping = model(number)
@@ -36,6 +38,7 @@ class Found:
         problems = [*audit(run), *standstill(run), *crowded(run), *endless(run)]
         self.unsound += [f"{number}: {problem}" for problem in problems]
         self.miscounted += [f"{number}: {line}" for line in differences(run)]
+        self.unaccounted += [f"{number}: {line}" for line in faults(run)]
 
 
 def standstill(run):
@@ -102,6 +105,10 @@ def test_indicators_are_those_of_the_log(found):
     assert found.miscounted == []
 
 
+def test_the_parts_of_an_account_of_time_add_up(found):
+    assert found.unaccounted == []
+
+
 def test_models_are_of_every_kind():
     """Whatever can go wrong is drawn: else the laws say little."""
     drawn = [dw.load(model(number)) for number in range(DAILY)]
@@ -126,4 +133,4 @@ def test_the_same_number_is_the_same_model():
 if __name__ == "__main__":
     alone = Found()
     alone.look_at(int(sys.argv[1]))
-    print(*alone.unsound, *alone.miscounted, sep="\n")  # noqa: T201 - a tool to be read
+    print(*alone.unsound, *alone.miscounted, *alone.unaccounted, sep="\n")  # noqa: T201 - a tool to be read

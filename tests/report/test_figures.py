@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.account import OF_TASKS
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.study.statistics import compare, mser
@@ -157,6 +158,29 @@ def test_utilisation_by_a_factor_shows_the_means(run):
     assert ax.containers[0][1].get_height() == pytest.approx(run.kpis["share_loaded"])
     with pytest.raises(ReportError, match="expected a factor"):
         plot.utilisation(pd.DataFrame(rows))
+
+
+@pytest.mark.parametrize("by", ["task", "robot", "hour"])
+def test_an_account_is_stacked_to_the_sums_of_its_parts(run, by):
+    ax, table = plot.account(run, by), run.account(by)
+    drawn = {patch.get_label(): patch.get_data() for patch in ax.patches}
+    tops = {label: np.asarray(data[0]) for label, data in drawn.items()}  # values, edges, baseline
+    assert [OF_TASKS[name].doing for name in table if table[name].any()] == list(drawn)
+    for name in table:
+        if table[name].any():
+            label = OF_TASKS[name].doing
+            assert tops[label] - np.asarray(drawn[label][2]) == pytest.approx(table[name].to_numpy())
+    assert list(tops.values())[-1] == pytest.approx(table.sum(axis=1).to_numpy())
+    assert ax.get_xlabel().startswith(by.capitalize())
+    assert ax.get_ylabel() == "Time (step)"
+
+
+def test_an_account_of_many_places_shows_where_most_is_waited(run):
+    ax = plot.account(run, "edge")
+    assert ax.get_xlabel() == f"Edge (the 24 of {len(run.edges)} with most waiting)"
+    shown = [label.get_text() for label in ax.get_xticklabels()]
+    assert (len(shown), shown[0]) == (24, run.edges["blocked"].idxmax())
+    assert plot.account(run, "node", style="print").patches[0].get_hatch() is not None
 
 
 def test_a_gantt_row_adds_up_to_the_tallies(run):

@@ -18,6 +18,7 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.account import OF_TASKS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import browser, notebook, words
@@ -206,8 +207,28 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     worst = lifelong.nodes["blocked"].max()
     assert words.number(worst) in {row[1] for row in page.tables["places"]}
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
-        "Layout", "Share", "States", "Energy", "Time", "Warm-up",
+        "Layout", "Share", "States", "Energy", "Account", "Time", "Warm-up",
     ]  # fmt: skip
+    parts = lifelong.account("task").sum()
+    share = words.number(100 * parts.max() / parts.sum(), 0)
+    assert f"The largest part of a task's time is {OF_TASKS[parts.idxmax()].doing}: " in page.text
+    assert f" step, {share} %, on average over {words.number(len(lifelong.account('task')))} tasks; each" in page.text
+
+
+def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
+    from desim_warehouse.report import run_parts
+
+    run = dw.simulate(model.replace({"log": "tasks"}))
+    assert run_parts.account_figures(run) == []
+    assert "needs a run with log: all" in run_parts.account(run).source
+
+
+def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
+    from desim_warehouse.report import run_parts
+
+    run = dw.simulate(model.replace({"tasks.goods": {"poisson": 1e-9}, "run.length": 100}))
+    said = "The largest part of a robot's time is idle: 100 of 100 step, 100 %, on average over 6 robots."
+    assert said in Page(run_parts.account(run).source).text
 
 
 def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):

@@ -7,6 +7,7 @@
 | designs against a baseline                     | `differences`           | `statistics.Comparison`      |
 | an indicator over two factors                  | `surface`               | study table                  |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
+| where the time of tasks, robots, ... went      | `account`               | Run                          |
 | batteries                                      | `battery`               | Run                          |
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
@@ -20,6 +21,7 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 from __future__ import annotations
 
 from desim_warehouse.report.palette import COLOURS
+from desim_warehouse.report.plot.account import account
 from desim_warehouse.report.plot.battery import battery
 from desim_warehouse.report.plot.factors import by_factor, throughput
 from desim_warehouse.report.plot.fleet import gantt, utilisation
@@ -31,6 +33,7 @@ from desim_warehouse.report.plot.series import warm_up
 
 __all__ = [
     "COLOURS",
+    "account",
     "battery",
     "by_factor",
     "congestion",

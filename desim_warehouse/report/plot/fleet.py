@@ -60,7 +60,7 @@ def utilisation(
                 linewidth=0.5,
             )
             bottom = [low + height for low, height in zip(bottom, heights, strict=True)]
-        _numbered(axes, labels)
+        numbered(axes, labels)
         axes.set_ylim(0, 1)
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across))
@@ -82,11 +82,11 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 
-def _numbered(axes: Axes, labels: Sequence[str]) -> None:
-    """Names along the axis, only every n-th where there are many."""
+def numbered(axes: Axes, labels: Sequence[str]) -> None:
+    """Names along an axis of bars, only every n-th where there are many."""
     step = -(-len(labels) // _LABELLED)
     axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
-    axes.set_xlim(-0.6, len(labels) - 0.4)
+    axes.set_xlim(-0.6, max(len(labels), 1) - 0.4)
     if max((len(label) for label in labels), default=0) > 12:  # noqa: PLR2004 - letters that fit side by side
         axes.tick_params(axis="x", labelrotation=25)
 
