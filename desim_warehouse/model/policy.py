@@ -106,7 +106,7 @@ class Policies(Part):
 
     def own(self) -> list[str]:
         """The policies that are the user's own, whose code we know nothing of."""
-        return sorted(spec.name for spec in self.specs().values() if ":" in spec.name)
+        return sorted(spec.name for spec in self.specs().values() if spec.own)
 
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""

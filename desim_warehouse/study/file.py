@@ -328,6 +328,8 @@ def _problem(item: Any, data: Mapping[str, Any], under: Keys) -> Problem:
     loc = tuple(step for step in loc if not str(step).startswith("\0"))
     keys = _in_file(loc, data)
     match item["type"]:
+        case "wrong" if "text" in item["ctx"]:  # of a kind of value that models have, too
+            return Problem(keys, item["ctx"]["text"])
         case "problem":
             problem: Problem = item["ctx"]["problem"]
             return replace(problem, keys=keys)

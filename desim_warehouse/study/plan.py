@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ModelError, WarehouseError
-from desim_warehouse.model.policy import PolicySpec
+from desim_warehouse.errors import ModelError
 from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods, SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
@@ -64,8 +63,16 @@ def run_seed(seed: int, replication: int) -> int:
     return (int(high) & 0xFFFF) << 32 | int(low)
 
 
-def models(plan: StudyPlan, among: Iterable[Point], places: Places | None = None) -> dict[int, Model]:
+def models(
+    plan: StudyPlan, among: Iterable[Point], places: Places | None = None, *, run_code: bool = False
+) -> dict[int, Model]:
     """The model of every point, by its number.
+
+    Args:
+        plan: what is varied.
+        among: the points.
+        places: where values stand in the study file.
+        run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
 
     Raises:
         ModelError: every problem of every point, at the place of the value in the study file.
@@ -74,31 +81,12 @@ def models(plan: StudyPlan, among: Iterable[Point], places: Places | None = None
     said: dict[str, None] = {}
     for point in among:
         try:
-            made[point.number] = model = plan.base.replace(point.overrides)
-            for kind, spec in _specs(model).items():
-                if any(key.startswith(f"policies.{kind}") for key in point.overrides):
-                    _make_policy(kind, spec)
+            made[point.number] = plan.base.replace(point.overrides, run_code=run_code)
         except ModelError as error:
             said.update(dict.fromkeys(_at_place(text, point, places) for text in error.problems))
     if said:
         raise ModelError(list(said))
     return made
-
-
-def _specs(model: Model) -> dict[str, PolicySpec]:
-    """The policies of a model, by kind."""
-    found = {kind: getattr(model.policies, kind) for kind in type(model.policies).model_fields}
-    return {kind: spec for kind, spec in found.items() if isinstance(spec, PolicySpec)}
-
-
-def _make_policy(kind: str, spec: PolicySpec) -> None:
-    """Make a policy, to see that it can be had."""
-    from desim_warehouse.policies.catalogue import create
-
-    try:
-        create(kind, spec.name, spec.params)
-    except WarehouseError as error:
-        raise ModelError([f"override policies.{kind}: {error}"]) from error
 
 
 def _at_place(text: str, point: Point, places: Places | None) -> str:
@@ -107,7 +95,7 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
         begin = f"override {key}: "
         if text.startswith(begin):
             rest = text.removeprefix(begin)
-            if rest.startswith("should be a "):  # of the wrong kind, not out of range
+            if rest.startswith(("should be a ", "should be the ")):  # of the wrong kind, not out of range
                 rest += hint(key, point.overrides[key])
             if places is None:
                 return f"factor {key}: {rest}"
@@ -130,7 +118,7 @@ def is_deterministic(model: Model) -> bool:
     if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread:
         return False
     return not model.policies.own() and not any(
-        getattr(find(kind, spec.name), "random", False) for kind, spec in _specs(model).items()
+        getattr(find(kind, spec.name), "random", False) for kind, spec in model.policies.specs().items()
     )
 
 

@@ -105,14 +105,16 @@ def _plan(document: Document) -> StudyPlan:
         file.name,
         file.description,
     )
-    models(plan, plan.points(), places)
+    models(plan, plan.points(), places, run_code=True)
     return plan
 
 
 def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
     """The model that the study varies; studies need no more than indicators, so little is logged."""
     changes = {"log": "tasks", **changes}
-    return given.replace(changes) if isinstance(given, Model) else load(given, changes, named="set")
+    if isinstance(given, Model):
+        return given.replace(changes, run_code=True)
+    return load(given, changes, named="set", run_code=True)
 
 
 def _in_set(text: str, changes: Mapping[str, Any], places: Places) -> str:

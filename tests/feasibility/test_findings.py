@@ -154,7 +154,7 @@ def test_a_study_accepts_by_its_file():
 
 
 def test_what_nothing_can_be_simulated_without_is_not_accepted():
-    with pytest.raises(ModelError, match=r"accept.0: unknown value \(got 'NO_BAYS'\)"):
+    with pytest.raises(ModelError, match=r"accept.0: should be 'BATTERY_TOO_SMALL', .* \(got 'NO_BAYS'\)"):
         planner({"accept": ["NO_BAYS"]})
     assert desim_says("check", PLANNER, "--accept", "NO_BAYS").exit_code == 2
 

@@ -59,7 +59,16 @@ def test_reading_a_model_does_not_run_it(mine, tmp_path):
 def test_looking_at_a_run_or_a_study_does_not_run_it(mine, tmp_path):
     out = tmp_path / "out"
     call("run", TUTORIAL, "--set", f"policies.allocation={mine}", "--out", out / "run")
-    vary = ["--vary", "fleet.size=1,2", "--vary", f"policies.allocation={mine},nearest", "--replications", 3]
+    vary = [
+        "--vary",
+        "fleet.size=1,2",
+        "--vary",
+        f"policies.allocation={mine},nearest",
+        "--replications",
+        3,
+        "--workers",
+        1,
+    ]
     call("what-if", TUTORIAL, *vary, "--out", out / "study", "--quiet")
     assert has_run(tmp_path)
     call("export", out / "run", "--format", "trace", "-o", out / "trace.json")

@@ -142,6 +142,7 @@ BAD = {
         "model: MODEL\nfactors: {fleet.size: [1, 2]}\nbaseline: {fleet.size: 3}\n",
         "3:11: baseline: no design with fleet.size=3",
     ),
+    "beyond the limits": ("model: MODEL\ntimeout: 1e300\n", "2:10: timeout: too large (got 1e+300), expected at most"),
     "seed": ("model: MODEL\nseed: -1\n", "2:7: seed: not understood (got -1), expected a whole number of at least 0"),
     "confidence": ("model: MODEL\nconfidence: 95\n", "2:13: confidence: not understood (got 95)"),
     "timeout": ("model: MODEL\ntimeout: 0\n", "2:10: timeout: not understood (got 0)"),
