@@ -6,12 +6,16 @@ BIN := .venv/bin
 READY := .venv/.ready
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test lint tests test-long bench allocation-table pictures clean
+.PHONY: paper test quick lint tests test-long bench allocation-table pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
 
 test: lint tests  ## lint, types, layers, all tests
+
+quick: $(READY)  ## the inner loop: ruff, and the tests of models, layouts, policies, the world and runs
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/python -m pytest -n 2 -m "not long" --exitfirst tests/model tests/bad tests/layout tests/policies tests/world tests/run tests/golden
 
 lint: $(READY)
 	$(BIN)/ruff check $(SOURCES)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from desim_warehouse.history import History, StateSpan, Stay, TaskHistory, Wait
+    from desim_warehouse.history import History, StateSpan, TaskHistory, Wait, Whereabouts
 
 By = Literal["task", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""
@@ -103,7 +103,7 @@ def pieces(history: History) -> Iterator[list[Piece]]:
         yield list(_pieces(history, spans, stays, sorted(waits[robot], key=lambda wait: wait.start)))
 
 
-def _pieces(history: History, spans: list[StateSpan], stays: list[Stay], waits: list[Wait]) -> Iterator[Piece]:
+def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
     """A robot's time, cut wherever its state or its place changes, or a wait begins or ends."""
     cuts = {history.begin, *(stay.start for stay in stays)}
     cuts.update(time for span in spans for time in (span.start, span.end))

@@ -56,9 +56,12 @@ class Demand:
             for item in goods:
                 self._announce(item if isinstance(item, Good) else Good(good=item))
 
-    def refill(self) -> None:
-        """A task was taken: where work never ends another one is released."""
-        if isinstance(self.goods, SaturatedGoods):
+    def refill(self, still_open: int) -> None:
+        """A task was taken, so many are open: where work never ends another one is released in its place.
+
+        Not where a robot has given tasks back: there are as many as there should be, then.
+        """
+        if isinstance(self.goods, SaturatedGoods) and still_open < self.goods.saturated:
             self._release(Good(good=self._draw()), self.goods.due_within)
 
     def _announce(self, good: Good) -> None:

@@ -53,7 +53,7 @@ class Dispatcher:
         bays: Bays,
         reach: Reach,
         situations: Situations,
-        on_assigned: Callable[[], None],
+        on_assigned: Callable[[int], None],
     ) -> None:
         self.env = env
         self.log = log
@@ -273,4 +273,4 @@ class Dispatcher:
         robot.body.task = task.number
         robot.record("assigned")
         event.succeed()
-        self.on_assigned()
+        self.on_assigned(len(self.open))

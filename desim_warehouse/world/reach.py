@@ -7,6 +7,7 @@ waiting is not foreseen. Energies are in the model's unit, consumption by state 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause
@@ -129,6 +130,21 @@ class Reach:
         """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
         task = next(iter(self.open_tasks), None)
         return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
+
+    def enough_after_parking(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot at a charger may take the first open task from any bay without one, too.
+
+        With less it would drive there, be too low for the task, and come back.
+        """
+        task = next(iter(self.open_tasks), None)
+        if task is None:
+            return 0.0
+        station, ways = self.stations.choose(robot, task), self.travel(robot.speed).ways
+        return max(
+            self.rates["empty"] * (self.exit_time + ways.time(robot.node, bay))
+            + self.enough(replace(robot, node=bay), task, station, levels)
+            for bay in (robot.node, *self.parking)
+        )
 
     def rests_until(self, robot: RobotView, levels: Levels) -> float:
         """Battery level at which a robot that rests without a charger must set out for one."""

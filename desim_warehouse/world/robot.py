@@ -390,7 +390,7 @@ class Robot:
             done = Timeout(env, battery.charge_time(level, goal))
             yield offer | done | world.bays.charger_sought() if world.reach.scarce else offer | done
             level = goal if done.processed else battery.level(env.now)
-            able = level >= world.reach.enough_for_first(self.view(), levels)
+            able = level >= world.reach.enough_after_parking(self.view(), levels)
             if self.job is None and able and world.bays.wants_room(self):
                 self.make_room()
                 offer = None
