@@ -47,8 +47,8 @@ def fleet_with_one_charger(robots, up, swap, rounds):
         "layout": layout,
         "fleet": {"size": robots, "robot": {"radius": 0.05, "speed": SPEED}},
         "tasks": {"goods": {"saturated": robots}, "unload_at": ["A"], "load_time": 0, "unload_time": 0},
-        "battery": {"capacity": 1e6, "threshold": 0, "consumption": 1, "charge_rate": 1},
-        "policies": {"charging": {"name": "swap", "time": swap, "level": 1 - 1e-10}},
+        "battery": {"capacity": 1e4, "threshold": 0, "consumption": 1, "charge_rate": 1},
+        "policies": {"charging": {"name": "swap", "time": swap, "level": 1 - 2e-6}},
         "run": {"length": length, "warm_up": length / 10},
         "log": "tasks",
     }
