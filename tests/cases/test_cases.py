@@ -72,7 +72,6 @@ def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
         dw.simulate(load("packing_hall", **two, run__length=172_800), 1)
 
 
-@pytest.mark.xfail(strict=True, reason="seen only when a battery is flat, and a policy is blamed")
 def test_parking_without_chargers_is_seen_before_the_run():
     """Robots whose home has no charger, under policies that never send them to another: an error of the model."""
     with pytest.raises(WarehouseError, match=r"layout\.bays.*charger"):

@@ -20,7 +20,8 @@ def petals(mean):
         time = PETALS * ((low + 1) * math.exp(-low) - upper) * mean
         angle, half = 2 * math.pi * i / PETALS, time * SPEED / 2
         nodes[f"P{i}"] = [half * math.cos(angle), half * math.sin(angle)]
-        edges += [["A", f"P{i}"], [f"P{i}", "A"]]
+        ends = ("A", f"P{i}"), (f"P{i}", "A")
+        edges += [{"from": a, "to": b, "side_by_side": True} for a, b in ends]
         storage.append({"edge": ["A", f"P{i}"], "offset": half / 2})
     return {"nodes": nodes, "edges": edges, "storage": storage}
 
