@@ -92,7 +92,6 @@ def test_decisions_at_intervals_do_not_block_the_lane():
     assert dw.simulate(paper.replace(busy), 0).T == 28_800
 
 
-@pytest.mark.xfail(strict=True, reason="taken, and then no output can be encoded")
 def test_a_name_that_cannot_be_written_is_refused():
     """A lone surrogate is no character: no terminal and no file takes it."""
     with pytest.raises(dw.ModelError, match="name"):
