@@ -28,7 +28,6 @@ def test_an_edge_next_to_two_d_does_not_hold_a_robot_for_ever(routing):
     assert audit(run) == []
 
 
-@pytest.mark.xfail(strict=True, raises=WarehouseError, reason="a pair is decided with another station than it gets")
 @pytest.mark.parametrize(
     "allocation",
     ["in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware"],
@@ -53,7 +52,6 @@ def test_a_wait_that_is_not_over_counts_up_to_the_end():
     assert kpis["cost"] == pytest.approx(30 + 300 + 2)
 
 
-@pytest.mark.xfail(strict=True, raises=WarehouseError, reason="what lets a robot take a task is not what calls it back")
 @pytest.mark.parametrize("seed", [1, pytest.param(0, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long)])
 def test_a_robot_does_not_give_a_task_back_again_and_again(seed):
     """Four chargers for twelve robots, and policies that break off charging: nobody takes what it would give back."""
@@ -62,7 +60,7 @@ def test_a_robot_does_not_give_a_task_back_again_and_again(seed):
 
 
 def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
-    """What they give, 0.04 a second, is less than what the fleet draws, up to 0.06: flat after some ten hours."""
+    """What they give, 0.04 a second, is less than what the fleet draws, up to 0.06: flat after ten hours."""
     two = {
         "policies__charging": "four-thresholds",
         "layout__bays__chargers__at": ["A", "H"],
@@ -74,18 +72,14 @@ def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
         dw.simulate(load("packing_hall", **two, run__length=172_800), 1)
 
 
-@pytest.mark.xfail(strict=True, reason="seen only when a battery is flat, and a policy is blamed")
 def test_parking_without_chargers_is_seen_before_the_run():
     """Robots whose home has no charger, under policies that never send them to another: an error of the model."""
     with pytest.raises(WarehouseError, match=r"layout\.bays.*charger"):
         dw.simulate(load("packing_hall", policies={}))
 
 
-@pytest.mark.xfail(
-    strict=True, raises=dw.BatteryError, reason="a robot that has unloaded waits in the lane for a decision"
-)
 def test_decisions_at_intervals_do_not_block_the_lane():
-    """A robot that has unloaded keeps the lane until the next decision, up to 200 time units."""
+    """A robot that has unloaded does not keep the lane until the next decision, up to 200 time units later."""
     paper = dw.load("models/multibots.yaml")
     busy = {
         "tasks.goods": {"poisson": 1500},
@@ -98,7 +92,6 @@ def test_decisions_at_intervals_do_not_block_the_lane():
     assert dw.simulate(paper.replace(busy), 0).T == 28_800
 
 
-@pytest.mark.xfail(strict=True, reason="taken, and then no output can be encoded")
 def test_a_name_that_cannot_be_written_is_refused():
     """A lone surrogate is no character: no terminal and no file takes it."""
     with pytest.raises(dw.ModelError, match="name"):

@@ -73,7 +73,16 @@ class Draw:
         """A layout of nodes and edges; some of them have a speed limit."""
         limits = {edge: self.random.choice((0.1, 0.4, 0.8)) for edge in edges if self.some(0.1)}
         self.slowest = min([self.slowest, *limits.values()])
-        rows = [{"from": a, "to": b, "length": length, "speed": limits.get((a, b))} for (a, b), length in edges.items()]
+        rows = [
+            {
+                "from": a,
+                "to": b,
+                "length": length,
+                "speed": limits.get((a, b)),
+                "side_by_side": edges.get((b, a), length) != length or limits.get((b, a)) != limits.get((a, b)),
+            }
+            for (a, b), length in edges.items()
+        ]
         storage = self.storage(edges)
         layout = {"nodes": positions, "edges": rows, "storage": storage}
         return Ground(layout, list(positions), len(storage), math.fsum(edges.values()))
@@ -97,6 +106,8 @@ class Draw:
                     round(x * math.sin(angle) + y * math.cos(angle), 3),
                 )
             edges |= {pair: self.length() for pair in pairwise([root, *names, root])}
+            if len(names) == 1 and self.some(0.5):  # there and back on one lane
+                edges[names[0], root] = edges[root, names[0]]
         return self.drawn(positions, edges)
 
     def grid(self):
@@ -131,7 +142,7 @@ class Draw:
         """Blocks of goods; aisles from shorter than D to many D long."""
         pick = self.random
         columns, rows, depth = pick.randint(1, 3), pick.randint(1, 2), pick.randint(1, 5)
-        size, aisle = self.length() / pick.choice((1, 2, depth)), self.contact * pick.choice((0.5, 1.0, 1.5))
+        size, aisle = self.length() / pick.choice((1, 2, depth)), self.contact * pick.choice((1.0, 1.0 + 1e-6, 1.5))
         width = pick.randint(1, 2)
         layout = {
             "columns": columns,

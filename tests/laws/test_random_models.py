@@ -96,7 +96,7 @@ def found(request):
     return seen
 
 
-@pytest.mark.xfail(strict=True, reason="rules that take tasks and give them back; saturated grows")
+@pytest.mark.xfail(strict=True, reason="saturated: n grows by one with every task given back")
 def test_work_ends_and_nothing_impossible_happens(found):
     assert found.unsound == []
 

@@ -20,7 +20,8 @@ def petals(mean):
         time = PETALS * ((low + 1) * math.exp(-low) - upper) * mean
         angle, half = 2 * math.pi * i / PETALS, time * SPEED / 2
         nodes[f"P{i}"] = [half * math.cos(angle), half * math.sin(angle)]
-        edges += [["A", f"P{i}"], [f"P{i}", "A"]]
+        ends = ("A", f"P{i}"), (f"P{i}", "A")
+        edges += [{"from": a, "to": b, "side_by_side": True} for a, b in ends]
         storage.append({"edge": ["A", f"P{i}"], "offset": half / 2})
     return {"nodes": nodes, "edges": edges, "storage": storage}
 
@@ -47,8 +48,8 @@ def fleet_with_one_charger(robots, up, swap, rounds):
         "layout": layout,
         "fleet": {"size": robots, "robot": {"radius": 0.05, "speed": SPEED}},
         "tasks": {"goods": {"saturated": robots}, "unload_at": ["A"], "load_time": 0, "unload_time": 0},
-        "battery": {"capacity": 1e6, "threshold": 0, "consumption": 1, "charge_rate": 1},
-        "policies": {"charging": {"name": "swap", "time": swap, "level": 1 - 1e-10}},
+        "battery": {"capacity": 1e4, "threshold": 0, "consumption": 1, "charge_rate": 1},
+        "policies": {"charging": {"name": "swap", "time": swap, "level": 1 - 2e-6}},
         "run": {"length": length, "warm_up": length / 10},
         "log": "tasks",
     }
