@@ -27,7 +27,7 @@ By = Literal["task", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""
 
 
-class Part(NamedTuple):
+class Share(NamedTuple):
     """A part of an account: the name of its column, what it is for people, and its colour in figures."""
 
     name: str
@@ -36,18 +36,18 @@ class Part(NamedTuple):
 
 
 _TRAFFIC = (
-    Part("behind_robot", "waiting behind a robot", WAITING.colour),
-    Part("before_intersection", "waiting before an intersection", "#7F7F7F"),
+    Share("behind_robot", "waiting behind a robot", WAITING.colour),
+    Share("before_intersection", "waiting before an intersection", "#7F7F7F"),
 )
 OF_ROBOTS = {
     part.name: part
     for part in (
-        *(Part(state.name, state.doing, state.colour) for state in (*(seen(name, 0) for name in STATES), FOR_CHARGER)),
+        *(Share(state.name, state.doing, state.colour) for state in (*(seen(name, 0) for name in STATES), FOR_CHARGER)),
         *_TRAFFIC,
     )
 }
 """The parts of a robot's time, in the order of columns; edges, nodes and hours have the same."""
-_UNASSIGNED = Part("waiting_for_robot", "waiting for a robot", "#B8A9C9")
+_UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
 OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
 """The parts of a task's time: waiting for a robot to take it up, also in a robot's queue; then what that robot does."""
 

@@ -59,7 +59,7 @@ def film(
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
     times = _moments(run, start, end, speed, FRAMES_PER_SECOND[kind])
     figure = Figure(figsize=(8, 6), dpi=100, layout="constrained")
-    picture = Picture(figure.add_subplot(), run, palette)
+    picture = FilmFrame(figure.add_subplot(), run, palette)
     writer = _writer(kind)
     try:
         with writer.saving(figure, str(path), dpi=100):
@@ -102,7 +102,7 @@ def _writer(kind: str) -> Any:
     return PillowWriter(fps=rate) if kind == ".gif" else FFMpegWriter(fps=rate)
 
 
-class Picture:
+class FilmFrame:
     """The warehouse at one time on matplotlib axes; `show` moves it to another."""
 
     def __init__(self, axes: Axes, run: Run, palette: str = "safe") -> None:

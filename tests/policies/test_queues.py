@@ -8,7 +8,7 @@ from itertools import permutations, product
 
 import pytest
 
-from desim_warehouse.policies.queues import Auction, Plan, Regret
+from desim_warehouse.policies.queues import Auction, QueuePlan, Regret
 from tests.policies.situations import robot, situation, task
 
 PLACES = "uvwxyz"
@@ -50,7 +50,7 @@ def best(given, objective):
 
 
 def planned(policy, given):
-    plan = Plan(given, given.robots, list(given.tasks), 6, policy.objective)
+    plan = QueuePlan(given, given.robots, list(given.tasks), 6, policy.objective)
     while (choice := policy.choose(plan.bids)) is not None:
         plan.insert(*choice)
     queues = [[item.number for item in plan.queue(i)] for i in range(len(given.robots))]

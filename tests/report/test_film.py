@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.film import Picture, film
+from desim_warehouse.report.film import FilmFrame, film
 from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.positions import Positions
 from tests.report.replay.floors import busy, busy_run, paper_run
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("run", [paper_run(), busy_run()], ids=["paper", "busy"])
 def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.Run) -> None:
-    picture, where = Picture(Figure().add_subplot(), run), Positions(run)
+    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run)
     colours = PALETTES["safe"]["light"]
     for row in [row for row in run.record.rows if row[1] == "collision" and row[6] > 1][:5]:
         time = row[0] - row[6] / 2
@@ -43,7 +43,7 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
 
 def test_the_caption_counts_as_the_run_does() -> None:
     run = busy_run()
-    picture = Picture(Figure().add_subplot(), run)
+    picture = FilmFrame(Figure().add_subplot(), run)
     picture.show(run.record.end)
     assert f"S {run.S} " in picture.caption.get_text()
     assert picture.caption.get_text().endswith(f"delivered {run.kpis['tasks']}")
