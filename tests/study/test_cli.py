@@ -328,6 +328,6 @@ def test_a_paper_study_that_is_not_there_is_told():
 def test_a_study_of_which_no_run_was_finished_fails():
     flat = ["--set", "battery.threshold=0", "--set", "battery.reserve=0", "--accept", "BATTERY_TOO_SMALL"]
     some = call("what-if", MULTIBOTS, "--vary", "battery.capacity=1,10", *flat)
-    assert (some.exit_code, "1 run failed: CheckError" in some.stderr) == (0, True)
+    assert (some.exit_code, "1 run failed: BatteryError" in some.stderr) == (0, True)
     with pytest.raises(WarehouseError, match="no run was finished"):
         call("what-if", MULTIBOTS, "--vary", "battery.capacity=1,1.2", *flat)
