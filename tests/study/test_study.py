@@ -249,7 +249,8 @@ def test_a_study_that_was_not_run_says_so():
 def test_every_indicator_of_a_run_is_known():
     goods = [{"good": 3, "due": 900}, {"good": 9, "due": 9000}]
     run = dw.simulate(dw.load(MULTIBOTS, {"tasks.goods": goods}))
-    assert list(run.kpis) == list(INDICATORS)
+    elsewhere = {"backlog_growth_per_hour", "station_wait"}  # of arriving demand, and of stations beside nodes
+    assert list(run.kpis) == [name for name in INDICATORS if name not in elsewhere]
     assert math.isfinite(run.kpis["tardiness_mean"])
 
 
