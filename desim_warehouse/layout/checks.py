@@ -336,8 +336,13 @@ def _cross(ends: list[complex]) -> bool:
 
 
 def capacity(layout: Layout, contact: float) -> int:
-    """Robots that can stand in the lanes at once, clear of the nodes."""
-    return sum(max(math.floor((length + EPS) / contact) - 1, 0) for *_, length in layout.graph.edges(data="length"))
+    """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once."""
+    back = {(b, a) for a, b in layout.two_way}
+    return sum(
+        max(math.floor((length + EPS) / contact) - 1, 0)
+        for a, b, length in layout.graph.edges(data="length")
+        if (a, b) not in back
+    )
 
 
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
@@ -349,6 +354,8 @@ def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> 
         try:
             back, way = nx.single_source_dijkstra(highways, target, source, weight="length")
         except nx.NetworkXNoPath:
+            continue
+        if highways.edges[source, target].get("two_way") and len(way) == 2:  # noqa: PLR2004 - there and back
             continue
         rings.setdefault(frozenset(way), (back + length, [*way, target]))
     return [way for _, way in sorted(rings.values())[:most]]

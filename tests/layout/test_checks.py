@@ -6,7 +6,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse import LayoutError
-from desim_warehouse.layout import checks
+from desim_warehouse.layout import build, checks
+from desim_warehouse.layout.spec import LayoutSpec
 from desim_warehouse.run import check
 
 SQUARE = {
@@ -223,8 +224,6 @@ def test_capacity_counts_places_d_apart_and_d_clear_of_both_ends():
         nodes = {str(i): [0, 100 * i] for i in range(len(lengths) + 1)}
         edges = [{"from": str(i), "to": str(i + 1), "length": length} for i, length in enumerate(lengths)]
         layout = {"nodes": nodes, "edges": edges, "storage": [], "bays": {}}
-        from desim_warehouse.layout import build
-        from desim_warehouse.layout.spec import LayoutSpec
 
         return checks.capacity(build(LayoutSpec.model_validate(layout)), 2)
 
@@ -255,3 +254,11 @@ def test_two_lanes_drawn_on_one_aisle():
     bent = with_edges(E=[40, 0])
     bent["layout__edges"] += [{"from": "A", "to": "E", "length": 60}, ["E", "C"]]
     assert not [line for line in findings(**bent) if "LANES_OVERLAP" in line]
+
+
+def test_a_two_way_lane_holds_its_robots_once_and_is_no_ring():
+    nodes = {"A": [0, 0], "B": [10, 0], "C": [20, 0]}
+    edges = [{"from": "A", "to": "B", "two_way": True}, {"from": "B", "to": "C", "two_way": True}]
+    layout = build(LayoutSpec.model_validate({"nodes": nodes, "edges": edges}))
+    assert checks.capacity(layout, 1.0) == 9 + 9
+    assert checks.shortest_rings(layout.graph) == []
