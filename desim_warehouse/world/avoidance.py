@@ -54,7 +54,6 @@ class Avoidance:
     def __init__(self, env: Environment, patience: float) -> None:
         self.env = env
         self.patience = patience
-        self.asked = self.refused = 0
         self._plans: dict[Body, DeclaredRoute] = {}
         self._users: dict[Stand, dict[Body, int]] = defaultdict(dict)
         # Refused claims: the robots that made the cycle. As long as none of them has moved the answer is the same.
@@ -118,7 +117,6 @@ class Avoidance:
         if witness is not None and witness[0] is stand:
             return False
         plan = self._plans[robot]
-        self.asked += 1
         to = plan.trail.index(stand, plan.at + 1)
         if plan.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
             self._refuse(robot, stand, (oldest,))
@@ -188,7 +186,6 @@ class Avoidance:
         self._claims.pop(claim.robot, None)
 
     def _refuse(self, robot: Body, stand: Stand, cycle: Iterable[Body]) -> None:
-        self.refused += 1
         others = frozenset(cycle) - {robot}
         self._witness[robot] = stand, others
         for other in others:

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 from simpy import Resource
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
@@ -122,8 +120,3 @@ class Stations:
     def forget(self, task: Task) -> None:
         """A task is done: its draw is not needed again."""
         self._drawn.pop(task.number, None)
-
-    @property
-    def open_slots(self) -> Mapping[str, int]:
-        """Free slots of every station."""
-        return {node: station.free for node, station in self.by_node.items()}
