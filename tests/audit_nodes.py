@@ -138,7 +138,7 @@ class Nodes:
         moving = via.at(time + 1e-4) > via.at(time) + 1e-9
         if not moving or distance >= self.contact - 1e-4 or distance < 1e-9:
             return
-        heading = self.run.layout.heading(via.edge)
+        heading = self.run.layout.headings[via.edge]
         bearing = math.atan2(y2 - y1, x2 - x1)
         angle = abs((bearing - heading + math.pi) % (2 * math.pi) - math.pi)
         if angle < self.theta - 1e-4 or angle < 1e-6:

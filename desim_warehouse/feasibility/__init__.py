@@ -33,7 +33,7 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
     return checks.worst_first(found), calculation
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
     """The errors of a model, accepted ones too; runs of one model share the work."""
     layout = build(model.layout)

@@ -182,7 +182,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
 
 
 def _extent(layout: Layout) -> tuple[float, float]:
-    at = [layout.point(node) for node in layout.graph]
+    at = list(layout.points.values())
     x, y = [point.real for point in at], [point.imag for point in at]
     return max(x) - min(x), max(y) - min(y)
 

@@ -235,7 +235,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
     graph = layout.graph
     sharp = []
     for node in graph:
-        headings = sorted((layout.heading((source, node)), source) for source in graph.predecessors(node))
+        headings = sorted((layout.headings[source, node], source) for source in graph.predecessors(node))
         around = [*headings, *headings[: len(headings) > 2]]  # noqa: PLR2004 - two make one pair, three a circle
         for (one, first), (other, second) in pairwise(around):
             between = abs((one - other + math.pi) % (2 * math.pi) - math.pi)
@@ -251,7 +251,7 @@ def _merges(layout: Layout) -> Iterator[Finding]:
 
 def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
     """Edges that cross, drawn straight, where there is no node."""
-    places = {name: layout.point(name) for name in layout.graph}
+    places = layout.points
     crossing = sorted(
         f"{'>'.join(one)} and {'>'.join(other)}"
         for one, other in near
@@ -268,7 +268,7 @@ def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
 
 def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Finding]:
     """Edges that run along each other, drawn straight, where robots on both would touch."""
-    places = {name: layout.point(name) for name in layout.graph}
+    places = layout.points
     straight = {
         (a, b) for a, b, length in layout.graph.edges(data="length") if length < BENT * abs(places[b] - places[a])
     }
@@ -289,7 +289,7 @@ def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Fi
 
 def _near(layout: Layout, apart: float) -> set[Pair]:
     """Pairs of edges that may come nearer to each other than `apart`, one of each two-way pair."""
-    places = {name: layout.point(name) for name in layout.graph}
+    places = layout.points
     edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
     size = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) + apart
     squares = defaultdict(list)  # edges that come near have one in common

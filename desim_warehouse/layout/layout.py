@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -64,10 +66,15 @@ class Layout:
         """The two-way lanes, each by one of its edges."""
         return [(a, b) for a, b, two_way in self.graph.edges(data="two_way") if two_way and a < b]
 
-    def point(self, node: str) -> complex:
-        """Where a node is: x + iy."""
-        place = self.graph.nodes[node]
-        return complex(place["x"], place["y"])
+    @cached_property
+    def has_limits(self) -> bool:
+        """Whether any lane has a speed limit."""
+        return any(math.isfinite(speed) for *_, speed in self.graph.edges(data="speed"))
+
+    @cached_property
+    def points(self) -> dict[str, complex]:
+        """Where the nodes are: x + iy."""
+        return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
         """The point `offset` length units along an edge drawn straight."""
@@ -78,7 +85,8 @@ class Layout:
             source["y"] + part * (target["y"] - source["y"]),
         )
 
-    def heading(self, edge: Edge) -> float:
-        """Direction of an edge in radians, 0 along x, growing towards y."""
-        source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
-        return math.atan2(target["y"] - source["y"], target["x"] - source["x"])
+    @cached_property
+    def headings(self) -> dict[Edge, float]:
+        """Directions of the edges in radians, 0 along x, growing towards y."""
+        points = self.points
+        return {(source, target): cmath.phase(points[target] - points[source]) for source, target in self.graph.edges}

@@ -10,6 +10,7 @@ import inspect
 import sys
 import zlib
 from collections.abc import Mapping
+from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -72,19 +73,24 @@ def find(kind: str, name: str) -> type:
 
 def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
     """The policy itself, with its parameters; raises PolicyError where it cannot be had so."""
-    found = problems(kind, name, parameters)
+    policy, found = _attempt(kind, name, parameters)
     if found:
         parameter, message = found[0]
         raise PolicyError(f"policies.{kind}{'.' if parameter else ''}{parameter}: {message}")
-    return _find(kind, name)(**parameters)
+    return policy
 
 
 def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
     """All that is wrong with a policy as a model names it: pairs of parameter ("" for the name) and message."""
+    return _attempt(kind, name, parameters)[1]
+
+
+def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, list[tuple[str, str]]]:
+    """A policy, and no problems; or None, and all that is wrong with it."""
     try:
         cls = _find(kind, name)
     except _RefusedError as refused:
-        return [(refused.parameter, refused.message)]
+        return None, [(refused.parameter, refused.message)]
     known = parameters_of(cls)
     found = [(key, _unknown(name, key, known)) for key in parameters if key not in known]
     for key, (hint, default) in known.items():
@@ -94,16 +100,16 @@ def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[
         elif not _fits(parameters[key], hint):
             found.append((key, f"not understood (got {parameters[key]!r}), expected {_said(hint)}"))
     if found:
-        return found
+        return None, found
     try:
-        cls(**parameters)
+        return cls(**parameters), []
     except Exception as error:  # noqa: BLE001 - whatever a user's class raises is told with its place
         said = str(error) or repr(error)
         at = next((key for key in parameters if said.startswith(key)), "")
-        return [(at, f"{name}: {said}")]
-    return []
+        return None, [(at, f"{name}: {said}")]
 
 
+@lru_cache(maxsize=64)  # every run creates its policies: their types are read once
 def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
     """Type and default (dataclasses.MISSING: none) of every parameter of a policy, in the order of its fields."""
     if not dataclasses.is_dataclass(cls):

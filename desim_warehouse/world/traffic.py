@@ -93,6 +93,7 @@ def _intersections(layout: Layout, rules: Rules) -> dict[str, Intersection]:
 def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict[tuple[str, str], Lane]:
     """By edge."""
     lanes = {}
+    points, headings = layout.points, layout.headings
     for source, target, data in layout.graph.edges(data=True):
         edge = source, target
         lane = Lane(
@@ -100,9 +101,9 @@ def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict
             edge,
             length=exact_length(data["length"], rules.headway),
             limit=data["speed"],
-            heading=layout.heading(edge),
-            tail=layout.point(source),
-            head=layout.point(target),
+            heading=headings[edge],
+            tail=points[source],
+            head=points[target],
             start=nodes[source],
             end=nodes[target],
         )

@@ -69,7 +69,7 @@ class World:
             contact=fleet.contact,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
-            mixed=len(kinds) > 1 or any(math.isfinite(speed) for *_, speed in layout.graph.edges(data="speed")),
+            mixed=len(kinds) > 1 or layout.has_limits,
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
         )

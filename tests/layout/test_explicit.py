@@ -44,9 +44,9 @@ def test_storage_places_are_numbered_as_listed_and_stand_at_their_offset():
 
 def test_headings_are_angles_from_the_x_axis_towards_y():
     floor = layout()
-    assert floor.heading(("A", "B")) == math.atan2(40, 30)
-    assert floor.heading(("B", "C")) == pytest.approx(-math.pi / 2)
-    assert floor.heading(("C", "A")) == pytest.approx(math.pi)
+    assert floor.headings["A", "B"] == math.atan2(40, 30)
+    assert floor.headings["B", "C"] == pytest.approx(-math.pi / 2)
+    assert floor.headings["C", "A"] == pytest.approx(math.pi)
 
 
 def zones(**more):
