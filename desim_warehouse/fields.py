@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from desim_warehouse.errors import got
 from desim_warehouse.units import EXAMPLES, TABLE, UnitNames, converted
@@ -41,6 +41,15 @@ SMALLEST = 1e-9
 def wrong(text: str, *below: str | int) -> PydanticCustomError:
     """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
     return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
+
+
+TOP = "\0top"
+"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
+
+
+def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
+    """The error that a validator raises where several things are wrong."""
+    return ValidationError.from_exception_data("values", [InitErrorDetails(type=one, input=None) for one in problems])
 
 
 def at_most(limit: str, value: float, *below: str) -> None:
@@ -123,6 +132,9 @@ Length = Annotated[Positive, Quantity("length")]
 Distance = Annotated[NotNegative, Quantity("length")]
 Speed = Annotated[Positive, Quantity("speed")]
 Rate = Annotated[Positive, Quantity("rate")]
+Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
+Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
+"""A share that is neither 0 nor 1."""
 
 
 @dataclass

@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.fields import TOP
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -155,16 +156,19 @@ def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) ->
 
 def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
-    keys = under + tuple(key for key in error["loc"] if not str(key).startswith("\0")) + context.get("below", ())
+    steps = (*under, *error["loc"], *context.get("below", ()))
+    steps = steps[steps.index(TOP) + 1 :] if TOP in steps else steps
+    at_key = bool(steps) and steps[-1] == "[key]"
+    keys = tuple(step for step in steps[: len(steps) - at_key] if not str(step).startswith("\0"))
     if kind == "wrong":
-        return Problem(keys, error["msg"])
+        return Problem(keys, error["msg"], at_key)
     if kind == "extra_forbidden":
         return outline.unknown_key(keys)
     if kind == "missing" and isinstance(keys[-1], str):
         return Problem(keys, f"missing, expected {outline.expected(keys)}", missing=True)
     if kind in {"missing", "too_long"}:
         keys = keys[:-1] if kind == "missing" else keys
-        return Problem(keys, f"should have {outline.entries(keys)} entries (got {got(value)})")
+        return Problem(keys, f"should have {outline.entries(keys)} (got {got(value)})")
     if kind in _SECTIONS:
         said = f"should be {outline.section(keys)}"
     elif kind == "float_type" and type(value) is int:
@@ -172,8 +176,7 @@ def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:
     else:
         said = _OURS.get(kind, error["msg"].removeprefix("Input "))
     shown = repr(value) if kind == "int_type" and isinstance(value, float) else got(value)  # 2.0, not 2
-    at_key = bool(keys) and keys[-1] == "[key]"
-    return Problem(keys[:-1] if at_key else keys, f"{said} (got {shown}){_cure(kind, value, context)}", at_key)
+    return Problem(keys, f"{said} (got {shown}){_cure(kind, value, context)}", at_key)
 
 
 def _cure(kind: str, value: Any, context: Mapping[str, Any]) -> str:
@@ -241,9 +244,10 @@ class Outline:
         needed = dict.fromkeys(key for form in self._at(keys) for key in form.get("required", ()))
         return f"a section with {spoken(needed or self.keys_at(keys) or ['names', 'what each stands for'])}"
 
-    def entries(self, keys: Keys) -> int:
-        """How many entries a list must have."""
-        return next(int(form["maxItems"]) for form in self._at(keys) if "maxItems" in form)
+    def entries(self, keys: Keys) -> str:
+        """How many entries a list must have, and what they mean."""
+        node = next(form for form in self._at(keys) if "maxItems" in form)
+        return f"{node['maxItems']} entries" + (f", {node['description']}" if "description" in node else "")
 
     def unknown_key(self, keys: Keys) -> Problem:
         """A key that no such file has, with the nearest one that can be."""

@@ -19,6 +19,7 @@ from desim_warehouse.fields import (
     Distance,
     Duration,
     Forms,
+    Fraction,
     FrozenMap,
     Integer,
     Known,
@@ -30,11 +31,11 @@ from desim_warehouse.fields import (
     Positive,
     Quantity,
     Rate,
+    Share,
     Speed,
     Text,
     Time,
     Whole,
-    above_tiny,
     at_most,
     by_type,
     form,
@@ -83,9 +84,6 @@ class Kind(Part):
     count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
     radius: Length | None = Field(None, description="default: fleet.robot.radius")
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
-
-
-Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
 
 
 class SpreadEnergy(Part):
@@ -348,9 +346,6 @@ class Consumption(Part):
     empty: NotNegative = Field(description="driving without a good")
     loaded: NotNegative = Field(description="driving with a good")
     handling: NotNegative = Field(description="loading and unloading")
-
-
-Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
 
 
 class Taper(Part):

@@ -9,12 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, ValidationError, field_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import Part, form
-from desim_warehouse.model.messages import Problem
+from desim_warehouse.fields import Forms, Part, all_wrong, form, wrong
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
@@ -27,8 +25,6 @@ RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
-ABSOLUTE = "\0"
-"""Before the keys of a problem that is told from the top of the file."""
 
 
 @dataclass(frozen=True)
@@ -87,83 +83,69 @@ def _written(value: Any) -> str:
     return json.dumps(value)
 
 
-# What a validator of a study file raises
+# The forms in which a study file gives the values of a factor
 
 
-def refusal(problems: Sequence[Problem], *, absolute: bool = False) -> ValidationError:
-    """What is wrong, at keys below the value that is checked, or (absolute) from the top of the file."""
-    return ValidationError.from_exception_data(
-        "study",
-        [
-            InitErrorDetails(
-                type=PydanticCustomError("problem", "{text}", {"text": problem.text, "problem": problem}),
-                loc=(ABSOLUTE, *problem.keys) if absolute else problem.keys,
-                input=None,
-            )
-            for problem in problems
-        ],
-    )
+def _check_key(key: str, *below: str) -> None:
+    """Refuse a dotted key that models do not have; the nearest is named."""
+    if not OUTLINE.known(_steps(key)):
+        near = OUTLINE.meant(_steps(key))
+        hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
+        raise wrong(f"no key of a model, {hint}", *below)
 
 
-def refused(wrong: str) -> PydanticCustomError:
-    """What is wrong with the value that is checked; its key says what is expected."""
-    return PydanticCustomError("wrong", "{wrong}", {"wrong": wrong})
+def _model_key(key: str) -> str:
+    _check_key(key)
+    return key
 
 
 def _finite(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise refused("not a finite number")
+        raise wrong(f"should be a finite number (got {got(value)})")
     return value
 
 
 Finite = Annotated[int | float, BeforeValidator(_finite)]
 """A finite number; a whole one stays whole."""
 
-# The forms in which a study file gives the values of a factor
 
+@dataclass(frozen=True)
+class Values:
+    """Values in a list, or a single one; each with its keys below those of the factor."""
 
-def _without_key(schema: dict[str, Any]) -> None:
-    """A file has the list itself, or a single value or range."""
-    said = schema["description"]
-    schema.clear()
-    schema |= {"description": said, "type": ["array", "string", "number", "boolean"]}
-
-
-class Values(Part):
-    """Values in a list, in which ranges such as 1..6 may stand."""
-
-    model_config = ConfigDict(json_schema_extra=_without_key)
-
-    values: tuple[Any, ...]
-    bare: bool = False  # a single value or range, without a list around it
-
-    @field_validator("values")
-    @classmethod
-    def _each_once(cls, values: tuple[Any, ...]) -> tuple[Any, ...]:
-        if not values:
-            raise refused("no values")
-        problems = []
-        seen: set[str] = set()
-        for rank, item in enumerate(values):
-            try:
-                spread = list(_spread(item))
-            except PydanticCustomError as error:
-                problems.append(Problem.of((rank,), error.message(), item, _ENDS))
-                continue
-            for value in spread:
-                known = f"{type(value).__name__ if isinstance(value, bool) else ''}{label(value)}"
-                if known in seen:
-                    problems.append(Problem((rank,), f"given twice (got {got(label(value))}), expected once"))
-                seen.add(known)
-        if problems:
-            raise refusal(problems)
-        return values
+    values: tuple[tuple[Keys, Any], ...]
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The values, each at its rank in the list."""
-        for rank, item in enumerate(self.values):
-            for value in _spread(item):
-                yield Level(label(value), {key: value}, ("factors", key) if self.bare else ("factors", key, rank))
+        """The values, in order."""
+        return (Level(label(value), {key: value}, ("factors", key, *keys)) for keys, value in self.values)
+
+
+def _values(given: Any) -> Values:
+    """Read a list in which ranges may stand, or a single value or range."""
+    if isinstance(given, str) and not _RANGE.fullmatch(given):
+        dashed = _DASHED.fullmatch(given)
+        write = "{}..{}".format(*dashed.groups()) if dashed else f"[{given}]"
+        raise wrong(f"should be {EXPECTED} (got {got(given)}); write {write}")
+    listed = isinstance(given, list | tuple)
+    if listed and not given:
+        raise wrong(f"no values (got []), expected {EXPECTED}")
+    values: dict[Any, tuple[Keys, Any]] = {}
+    problems = []
+    for rank, item in enumerate(given if listed else [given]):
+        keys: Keys = (rank,) if listed else ()
+        try:
+            spread = _spread(item)
+        except ValueError as error:
+            problems.append(wrong(f"{error} (got {got(item)}), expected {_ENDS}", *keys))
+            continue
+        for value in spread:
+            once = (isinstance(value, bool), str(label(value)))  # true is not 'true', 2 is '2' in a table
+            if once in values:
+                problems.append(wrong(f"given twice (got {got(label(value))}), expected once", *keys))
+            values[once] = keys, value
+    if problems:
+        raise all_wrong(problems)
+    return Values(tuple(values.values()))
 
 
 def _spread(item: Any) -> Sequence[Any]:
@@ -174,17 +156,17 @@ def _spread(item: Any) -> Sequence[Any]:
     try:
         ends = [float(part) if "." in part else int(part) for part in match.groups() if part]
     except ValueError:
-        raise refused("not a range") from None
+        raise ValueError("not a range") from None
     return _between_ends(ends)
 
 
 def _between_ends(ends: Sequence[float]) -> Sequence[float]:
     """The numbers from the first to the last, which is included, in steps of 1 or of the third."""
     if len(ends) not in {2, 3}:
-        raise refused("not a range")
+        raise ValueError("not a range")
     first, last, step = (*ends, 1)[:3]
     if not all(map(math.isfinite, ends)) or step <= 0 or last < first or (last - first) / step > MOST_LEVELS:
-        raise refused("an empty or endless range")
+        raise ValueError("an empty or endless range")
     values = (first + rank * step for rank in range(math.floor((last - first) / step + 1e-9) + 1))
     return [round(value, _DIGITS) if isinstance(value, float) else value for value in values]
 
@@ -193,7 +175,10 @@ _ENDS = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
 
 
 def _is_range(ends: tuple[float, ...]) -> tuple[float, ...]:
-    _between_ends(ends)
+    try:
+        _between_ends(ends)
+    except ValueError as error:
+        raise wrong(f"{error} (got {got(ends)}), expected {_ENDS}") from None
     return ends
 
 
@@ -208,7 +193,7 @@ class Range(Part):
 
 
 class Linspace(Part):
-    """So many numbers at equal distances, both ends included."""
+    """Equally spaced numbers, both ends included."""
 
     linspace: tuple[Finite, Finite, Annotated[int, Field(strict=True, ge=2, le=MOST_LEVELS)]] = Field(
         description="low, high and how many (at least 2), such as [5, 20, 4]"
@@ -239,22 +224,9 @@ class NamedValues(Part):
 class Cases(Part):
     """Changes to several keys of the model, by name."""
 
-    cases: Annotated[Mapping[str, Mapping[str, Any] | None], Field(min_length=1)] = Field(
-        description="names, each followed by keys of the model and their values"
-    )
-
-    @field_validator("cases")
-    @classmethod
-    def _keys_of_models(cls, cases: Mapping[str, Mapping[str, Any] | None]) -> Mapping[str, Mapping[str, Any] | None]:
-        problems = [
-            no_such_key((case, key), key)
-            for case, changes in cases.items()
-            for key in changes or ()
-            if not is_known(key)
-        ]
-        if problems:
-            raise refusal(problems)
-        return cases
+    cases: Annotated[
+        Mapping[str, Mapping[Annotated[str, AfterValidator(_model_key)], Any] | None], Field(min_length=1)
+    ] = Field(description="names, each followed by keys of the model and their values")
 
     def levels(self, key: str) -> Iterator[Level]:
         """The cases by name."""
@@ -265,7 +237,7 @@ class Cases(Part):
 
 def _upwards(ends: tuple[float, float]) -> tuple[float, float]:
     if not ends[0] < ends[1]:
-        raise refused("not a range")
+        raise wrong(f"not a range (got {got(ends)}), expected low and high, such as [2.0, 5.0]")
     return ends
 
 
@@ -277,50 +249,49 @@ class DrawnBetween(Part):
     )
 
 
-FORMS: dict[str, type[Part]] = {
-    "named": NamedValues,
-    "cases": Cases,
-    "range": Range,
-    "linspace": Linspace,
-    "between": DrawnBetween,
-}
+FORMS = ("named", "cases", "range", "linspace", "between")
+"""The keys of a section that gives the values of a factor."""
 EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 
 
-def _form(given: Any) -> str:
-    return f"\0{next(iter(given))}"
+def _form(given: Any) -> str | None:
+    """Which form it is; a section has one key, which names its form."""
+    if not isinstance(given, Mapping):
+        return "\0values"
+    return f"\0{next(iter(given))}" if len(given) == 1 and given.keys() <= set(FORMS) else None
 
 
-def _as_section(given: Any) -> Any:
-    """Values without a section as one; a section must have one of the forms."""
-    if isinstance(given, Mapping):
-        key = str(next(iter(given), ""))
-        if len(given) != 1:
-            raise refused("not understood")
-        if key not in FORMS:
-            near = nearest(key, FORMS)
-            hint = f"did you mean '{near}'?" if near else f"expected {spoken(FORMS, 'or')}"
-            raise refusal([Problem((key,), f"unknown key, {hint}", at_key=True)])
-        return given
-    if isinstance(given, str) and not _RANGE.fullmatch(given):
-        dashed = _DASHED.fullmatch(given)
-        write = "{}..{}".format(*dashed.groups()) if dashed else f"[{given}]"
-        raise refusal([Problem.of((), "not understood", given, f"{EXPECTED}; write {write}")])
-    bare = not isinstance(given, list | tuple)
-    return {"values": [given] if bare else given, "bare": bare}
+def _of_a_key(given: tuple[str, Any]) -> Any:
+    """What is given for a key, which models must have unless there are cases."""
+    key, content = given
+    if key in RESERVED:
+        raise wrong("a name that tables use, expected another", "[key]")
+    section = isinstance(content, Mapping)
+    if not (section and "cases" in content):
+        _check_key(key, "[key]")
+    form = str(next(iter(content))) if section and len(content) == 1 else FORMS[0]
+    near = nearest(form, FORMS)
+    if near and near != form:
+        raise wrong(f"unknown key, did you mean '{near}'?", form, "[key]")
+    return content
 
 
 Form = Annotated[
-    Annotated[Values, form("values")]
+    Annotated[
+        Values,
+        PlainValidator(_values),
+        WithJsonSchema({"description": EXPECTED, "type": ["array", "string", "number", "boolean"]}),
+        form("values"),
+    ]
     | Annotated[NamedValues, form("named")]
     | Annotated[Cases, form("cases")]
     | Annotated[Range, form("range")]
     | Annotated[Linspace, form("linspace")]
     | Annotated[DrawnBetween, form("between")],
-    Discriminator(_form),
-    BeforeValidator(_as_section),
+    Forms(EXPECTED, pick=_form),
+    BeforeValidator(_of_a_key),
 ]
-"""What a study file has for a factor."""
+"""What a study file has for a factor; it is read together with the factor's key."""
 
 
 def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | DrawnBetween) -> Factor:
@@ -331,24 +302,9 @@ def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | 
     return Factor(key, tuple(form.levels(key)))
 
 
-# Keys of the model that are varied
-
-
 def _steps(key: str) -> Keys:
     """The keys of a dotted key; numbers are ranks in lists."""
     return tuple(int(part) if part.isdecimal() else part for part in key.split("."))
-
-
-def is_known(key: str) -> bool:
-    """Whether models have this dotted key."""
-    return OUTLINE.known(_steps(key))
-
-
-def no_such_key(keys: Keys, key: str) -> Problem:
-    """That models have no such dotted key; the nearest is named."""
-    near = OUTLINE.meant(_steps(key))
-    hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
-    return Problem(keys, f"no key of a model, {hint}", at_key=True)
 
 
 def hint(key: str, value: Any) -> str:

@@ -10,11 +10,11 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
-from desim_warehouse.model.messages import Places, Problem, report
+from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, plain
 from desim_warehouse.model.read import kind_of, read_document
 from desim_warehouse.policies.catalogue import resolved_in
-from desim_warehouse.study.file import StudyFile, labels, problems_of
+from desim_warehouse.study.file import OUTLINE, StudyFile, labels
 from desim_warehouse.study.plan import StudyPlan, models
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _plan(document: Document) -> StudyPlan:
     try:
         file = StudyFile.model_validate(data)
     except ValidationError as error:
-        problems += problems_of(error, data)
+        problems += from_pydantic(error, OUTLINE)
     lines = []
     changes = data.get("set", {})
     try:

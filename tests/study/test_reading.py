@@ -34,7 +34,7 @@ BAD = {
     ),
     "word for a list": (
         "model: MODEL\nfactors:\n  policies.charging: threshold\n",
-        "3:22: factors.policies.charging: not understood (got 'threshold'), expected a list of values",
+        f"3:22: factors.policies.charging: should be {EXPECTED} (got 'threshold'); write [threshold]",
     ),
     "unknown form": (
         "model: MODEL\nfactors:\n  fleet.size: {rang: [1, 3]}\n",
@@ -71,7 +71,7 @@ BAD = {
     ),
     "design": (
         "model: MODEL\ndesign: gird\n",
-        "2:9: design: not understood (got 'gird'), expected grid, paired,",
+        "2:9: design: should be grid, paired, {latin-hypercube: 50}, {sobol: 64} or {saltelli: 64} (got 'gird')",
     ),
     "sobol of 50": (
         "model: MODEL\ndesign: {sobol: 50}\nfactors: {fleet.size: [1, 2]}\n",
@@ -79,7 +79,7 @@ BAD = {
     ),
     "a range with a dash": (
         "model: MODEL\nfactors:\n  fleet.size: 8-12\n",
-        f"3:15: factors.fleet.size: not understood (got '8-12'), expected {EXPECTED}; write 8..12",
+        f"3:15: factors.fleet.size: should be {EXPECTED} (got '8-12'); write 8..12",
     ),
     "a range with a dash in a list": (
         "model: MODEL\nfactors:\n  fleet.size: [8-12]\n",
@@ -91,15 +91,15 @@ BAD = {
     ),
     "keys of a form": (
         "model: MODEL\nfactors:\n  fleet.size: {range: [1, 6], step: 2}\n",
-        "3:15: factors.fleet.size: not understood (got {range: [1, 6], step: 2}), expected a list of values",
+        f"3:15: factors.fleet.size: should be {EXPECTED} (got {{range: [1, 6], step: 2}})",
     ),
     "half a linspace": (
         "model: MODEL\nfactors:\n  fleet.size: {linspace: [1, 6]}\n",
-        "3:26: factors.fleet.size.linspace: not understood (got [1, 6]), expected low, high and how many",
+        "3:26: factors.fleet.size.linspace: should have 3 entries, low, high and how many (at least 2), such as",
     ),
     "not a case": (
         "model: MODEL\nfactors:\n  demand: {cases: {low: 3}}\n",
-        "3:19: factors.demand.cases: not understood (got {low: 3}), expected names, each followed by keys",
+        "3:25: factors.demand.cases.low: should be a section with names and what each stands for (got 3)",
     ),
     "a cap below the minimum": (
         "model: MODEL\nreplications: {indicator: T, half_width: 2 %, minimum: 20, cap: 9}\n",
@@ -121,14 +121,17 @@ BAD = {
         "model: MODEL\nfactors: {battery.capacity: {linspace: [6, 9, 30000]}, fleet.size: 1..1000}\n",
         "2:10: factors: more than 1,000,000 designs, expected fewer",
     ),
-    "no replications": ("model: MODEL\nreplications: 0\n", "2:15: replications: not understood (got 0)"),
+    "no replications": (
+        "model: MODEL\nreplications: 0\n",
+        "2:15: replications: should be greater than or equal to 1",
+    ),
     "half of a rule": (
         "model: MODEL\nreplications: {indicator: T}\n",
-        "2:1: replications.half_width: missing, expected a share of the mean",
+        "2:1: replications.half_width: missing, expected a number (a share of the mean, such as 2 % or 0.02)",
     ),
     "word in a rule": (
         "model: MODEL\nreplications: {indicator: T, half_width: 5, cpa: 3}\n",
-        "2:42: replications.half_width: not understood (got 5), expected a share of the mean, such as 2 % or 0.02",
+        "2:42: replications.half_width: should be less than 1 (got 5)",
     ),
     "unknown indicator": (
         "model: MODEL\nindicators: [T, throughput]\n",
@@ -143,9 +146,9 @@ BAD = {
         "3:11: baseline: no design with fleet.size=3",
     ),
     "beyond the limits": ("model: MODEL\ntimeout: 1e300\n", "2:10: timeout: too large (got 1e+300), expected at most"),
-    "seed": ("model: MODEL\nseed: -1\n", "2:7: seed: not understood (got -1), expected a whole number of at least 0"),
-    "confidence": ("model: MODEL\nconfidence: 95\n", "2:13: confidence: not understood (got 95)"),
-    "timeout": ("model: MODEL\ntimeout: 0\n", "2:10: timeout: not understood (got 0)"),
+    "seed": ("model: MODEL\nseed: -1\n", "2:7: seed: should be greater than or equal to 0 (got -1)"),
+    "confidence": ("model: MODEL\nconfidence: 95\n", "2:13: confidence: should be less than 1 (got 95)"),
+    "timeout": ("model: MODEL\ntimeout: 0\n", "2:10: timeout: should be greater than 0 (got 0)"),
     "name of a column": (
         "model: MODEL\nfactors:\n  seed: {cases: {a: {}}}\n",
         "3:3: factors.seed: a name that tables use, expected another",
