@@ -87,5 +87,5 @@ class Alarms:
             self.watch()
         elif robot.is_at_good_edge:  # so near that it finishes the task
             robot.body.recall_at = math.inf
-        elif robot.guard is None:  # else only at a node, and if another route is safe from there
+        elif not robot.itinerary.is_declared:  # else only at a node, and if another route is safe from there
             self.give_back(robot)

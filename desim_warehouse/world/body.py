@@ -165,6 +165,11 @@ class Body:
         train, self.train_pace = self.train_pace, math.inf
         return min(self.speed, lane.limit, train)
 
+    @property
+    def is_on_lanes(self) -> bool:
+        """Whether it is on a lane or stands on a node."""
+        return self.lane is not None or self.held is not None
+
     # Waiting
 
     @property

@@ -135,7 +135,7 @@ class Dispatcher:
     def _forget(self, robot: Robot) -> None:
         assert robot.job is not None
         self.stations.release(robot.job, robot.station)
-        robot.job = robot.station = robot.pick = None
+        robot.job = robot.station = robot.itinerary.pick = None
         robot.body.task = -1
 
     def _put_back(self, number: int) -> None:

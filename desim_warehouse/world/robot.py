@@ -18,13 +18,13 @@ from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
 from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.itinerary import Itinerary
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.policies import Levels, Task
-    from desim_warehouse.world.avoidance import Avoidance
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.lane import Lane
@@ -54,7 +54,6 @@ class Robot:
 
     `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
     elsewhere. `station` is the one where it has a slot reserved, `docked` the one it is in.
-    `pick` is the lane from which it fetches its good, `legs` what is left of its route.
     `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
     no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
     """
@@ -65,6 +64,13 @@ class Robot:
         self.number = number
         self.home = self.parked_at = self.last_bay = home
         self.body = Body(number, speed, world.traffic.nodes[home], self)
+        self.itinerary = Itinerary(
+            self.body,
+            lanes=world.traffic.lanes,
+            routes=world.routes,
+            free=world.reach.travel(speed).ways,
+            guard=world.traffic.rules.guard,
+        )
         self.battery = Battery(world.model.battery)
         self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
         self.bay: Bay | None = None
@@ -72,8 +78,6 @@ class Robot:
         self.station: Station | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
-        self.pick: Lane | None = None
-        self.legs: list[list[Lane]] = []
         self.offer: Event | None = None
         self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
@@ -116,17 +120,16 @@ class Robot:
     def fetch(self) -> Generator[Event, object, bool]:
         """Drive to the good and load it; False if the battery sent the robot home before it got there."""
         world = self.world
-        offset = self._choose_pick()
-        if not self._set_route(*self._task_legs()):
+        if not self._take_task():
             # To the bay where its declared route ends: from there it can set out anew.
             self.body.recall_at = math.inf
             self.enter("returning")
             yield from self.go_to_bay()
             world.out += 1
             self.enter("empty")
-            offset = self._choose_pick()
-            self._set_route(*self._task_legs())
-        drive = self.drive(self.legs.pop(0), offset)
+            self._take_task()
+        _, stop = self.itinerary.pick or (None, None)
+        drive = self.drive(self.itinerary.legs.pop(0), stop)
         while not (yield from drive):
             if self._turns_back():
                 if self.job is not None:  # it got to the node at the very instant of the alarm
@@ -134,19 +137,33 @@ class Robot:
                 return False
             # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
             self.body.recall_at = math.nextafter(self.env.now, math.inf)
-            drive = self.drive(drive.rest, offset)
+            drive = self.drive(drive.rest, stop)
         self.body.recall_at = math.inf
         self.enter("loading")
         yield Timeout(self.env, world.model.tasks.load_time)
         self.enter("loaded")
         return True
 
+    def _take_task(self) -> bool:
+        """Set its route to the good and the station, or not, if the change would not be safe."""
+        job, bay = self.job, self.bay
+        assert job is not None
+        end = bay.node if self.station is None and bay is not None else None
+        return self.itinerary.take_task(self.node, job, self.world.stations.of(job), end)
+
+    def _turns_back(self) -> bool:
+        """Recalled on the way to a good: whether it may go to the bay where it has a slot instead."""
+        if not self.itinerary.is_declared:
+            return True
+        assert self.bay is not None
+        return self.itinerary.go(self.node, self.bay.node)
+
     def deliver(self) -> Steps:
         """Drive to the station and unload, in its bay if it has one, else in the lane."""
         world = self.world
         assert self.job is not None
         node = world.stations.of(self.job)
-        yield from self.drive(self._leg_to(node))
+        yield from self.drive(self.itinerary.leg(self.node, node))
         if self.station is None:
             self.enter("unloading")
             yield Timeout(self.env, world.model.tasks.unload_time)
@@ -169,66 +186,6 @@ class Robot:
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, self.world.model.tasks.clear_time)
 
-    # Routes: asked of the routing policy leg by leg; where lanes are two-way, all legs are declared before it sets out
-
-    @property
-    def guard(self) -> Avoidance | None:
-        """To whom routes are declared; None: nobody need know them."""
-        return self.world.traffic.rules.guard
-
-    def _choose_pick(self) -> float:
-        """Choose from which end the good's lane is driven, if it is two-way; returns the offset of the good on it."""
-        world, job = self.world, self.job
-        assert job is not None
-        lane = world.traffic.lanes[job.edge]
-        self.pick, offset = lane, job.offset
-        if lane.twin is not None:
-            times = world.reach.travel(self.body.speed).ways.time
-            station = world.stations.of(job)
-
-            def time(pick: tuple[Lane, float]) -> float:
-                start, end = pick[0].edge
-                return times(self.node, start) + times(end, station)
-
-            self.pick, offset = min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
-        return offset
-
-    def _task_legs(self) -> list[list[Lane]]:
-        """The routes of its task: to the good; with a guard also to the station, and on to a bay from one in a lane."""
-        routes, job, pick = self.world.routes, self.job, self.pick
-        assert job is not None
-        assert pick is not None
-        legs = [[*routes.route(self.node, pick.edge[0]), pick]]
-        if self.guard is not None:
-            station = self.world.stations.of(job)
-            legs.append(routes.route(pick.edge[1], station))
-            if self.station is None:
-                assert self.bay is not None
-                legs.append(routes.route(station, self.bay.node))
-        return legs
-
-    def _set_route(self, *legs: list[Lane]) -> bool:
-        """Take these legs for its route; False: it has declared another, and the change would not be safe."""
-        if self.guard is not None:
-            route = [lane for leg in legs for lane in leg]
-            if not self.is_on_lanes:
-                self.guard.declare(self.body, route)
-            elif not self.guard.change(self.body, route):
-                return False
-        self.legs = list(legs)
-        return True
-
-    def _leg_to(self, node: str) -> list[Lane]:
-        """The next leg of its route, which ends at `node`."""
-        return self.legs.pop(0) if self.guard is not None else self.world.routes.route(self.node, node)
-
-    def _turns_back(self) -> bool:
-        """Recalled on the way to a good: whether it may go to the bay where it has a slot instead."""
-        if self.guard is None:
-            return True
-        assert self.bay is not None
-        return self._set_route(self.world.routes.route(self.node, self.bay.node))
-
     # Parking
 
     def reserve_bay(self, *, away: bool = False) -> None:
@@ -245,7 +202,7 @@ class Robot:
         else:
             bay = world.bay_choice.choose(self.view(), bays, must_charge=self.must_charge)
         elsewhere = self.bay is not None and bay is not self.bay
-        if self.is_on_lanes and elsewhere and not self._set_route(world.routes.route(self.node, bay.node)):
+        if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
             return  # to the bay where its declared route ends: from there it can go on
         world.bays.take(self, bay)
 
@@ -253,9 +210,7 @@ class Robot:
         """Home, or wherever the policies say."""
         assert self.bay is not None
         if self.is_out or self.bay.node != self.parked_at:
-            if self.guard is not None and not self.is_on_lanes:
-                self._set_route(self.world.routes.route(self.node, self.bay.node))
-            yield from self.drive(self._leg_to(self.bay.node))
+            yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
             self.enter_bay(self.bay.node)
         self.last_bay = self.bay.node
         self.record("parked")
@@ -410,12 +365,7 @@ class Robot:
     @property
     def is_out(self) -> bool:
         """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
-        return self.is_on_lanes or self.docked is not None
-
-    @property
-    def is_on_lanes(self) -> bool:
-        """Whether it is on a lane or stands on a node."""
-        return self.body.lane is not None or self.body.held is not None
+        return self.body.is_on_lanes or self.docked is not None
 
     @property
     def at_charger(self) -> bool:
@@ -427,7 +377,7 @@ class Robot:
         """Whether it is on the edge of its task's good, or stands at the node where that begins."""
         body, job = self.body, self.job
         assert job is not None
-        edge = job.edge if self.pick is None else self.pick.edge
+        edge = self.itinerary.edge_of(job)
         if body.lane is not None and body.lane.edge == edge:
             return True
         standing = body.lane is None or (body.held is not None and body.pos >= body.lane.length)
@@ -522,14 +472,9 @@ class Robot:
 
     def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
-        other = self.world.routes.detour(self.node, route, index, stop)
-        if other is None:
-            return None
-        if self.guard is not None:
-            rest = [lane for leg in self.legs for lane in leg]
-            if not self.guard.change(self.body, [*other, *rest]):
-                return None
-        self.body.detours -= 1
+        other = self.itinerary.detour(self.node, route, index, stop)
+        if other is not None:
+            self.body.detours -= 1
         return other
 
     def stands(self, waiting: bool) -> None:

@@ -1,0 +1,105 @@
+"""Where a robot drives: the legs of its route, to a good, to the station, to a bay.
+
+The routing policy is asked leg by leg, when the robot sets out on one. Where steps are guarded (`avoidance`) all legs
+are declared before it leaves its bay or station, and changed on the way only if that is safe.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.layout.travel import RouteOracle
+    from desim_warehouse.policies import Task
+    from desim_warehouse.world.avoidance import Avoidance
+    from desim_warehouse.world.body import Body
+    from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.routes import Routes
+
+
+class Itinerary:
+    """The route of one robot: `legs` are what is left of it, `pick` is where it fetches its good: a lane and a stop.
+
+    `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        lanes: Mapping[tuple[str, str], Lane],
+        routes: Routes,
+        free: RouteOracle,
+        guard: Avoidance | None,
+    ) -> None:
+        self.body = body
+        self.lanes = lanes
+        self.routes = routes
+        self.free = free
+        self.guard = guard
+        self.pick: tuple[Lane, float] | None = None
+        self.legs: list[list[Lane]] = []
+
+    @property
+    def is_declared(self) -> bool:
+        """Whether others know the route, so that it can be changed only where that is safe."""
+        return self.guard is not None
+
+    def edge_of(self, task: Task) -> tuple[str, str]:
+        """The edge on which it picks a task's good: of a two-way lane the one that it drives."""
+        return task.edge if self.pick is None else self.pick[0].edge
+
+    def take_task(self, node: str, task: Task, station: str, bay: str | None) -> bool:
+        """From `node` to the good, the station and, from one in the lane, to `bay`; False: the change is not safe."""
+        lane, _ = self.pick = self._pick(node, task, station)
+        legs = [[*self.routes.route(node, lane.edge[0]), lane]]
+        if self.guard is not None:
+            legs.append(self.routes.route(lane.edge[1], station))
+            if bay is not None:
+                legs.append(self.routes.route(station, bay))
+        return self._set(*legs)
+
+    def _pick(self, node: str, task: Task, station: str) -> tuple[Lane, float]:
+        """The good's lane, and how far along; a two-way lane is driven from the end that is sooner for the task."""
+        lane, offset, times = self.lanes[task.edge], task.offset, self.free.time
+        if lane.twin is None:
+            return lane, offset
+
+        def time(pick: tuple[Lane, float]) -> float:
+            start, end = pick[0].edge
+            return times(node, start) + times(end, station)
+
+        return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
+
+    def go(self, node: str, goal: str) -> bool:
+        """Straight from `node` to `goal` instead of what was to come; False: the change is not safe."""
+        return self._set(self.routes.route(node, goal))
+
+    def _set(self, *legs: list[Lane]) -> bool:
+        if self.guard is not None:
+            route = [lane for leg in legs for lane in leg]
+            if not self.body.is_on_lanes:
+                self.guard.declare(self.body, route)
+            elif not self.guard.change(self.body, route):
+                return False
+        self.legs = list(legs)
+        return True
+
+    def leg(self, node: str, goal: str) -> list[Lane]:
+        """The next leg, from `node` to `goal`."""
+        if self.guard is None:
+            return self.routes.route(node, goal)
+        if not self.body.is_on_lanes:
+            self.go(node, goal)
+        return self.legs.pop(0)
+
+    def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another leg for a robot held up before `route[index]`, if the routing policy knows one and it is safe."""
+        other = self.routes.detour(node, route, index, stop)
+        if other is not None and self.guard is not None:
+            rest = [lane for leg in self.legs for lane in leg]
+            if not self.guard.change(self.body, [*other, *rest]):
+                return None
+        return other
