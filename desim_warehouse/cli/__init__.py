@@ -13,6 +13,8 @@ import click
 from desim_warehouse._version import __version__
 
 COMMANDS = {
+    "new": ("new", "Write a first model file from a few words."),
+    "draw": ("draw", "Draw the floor of a model as PNG or SVG."),
     "run": ("run", "Simulate a model once and show its indicators."),
     "replay": ("replay", "Write a page that plays a run in a browser, or a film of it."),
     "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),

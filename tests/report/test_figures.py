@@ -250,7 +250,7 @@ def test_congestion_colours_edges_and_nodes_by_the_tallies(lifelong):
 
 def test_the_layout_shows_nodes_arrows_goods_and_bays(model):
     ax = plot.layout(model)
-    assert [text.get_text() for text in ax.texts] == [*"ABCDEFGHIJKLNOPQR", "M"]
+    assert [text.get_text() for text in ax.texts] == ["charging", *"ABCDEFGHIJKLNOPQR", "M"]
     arrows = next(c for c in ax.collections if isinstance(c, mpl.quiver.Quiver))
     a_to_b = next(i for i, (x, y) in enumerate(arrows.get_offsets()) if y == 25 and 25 < x < 175)
     assert (arrows.U[a_to_b], arrows.V[a_to_b]) == (1, 0)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import ReportError, reason, spoken
+from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.zones import robot_radii, zones
@@ -17,10 +20,17 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.report.zones import Zone
 
 _NAMED = 60
-"""Up to so many nodes have their names drawn."""
+"""Up to so many nodes have their names drawn in a figure of usual size."""
+_IN_DOT = 3
+"""Characters of a name that fit into the dot of a node; longer ones stand beside it."""
+_LETTER, _WIDEST = 0.1, 40.0
+"""Inches for each letter between neighbouring nodes in a figure that is drawn to be read, and its greatest width."""
+_ENDINGS = (".png", ".svg", ".pdf")
 BAY, STATION, GOOD, FETCHED = palette.COLOURS[2], palette.COLOURS[0], "#BBBBBB", palette.COLOURS[1]
+CHARGER = palette.COLOURS[4]
 
 
 def layout(
@@ -30,20 +40,64 @@ def layout(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The floor of a model: nodes with names, one-way arrows, goods, places in bays and stations, unloading nodes.
+    """The floor of a model: nodes, one-way arrows, goods, places in bays and stations with their names, chargers.
 
-    Goods that the task list fetches are filled, all others are outlined. Names are drawn for up to 60 nodes.
+    Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60.
     """
+    model, floor = _model_and_floor(source)
+    return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= _NAMED)
+
+
+def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> Path:
+    """Write the floor of a model to a PNG, SVG or PDF file, so large that the names of all nodes can be read.
+
+    Raises:
+        ReportError: another ending, or a file that cannot be written.
+    """
+    import matplotlib as mpl
+
+    path = Path(path)
+    if path.suffix.lower() not in _ENDINGS:
+        raise ReportError(f"{path}: a picture of which kind? Expected a name that ends in {spoken(_ENDINGS, 'or')}")
+    model, floor = _model_and_floor(source)
+    width, height = size_of(floor)
+    xs = [data["x"] for _, data in floor.graph.nodes(data=True)]
+    needed = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs)) / step_of(floor)
+    larger = min(max(needed / width, 1.4), _WIDEST / width)
+    size = width * larger, (height - 1.2) * larger + 1.2
+    axes = _drawn(model, floor, title or model.name, "light", None, size, named=True)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    try:
+        with mpl.rc_context({"svg.fonttype": "none"}):  # names that can be searched for
+            figure.savefig(path, dpi=144, bbox_inches="tight")
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
+    return path
+
+
+def _model_and_floor(source: Model | Run) -> tuple[Model, Layout]:
     from desim_warehouse.layout import build
 
-    model = source.model if isinstance(source, Run) else source
-    floor = source.layout if isinstance(source, Run) else build(model.layout)
+    return (source.model, source.layout) if isinstance(source, Run) else (source, build(source.layout))
+
+
+def _drawn(
+    model: Model,
+    floor: Layout,
+    title: str | None,
+    style: look.Style,
+    ax: Axes | None,
+    size: tuple[float, float],
+    *,
+    named: bool,
+) -> Axes:
     step = step_of(floor)
-    with look.drawing(ax, style, title, size_of(floor), f"Layout of {model.name}") as axes:
+    with look.drawing(ax, style, title, size, f"Layout of {model.name}") as axes:
         draw_goods(axes, floor, step, fetched_of(model))
         draw_edges(axes, floor, step, palette.FAINT)
         beside = _zones(axes, floor, model)
-        draw_nodes(axes, floor, set(model.tasks.unload_at))
+        draw_nodes(axes, floor, set(model.tasks.unload_at), named, under=_under_zones(model, floor))
         frame(axes, floor, step, model, beside)
         _key(axes, floor, model)
         return axes
@@ -148,49 +202,86 @@ def arrows(axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float
     )
 
 
-def draw_nodes(axes: Axes, floor: Layout, unloading: set[str]) -> None:
-    """A dot for each node, with its name where there are few; unloading nodes in the colour of stations."""
+def _under_zones(model: Model, floor: Layout) -> set[str]:
+    """Nodes with a bay or station above them."""
+    return {zone.node for zone in zones(model, floor) if zone.places[0][1] < _at(floor, zone.node)[1]}
+
+
+def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, under: set[str]) -> None:
+    """A dot for each node, with its name in it or beside it: below those `under` something.
+
+    Unloading nodes have the colour of stations.
+    """
     graph = floor.graph
-    named = len(graph) <= _NAMED
+    inside = named and max(map(len, graph)) <= _IN_DOT
     for chosen, colour in ((False, palette.INK), (True, STATION)):
         nodes = [name for name in graph if (name in unloading) == chosen]
         axes.scatter(
             [graph.nodes[name]["x"] for name in nodes],
             [graph.nodes[name]["y"] for name in nodes],
-            s=(150 if named else 8),
-            color="white" if named else colour,
+            s=(150 if inside else 8),
+            color="white" if inside else colour,
             edgecolors=colour,
             linewidths=1.0 if not chosen else 1.8,
             zorder=3,
         )
         if named:
             for name in nodes:
-                axes.text(
-                    *_at(floor, name),
-                    look.text(name if len(name) <= 6 else f"{name[:5]}…"),  # noqa: PLR2004 - fits the dot
-                    ha="center",
-                    va="center_baseline",
-                    fontsize="x-small",
+                below = name in under
+                axes.annotate(
+                    look.text(name),
+                    _at(floor, name),
+                    (0, 0) if inside else (3, -2 if below else 2),
+                    textcoords="offset points",
+                    ha="center" if inside else "left",
+                    va="center_baseline" if inside else "top" if below else "bottom",
+                    fontsize="x-small" if inside else "xx-small",
                     color=colour,
                     zorder=4,
                 )
 
 
 def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
-    """The places of bays and stations beside their nodes; returns where they are."""
+    """The places of bays and stations beside their nodes, with the name of each; returns where they are."""
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Rectangle
 
     side = 2 * max(robot_radii(model))
     found: list[tuple[float, float]] = []
+    chargers = chargers_at(model, floor) if model.battery is not None else {}
+    named: set[str] = set()
     for zone in zones(model, floor):
         colour = BAY if zone.kind == "bay" else STATION
+        charging = chargers.get(zone.node, 0) if zone.kind == "bay" else 0
         squares = [Rectangle((x - side / 2, y - side / 2), side, side) for x, y in zone.places]
-        axes.add_collection(PatchCollection(squares, facecolor=colour, edgecolor="white", linewidth=0.5, zorder=3))
+        colours = [CHARGER if rank < charging else colour for rank in range(len(squares))]
+        axes.add_collection(PatchCollection(squares, facecolor=colours, edgecolor="white", linewidth=0.5, zorder=3))
         joint = [(_at(floor, zone.node), zone.places[0])]
         axes.add_collection(LineCollection(joint, colors=colour, linewidths=1.0, zorder=1.5))
+        if zone.name not in named:  # once: the colour says which others belong to it
+            named.add(zone.name)
+            found.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(squares) else colour))
         found += zone.places
     return found
+
+
+def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) -> tuple[float, float]:
+    """The name of a bay or station beyond its places; returns a point beyond it."""
+    x, y = _at(floor, zone.node)
+    dx, dy = zone.places[0][0] - x, zone.places[0][1] - y
+    upright = abs(dy) >= abs(dx)
+    last = max(zone.places, key=lambda place: abs(place[1] - y) if upright else abs(place[0] - x))
+    at = (x, last[1] + math.copysign(side, dy)) if upright else (last[0] + math.copysign(side, dx), y)
+    axes.text(
+        *at,
+        look.text(zone.name),
+        ha="center" if upright else "left" if dx > 0 else "right",
+        va=("top" if dy > 0 else "bottom") if upright else "center",
+        fontsize="small",
+        color=colour,
+        zorder=4,
+    )
+    return (at[0], at[1] + math.copysign(2 * side, dy)) if upright else (at[0] + math.copysign(4 * side, dx), at[1])
 
 
 def frame(axes: Axes, floor: Layout, step: float, model: Model, beside: Sequence[tuple[float, float]] = ()) -> None:
@@ -215,6 +306,8 @@ def _key(axes: Axes, floor: Layout, model: Model) -> None:
     marks.append(("storage place", "s", "white", GOOD))
     if floor.bays:
         marks.append(("bay place", "s", BAY, BAY))
+    if model.battery is not None and chargers_at(model, floor):
+        marks.append(("charger", "s", CHARGER, CHARGER))
     if floor.stations:
         marks.append(("station place", "s", STATION, STATION))
     handles = [

@@ -1,0 +1,19 @@
+"""`desim draw`."""
+
+from __future__ import annotations
+
+import click
+
+from desim_warehouse.cli.options import load_model, with_overrides
+
+
+@click.command("draw")
+@click.argument("model")
+@click.option("-o", "--out", "output", default="floor.svg", show_default=True, metavar="FILE", help="PNG, SVG or PDF.")
+@with_overrides
+def command(model: str, output: str, assignments: tuple[str, ...]) -> None:
+    """Draw the floor of MODEL: names, directions, chargers, stations, storage places. Nothing is simulated."""
+    from desim_warehouse.report.plot.floor import save
+
+    save(load_model(model, assignments), output)
+    click.echo(f"{output}: the floor")

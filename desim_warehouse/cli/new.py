@@ -1,0 +1,78 @@
+"""`desim new`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from desim_warehouse.errors import ModelError
+
+if TYPE_CHECKING:
+    from desim_warehouse.draft import Draft
+
+_WORKED_OUT = "worked out by hand"
+
+
+@click.command("new")
+@click.argument("file", required=False)
+@click.option("--size", default="60x40", show_default=True, metavar="WxH", help="The floor in metres, width x height.")
+@click.option("--orders", default="200/h", show_default=True, metavar="RATE", help="Orders that arrive at random.")
+@click.option("--aisles", type=int, metavar="N", help="Aisles side by side.  [default: as many as fit]")
+@click.option("--stations", type=int, metavar="N", help="Packing stations.  [default: as many as the orders need]")
+@click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
+@click.option("--chargers", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
+@click.option("--due", type=float, default=15, show_default=True, metavar="MINUTES", help="Orders are due so soon.")
+@click.option("--force", is_flag=True, help="Write over a file that is there.")
+def command(file: str | None, *, force: bool, **given: Any) -> None:
+    """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
+
+    Without FILE it asks. Example: desim new w.yaml --size 60x40 --aisles 8 --stations 3 --orders 200/h
+    """
+    from desim_warehouse.draft import draft
+
+    if file is None:
+        if not sys.stdin.isatty():
+            raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
+        file, given = _asked(given)
+    if Path(file).exists() and not force:
+        raise ModelError([f"{file}: it is there already; choose another name, or write over it with --force"])
+    text = draft(_words(given))
+    try:
+        Path(file).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ModelError([f"{file}: cannot be written ({error.strerror})"]) from error
+    click.echo(text.splitlines()[0].removeprefix("# "))
+    click.echo(f"{file} is written; next: desim check {file}")
+
+
+def _words(given: dict[str, Any]) -> Draft:
+    from desim_warehouse.draft import Draft, read_orders, read_size
+
+    return Draft(**{**given, "size": read_size(given["size"]), "orders": read_orders(given["orders"])})
+
+
+def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The same words, asked for one by one; nothing said: what stands in brackets."""
+    file = click.prompt("Model file to write", default="warehouse.yaml")
+    words = dict(given)
+    words["size"] = click.prompt("Floor in metres, width x height", default=given["size"])
+    words["orders"] = click.prompt("Orders", default=given["orders"])
+    words["due"] = click.prompt("Due after how many minutes", default=given["due"], type=float)
+    for name, what in (("aisles", "as many as fit"), ("stations", "as many as needed"), ("robots", _WORKED_OUT)):
+        words[name] = _number(name, what)
+    words["chargers"] = _number("chargers", _WORKED_OUT)
+    return file, words
+
+
+def _number(name: str, otherwise: str) -> int | None:
+    """How many; None where nothing is said."""
+    while True:
+        said = click.prompt(f"How many {name}", default=otherwise)
+        if said == otherwise:
+            return None
+        if said.isdecimal():
+            return int(said)
+        click.echo(f"{said}: not a number; Enter alone: {otherwise}")

@@ -1,0 +1,246 @@
+"""A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
+
+What is not given is worked out by the hand calculation of `desim check`, so that the model can do the work.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.layout.naming import block_nodes
+
+if TYPE_CHECKING:
+    from desim_warehouse.feasibility import HandCalculation
+
+PLACE = 1.2
+"""Side of a storage place in metres."""
+AISLE = 3.0
+"""Width in metres of aisles whose number is not given, and the least of cross aisles."""
+DEPTH = 15.0
+"""Length in metres of a block, about: every so many metres there is a cross aisle."""
+UNLOAD_TIME, LOAD_TIME = 20, 10
+"""Seconds."""
+BUSY = 0.75
+"""Part of their time that stations and robots may be busy, by hand, where their number is not given."""
+MOST_ROBOTS = 1000
+NARROWEST = 1.0
+"""Metres that an aisle must have: a robot is 0.8 m wide."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A warehouse in a few words: lengths in metres, orders an hour, due so many minutes after release.
+
+    None: worked out. `aisles` run north to south; storage lies between them, stations at their south ends, bays at
+    their north ends.
+    """
+
+    size: tuple[float, float] = (60.0, 40.0)
+    orders: float = 200.0
+    aisles: int | None = None
+    stations: int | None = None
+    robots: int | None = None
+    chargers: int | None = None
+    due: float = 15.0
+    name: str = "our warehouse"
+
+
+def draft(words: Draft) -> str:
+    """The text of a model file, with comments, that `check`, `run` and `plan` take as it is.
+
+    Raises:
+        ModelError: what cannot be, with the option that says so.
+    """
+    return _text(_worked_out(words))
+
+
+def read_size(text: str) -> tuple[float, float]:
+    """A floor such as `60x40`, in metres.
+
+    Raises:
+        ModelError: no such size.
+    """
+    match = re.fullmatch(r"\s*(\d+\.?\d*)\s*[x×*]\s*(\d+\.?\d*)\s*m?\s*", text)
+    if match is None:
+        raise ModelError([f"--size {text}: not a floor, expected width x height in metres such as 60x40"])
+    return float(match[1]), float(match[2])
+
+
+def read_orders(text: str) -> float:
+    """Orders an hour, such as `200`, `200/h` or `4/min`.
+
+    Raises:
+        ModelError: no such rate.
+    """
+    from desim_warehouse.units import UnitNames, converted
+
+    try:
+        found = converted(text, "rate", UnitNames())
+        number = float(text) if found is None else found
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise ModelError([f"--orders {text}: not a rate, expected orders an hour such as 200/h"])
+    return number
+
+
+@dataclass(frozen=True)
+class _Floor:
+    """The floor in blocks of storage places."""
+
+    aisles: int
+    blocks_down: int
+    depth: int
+    aisle: float
+    cross_aisle: float
+
+
+def _floor(words: Draft) -> _Floor:
+    """As many aisles as asked for, or as fit; what storage leaves of the floor is theirs."""
+    width, height = words.size
+    aisles = words.aisles or max(math.floor((width + 2 * PLACE) / (2 * PLACE + AISLE)), 2)
+    problems = []
+    if aisles < 2:  # noqa: PLR2004 - a ring has two
+        problems.append(f"--aisles {aisles}: too few, expected at least 2: robots go up one and down another")
+    aisle = (width - 2 * PLACE * (aisles - 1)) / aisles
+    if aisle < NARROWEST:
+        most = math.floor((width + 2 * PLACE) / (2 * PLACE + NARROWEST))
+        problems.append(
+            f"--aisles {aisles}: too many for {width:g} m (each would be {aisle:.2g} m wide), expected at most {most}"
+        )
+    down = max(round(height / (DEPTH + AISLE)), 1)
+    depth = math.floor((height - (down + 1) * AISLE) / down / PLACE)
+    if depth < 1:
+        problems.append(f"--size {width:g}x{height:g}: too small, expected at least {2 * AISLE + PLACE:g} m each way")
+    if problems:
+        raise ModelError(problems)
+    return _Floor(aisles, down, depth, aisle, (height - down * depth * PLACE) / (down + 1))
+
+
+def _worked_out(words: Draft) -> Draft:
+    """The same with everything that was not given."""
+    floor = _floor(words)
+    words = replace(words, aisles=floor.aisles)
+    if words.stations is None:
+        need = words.orders * UNLOAD_TIME / 3600 / BUSY
+        words = replace(words, stations=min(max(math.ceil(need), 1), floor.aisles))
+    problems = [
+        f"--{name} {value}: out of range, expected 1 to {most}"
+        for name, value, most in (
+            ("stations", words.stations, floor.aisles),  # one at the south end of each aisle
+            ("robots", words.robots, MOST_ROBOTS),
+            ("chargers", words.chargers, MOST_ROBOTS),
+        )
+        if value is not None and not 0 < value <= most
+    ]
+    if not 0 < words.due < math.inf:
+        problems.append(f"--due {words.due:g}: expected minutes above 0")
+    if problems:
+        raise ModelError(problems)
+    if words.robots is None or words.chargers is None:
+        # As many robots and chargers as there could be, so that the hand calculation says how many are needed.
+        found = _by_hand(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
+        if words.robots is None:
+            words = replace(words, robots=max(math.ceil((found.robots_needed or 1.0) / BUSY), 1))
+        if words.chargers is None:
+            found = _by_hand(replace(words, chargers=words.robots))
+            needed = found.power.needed if found.power is not None else None
+            words = replace(words, chargers=max(needed or 1, 1))
+    return words
+
+
+def _by_hand(words: Draft) -> HandCalculation:
+    """The hand calculation of a draft."""
+    from desim_warehouse.feasibility import examine
+    from desim_warehouse.layout import build
+    from desim_warehouse.model.parse import read_yaml
+    from desim_warehouse.model.schema import Model
+
+    model = Model.model_validate(read_yaml(_text(words), "draft").data)
+    _, found = examine(model, build(model.layout))
+    assert found is not None, "a drafted layout has no errors"
+    return found
+
+
+def _spread(names: tuple[str, ...], count: int) -> list[str]:
+    """So many of these names, at even distances."""
+    step = len(names) / count
+    return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
+
+
+def _text(words: Draft) -> str:
+    """The model file of a draft that says everything."""
+    assert words.robots is not None and words.chargers is not None and words.stations is not None  # noqa: PT018
+    floor = _floor(words)
+    rows = block_nodes(floor.aisles - 1, floor.blocks_down)
+    packing = _spread(rows[-1], words.stations)
+    charging = _spread(rows[0], min(words.chargers, max(floor.aisles // 2, 1)))
+    parking = [name for name in rows[0] if name not in charging]
+    servers = max(math.ceil(words.orders * UNLOAD_TIME / 3600 / words.stations / BUSY), 1)
+    width, height = words.size
+    blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
+    counted = f"{words.stations} packing stations, {words.robots} robots, {words.chargers} chargers"
+    return f"""\
+# {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour.
+# A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
+#   desim check FILE                              errors, and what can be worked out by hand
+#   desim draw FILE -o floor.svg                  the floor
+#   desim run FILE                                a day
+#   desim plan FILE --target "on_time >= 95 %"    how many robots and chargers
+name: {words.name}
+
+layout:                       # metres; every key: docs/reference/model.md
+  blocks:                     # {blocks}
+    columns: {floor.aisles - 1}
+    rows: {floor.blocks_down}
+    block_width: 2            # places across a block: the left ones are picked from the aisle on their left
+    block_depth: {floor.depth}
+    goods_size: {PLACE:g}           # (!) side of a storage place
+    aisle_width: {floor.aisle:.4g}         # what {floor.aisles} aisles leave of {width:g} m
+    cross_aisle_width: {floor.cross_aisle:.4g}
+    directions: ring          # the outer aisles clockwise, the inner ones alternate
+  bays:                       # beside the north ends of the aisles; `desim draw` shows the names of the nodes
+    charging: {{at: [{", ".join(charging)}], places: {math.ceil(words.chargers / len(charging))}, \
+total_chargers: {words.chargers}}}   # places: robots at each node
+    parking: {{at: [{", ".join(parking)}], chargers: 0}}
+  stations:                   # beside the south ends; places: robots that may be there or on the way, at each
+    packing: {{at: [{", ".join(packing)}], places: {max(10, math.ceil(2 * words.robots / words.stations))}, \
+servers: {servers}}}   # (!) servers: people who pack, at each
+
+fleet:
+  size: {words.robots}
+  start: [parking]
+  robot: {{radius: 0.4, speed: 1.5 m/s, margin: 0.2}}   # (!) robots keep 2 x radius + margin apart
+  start_energy: {{uniform: [0.4, 1]}}                   # batteries at the start: the day before is not simulated
+
+tasks:
+  goods: {{poisson: {words.orders:g} / h, due_within: {words.due:g} min}}   # (!) at random times, each for one place
+  unload_at: [packing]
+  station_choice: least-loaded
+  load_time: {LOAD_TIME} s             # (!)
+  unload_time: {UNLOAD_TIME} s           # (!) of a packer's time
+
+battery:                      # (!) 100 % last 5.6 h; from 0 to full in 1.4 h
+  capacity: 100
+  threshold: 25
+  consumption: 0.005          # per second
+  charge_rate: 0.02           # per second
+
+traffic:
+  node_time: 1 s              # slowing down and turning where aisles meet
+
+policies:                     # `desim policies` lists them
+  allocation: nearest
+  charging: four-thresholds
+  parking: nearest
+
+run:                          # a shift; the first hour is not counted
+  length: 9 h
+  warm_up: 1 h
+
+log: tasks                    # --set log=all records every move, for replays and accounts of time
+"""

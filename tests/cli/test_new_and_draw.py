@@ -1,0 +1,127 @@
+"""A first model from a few words, and the picture of a floor."""
+
+import shlex
+from xml.etree import ElementTree as ET
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.run import check
+from tests.docs import pages
+
+
+def call(*arguments, **options):
+    return CliRunner().invoke(desim, arguments, catch_exceptions=False, **options)
+
+
+def model_of(words):
+    return dw.Model.model_validate(read_yaml(draft(words), "draft").data)
+
+
+def test_a_few_words_make_a_model_that_works(tmp_path):
+    file = str(tmp_path / "w.yaml")
+    said = call("new", file, *shlex.split("--aisles 8 --stations 3 --robots 12 --orders 200/h --chargers 4"))
+    assert said.exit_code == 0
+    assert said.stdout.startswith("60 x 40 m, 8 aisles, 3 packing stations, 12 robots, 4 chargers, 200 orders an hour.")
+    model = dw.load(file)
+    blocks = model.layout.blocks
+    assert (blocks.columns + 1, model.fleet.size, model.tasks.goods.poisson) == (8, 12, 200)
+    # storage and aisles fill the floor: 7 x 2 places and 8 aisles, 2 x 12 places and 3 cross aisles
+    assert 14 * 1.2 + 8 * blocks.aisle_width == pytest.approx(60)
+    assert 24 * 1.2 + 3 * blocks.cross_aisle_width == pytest.approx(40, abs=0.01)
+    found = check(model)
+    assert not found.findings
+    assert found.calculation.power.chargers == 4
+    kpis = dw.simulate(model.replace({"run.length": 7200})).kpis
+    assert kpis["on_time"] > 0.95
+    assert model.tasks.goods.due_within == 900
+
+
+@given(
+    width=st.integers(8, 150),
+    height=st.integers(8, 150),
+    orders=st.integers(1, 600),
+    robots=st.none() | st.integers(1, 60),
+    chargers=st.none() | st.integers(1, 30),
+)
+def test_every_draft_passes_the_check_without_errors(width, height, orders, robots, chargers):
+    model = model_of(Draft(size=(width, height), orders=orders, robots=robots, chargers=chargers))
+    assert not check(model).errors
+
+
+@given(orders=st.integers(10, 400))
+def test_what_is_not_given_suffices_by_hand(orders):
+    found = check(model_of(Draft(size=(60, 40), orders=orders))).calculation
+    assert found.robots >= found.robots_needed
+    assert found.station_capacity >= found.rate
+    assert not found.power.short
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--size 60", "--size 60: not a floor, expected width x height in metres such as 60x40"),
+        ("--orders 5/x", "--orders 5/x: not a rate, expected orders an hour such as 200/h"),
+        ("--orders 0", "--orders 0: not a rate, expected orders an hour such as 200/h"),
+        ("--aisles 90", "--aisles 90: too many for 60 m (each would be -1.7 m wide), expected at most 18"),
+        ("--aisles 1", "--aisles 1: too few, expected at least 2: robots go up one and down another"),
+        ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
+        ("--robots 0", "--robots 0: out of range, expected 1 to 1000"),
+        ("--stations 9 --aisles 8", "--stations 9: out of range, expected 1 to 8"),
+        ("--due 0", "--due 0: expected minutes above 0"),
+    ],
+)
+def test_what_cannot_be_is_said_at_its_option(tmp_path, words, said):
+    status, _, message = pages.run_desim(f"desim new {tmp_path / 'w.yaml'} {words}")
+    assert (status, message.strip()) == (2, said)
+    assert not (tmp_path / "w.yaml").exists()
+
+
+def test_a_file_that_is_there_stays_as_it_is(tmp_path):
+    file = tmp_path / "w.yaml"
+    file.write_text("mine", encoding="utf-8")
+    status, _, message = pages.run_desim(f"desim new {file}")
+    assert (status, file.read_text(encoding="utf-8")) == (2, "mine")
+    assert message == f"{file}: it is there already; choose another name, or write over it with --force\n"
+    assert pages.run_desim(f"desim new {file} --force")[0] == 0
+    assert dw.load(file).fleet.size > 1
+
+
+def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call("new").exit_code == 2
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
+    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n4\n1\nmany\n5\n\n")
+    assert said.exit_code == 0, said.output
+    assert "many: not a number" in said.output
+    model = dw.load("mine.yaml")
+    assert (model.layout.blocks.columns, model.fleet.size) == (3, 5)
+    assert (model.tasks.goods.poisson, model.tasks.goods.due_within) == (60, 600)
+
+
+def test_a_floor_is_drawn_with_all_its_names(tmp_path):
+    for ending in ("svg", "png"):
+        said = call("draw", "models/mir250.yaml", "-o", str(tmp_path / f"floor.{ending}"))
+        assert said.exit_code == 0
+    assert (tmp_path / "floor.png").read_bytes().startswith(b"\x89PNG")
+    tree = ET.parse(tmp_path / "floor.svg")  # noqa: S314 - our own file
+    words = {text.text for text in tree.iter("{http://www.w3.org/2000/svg}text")}
+    model = dw.load("models/mir250.yaml")
+    from desim_warehouse.layout import build
+
+    assert set(build(model.layout).graph) <= words
+    assert {"MiR250", "charging", "parking", "packing", "charger", "bay place", "station place"} <= words
+
+
+def test_a_picture_of_no_known_kind_is_refused(tmp_path):
+    status, _, message = pages.run_desim(f"desim draw models/tutorial.yaml -o {tmp_path / 'floor.jpg'}")
+    assert status == 2
+    assert message.endswith("floor.jpg: a picture of which kind? Expected a name that ends in .png, .svg or .pdf\n")
+    status, _, message = pages.run_desim(f"desim draw models/tutorial.yaml -o {tmp_path / 'no' / 'floor.svg'}")
+    assert (status, "cannot be written (No such file or directory)" in message) == (2, True)
