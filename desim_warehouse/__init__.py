@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         WarehouseError,
     )
     from desim_warehouse.model import Model, load
+    from desim_warehouse.model.oriented import orient
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.run.folder import load_run
@@ -47,6 +48,7 @@ _HOME = {
         "WarehouseError",
     ),
     "model": ("Model", "load"),
+    "model.oriented": ("orient",),
     "run": ("Run", "simulate"),
     "run.folder": ("load_run",),
     "study.results": ("Results",),
@@ -75,6 +77,7 @@ __all__ = [
     "__version__",
     "load",
     "load_run",
+    "orient",
     "plot",
     "simulate",
     "steps",

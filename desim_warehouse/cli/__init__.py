@@ -29,6 +29,7 @@ COMMANDS = {
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
     "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
     "policies": ("policies", "List the policies, or show one."),
+    "orient": ("orient", "Make two-way lanes one-way where the floor stays connected."),
     "schema": ("schema", "Print the JSON Schema of model or study files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""

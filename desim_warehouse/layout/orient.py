@@ -1,0 +1,226 @@
+"""Two-way lanes made one-way wherever the floor stays connected: Highways from a plan that has no directions.
+
+A lane can be made one-way unless it is a bridge (Robbins 1939; with one-way edges besides: Boesch and Tindell 1980, who
+also show that the lanes may be taken one after the other, in any order). Which directions are good is another matter:
+those of parallel aisles alternate here, and a local search takes over from there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import networkx as nx
+    from scipy.sparse import csr_array
+
+    from desim_warehouse.layout.layout import Edge
+
+_TRIALS = 2000
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Which direction is left of every two-way lane: `kept`, and the `bridges`, which stay two-way.
+
+    `stretch` is the mean trip between the flows' ends over the one on the two-way floor.
+    """
+
+    kept: tuple[Edge, ...]
+    bridges: tuple[Edge, ...]
+    stretch: float
+
+
+def orient_lanes(
+    graph: nx.DiGraph,
+    lanes: Sequence[Edge],
+    ends: Mapping[str, float],
+    hubs: Sequence[str],
+    cost: Callable[[Edge], float],
+    trials: int = _TRIALS,
+) -> Orientation:
+    """Directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
+
+    Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
+    edge. Lanes are oriented with alternating preferences for parallel aisles, each of the four ways to begin with; the
+    best is improved by turning whole aisles, then single lanes, while that shortens the mean trip and keeps the floor
+    strongly connected; `trials` bounds how many of these are tried. The result is the same every time.
+    """
+    floor = _Floor(graph, lanes, ends, hubs, cost)
+    before = floor.mean_trip()
+    aisles = _Aisles.of(graph, lanes)
+    found = [floor.oriented(aisles.alternating(*first)) for first in itertools.product((0, 1), (0, 1))]
+    best = floor.improved(min(found, key=floor.mean_trip_of), aisles.groups(), trials)
+    kept, bridges = [], []
+    for lane, way in zip(lanes, best, strict=True):
+        if way == _BOTH:
+            bridges.append(lane)
+        else:
+            kept.append(lane if way == _AS_LISTED else lane[::-1])
+    return Orientation(tuple(kept), tuple(bridges), floor.mean_trip_of(best) / before)
+
+
+_AS_LISTED, _TURNED, _BOTH = 1, 2, 3
+"""What is open of a lane: its direction as listed, the other one, both: bits, so that they can be masked."""
+
+
+class _Floor:
+    """The arcs of a floor as arrays; two for each lane, of which an orientation leaves one."""
+
+    def __init__(
+        self,
+        graph: nx.DiGraph,
+        lanes: Sequence[Edge],
+        ends: Mapping[str, float],
+        hubs: Sequence[str],
+        cost: Callable[[Edge], float],
+    ) -> None:
+        rank = {node: number for number, node in enumerate(graph)}
+        twins = {edge for lane in lanes for edge in (lane, lane[::-1])}
+        arcs = [*lanes, *(lane[::-1] for lane in lanes), *(edge for edge in graph.edges if edge not in twins)]
+        self.size = len(rank)
+        self.lanes = len(lanes)
+        self.tails = np.array([rank[tail] for tail, _ in arcs], dtype=np.int32)
+        self.heads = np.array([rank[head] for _, head in arcs], dtype=np.int32)
+        self.costs = np.array([cost(arc) for arc in arcs])
+        self.hubs = np.array([rank[node] for node in hubs], dtype=np.int32)
+        self.ends = np.array([rank[node] for node in ends], dtype=np.int32)
+        weights = np.array(list(ends.values()), dtype=float)
+        self.weights = weights / weights.sum()
+
+    def network(self, ways: np.ndarray) -> csr_array:
+        """The arcs that are open."""
+        from scipy.sparse import csr_array
+
+        is_open = np.ones(len(self.tails), dtype=bool)
+        is_open[: self.lanes] = ways & _AS_LISTED
+        is_open[self.lanes : 2 * self.lanes] = ways & _TURNED
+        pairs = self.tails[is_open], self.heads[is_open]
+        return csr_array((self.costs[is_open], pairs), shape=(self.size, self.size))
+
+    def mean_trip(self) -> float:
+        """Of the floor with all lanes two-way."""
+        return self.mean_trip_of(np.full(self.lanes, _BOTH))
+
+    def mean_trip_of(self, ways: np.ndarray) -> float:
+        """The mean cost from a hub to an end and back; infinite where the floor is not strongly connected."""
+        from scipy.sparse.csgraph import dijkstra
+
+        network = self.network(ways)
+        total = 0.0
+        for graph in (network, network.T.tocsr()):
+            distances = dijkstra(graph, indices=self.hubs)
+            if not np.isfinite(distances).all():
+                return np.inf
+            total += float(distances[:, self.ends].mean(axis=0) @ self.weights)
+        return total
+
+    def oriented(self, preferred: np.ndarray) -> np.ndarray:
+        """What is left open when every lane loses a direction that the others can do without, preferred or not.
+
+        All lanes as preferred at first; only between parts that this cuts off from each other lanes are two-way
+        again, and taken one by one: on a grid a few of many thousand.
+        """
+        from scipy.sparse.csgraph import connected_components
+
+        _, part = connected_components(self.network(preferred), connection="strong")
+        apart = np.flatnonzero(part[self.tails[: self.lanes]] != part[self.heads[: self.lanes]])
+        ways = preferred.copy()
+        ways[apart] = _BOTH
+        onward: list[set[int]] = [set() for _ in range(self.size)]
+        open_arcs = self.network(ways).tocoo()
+        for tail, head in zip(open_arcs.row.tolist(), open_arcs.col.tolist(), strict=True):
+            onward[tail].add(head)
+        for lane in apart.tolist():
+            ends = int(self.tails[lane]), int(self.heads[lane])
+            for way in (preferred[lane], preferred[lane] ^ _BOTH):
+                tail, head = ends[::-1] if way == _AS_LISTED else ends  # of the direction to do without
+                onward[tail].discard(head)
+                if _reaches(onward, tail, head):
+                    ways[lane] = way
+                    break
+                onward[tail].add(head)
+        return ways
+
+    def improved(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
+        """Turn aisles, then single lanes, in turn, as long as that shortens the mean trip."""
+        best = self.mean_trip_of(ways)
+        for groups in (aisles, [[lane] for lane in range(self.lanes)]):
+            waiting = list(groups)
+            while waiting and trials:
+                found = False
+                for group in waiting:
+                    if not trials:
+                        break
+                    lanes = [lane for lane in group if ways[lane] != _BOTH]
+                    if not lanes:
+                        continue
+                    trials -= 1
+                    ways[lanes] ^= _BOTH
+                    mean = self.mean_trip_of(ways)
+                    if mean < best * (1 - 1e-9):
+                        best, found = mean, True
+                    else:
+                        ways[lanes] ^= _BOTH
+                if not found:
+                    break
+        return ways
+
+
+def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
+    """Whether there is a path."""
+    seen, layer = {start}, [start]
+    while layer:
+        following = set().union(*(onward[node] for node in layer)) - seen
+        if goal in following:
+            return True
+        seen |= following
+        layer = list(following)
+    return False
+
+
+@dataclass(frozen=True)
+class _Aisles:
+    """By lane: whether it lies along x, the rank of its aisle among those that lie so, whether it leads to more x or y.
+
+    Lanes along x whose middles have about the same y are one aisle: within half the median length of a lane.
+    """
+
+    along_x: np.ndarray
+    rank: np.ndarray
+    upwards: np.ndarray
+
+    @classmethod
+    def of(cls, graph: nx.DiGraph, lanes: Sequence[Edge]) -> _Aisles:
+        """The aisles of a floor."""
+        at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+        tails = np.array([at[tail] for tail, _ in lanes], dtype=float).reshape(-1, 2)
+        heads = np.array([at[head] for _, head in lanes], dtype=float).reshape(-1, 2)
+        spans, middles = heads - tails, (heads + tails) / 2
+        along_x = np.abs(spans[:, 0]) >= np.abs(spans[:, 1])
+        rank = np.zeros(len(lanes), dtype=int)
+        for axis in (0, 1):
+            numbers = np.flatnonzero(along_x == (axis == 0))
+            if len(numbers):
+                across = middles[numbers, 1 - axis]
+                order = np.argsort(across, kind="stable")
+                gap = np.median(np.abs(spans[numbers, axis])) / 2
+                rank[numbers[order]] = np.cumsum(np.diff(across[order], prepend=across[order[0]]) > gap)
+        return cls(along_x, rank, np.where(along_x, spans[:, 0], spans[:, 1]) >= 0)
+
+    def alternating(self, rows: int, columns: int) -> np.ndarray:
+        """Ways of lanes with the direction changing from aisle to aisle; the first row and column lead up if 0."""
+        is_up = (self.rank + np.where(self.along_x, rows, columns)) % 2 == 0
+        return np.where(is_up == self.upwards, _AS_LISTED, _TURNED)
+
+    def groups(self) -> list[list[int]]:
+        """The lanes of every aisle."""
+        found: dict[tuple[bool, int], list[int]] = {}
+        for lane, aisle in enumerate(zip(self.along_x.tolist(), self.rank.tolist(), strict=True)):
+            found.setdefault(aisle, []).append(lane)
+        return list(found.values())

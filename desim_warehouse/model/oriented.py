@@ -1,0 +1,105 @@
+"""A model whose two-way lanes are made one-way where they can be: in its file, comments and all, or as a model."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.layout import build
+from desim_warehouse.layout.orient import Orientation, orient_lanes
+from desim_warehouse.model.read import load
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, MutableMapping, MutableSequence
+    from pathlib import Path
+
+    from desim_warehouse.layout import Edge, Layout
+    from desim_warehouse.model.schema import Model
+
+
+def orientation(model: Model) -> Orientation:
+    """Which way every two-way lane of a model is to be driven so that trips between goods and stations are short.
+
+    Only the part of the floor matters that robots can reach and leave.
+    Raises ModelError where no lane is two-way, or goods or stations lie in parts that cannot reach each other.
+    """
+    layout = build(model.layout)
+    main = max(nx.strongly_connected_components(layout.graph), key=len)
+    lanes = [lane for lane in layout.two_way if main.issuperset(lane)]
+    if not lanes:
+        raise ModelError([f"{model.name}: no two-way lane, expected some to make one-way"])
+    ends: dict[str, float] = {}
+    for place in layout.storage:
+        for node in place.edge:
+            ends[node] = ends.get(node, 0.0) + place.popularity
+    hubs = sorted({*model.tasks.unload_at})
+    outside = sorted({*ends, *hubs} - main)
+    if outside:
+        where = f"node {outside[0]} cannot be reached or left"
+        raise ModelError([f"{model.name}: {where}, but goods or stations are there; desim check says more"])
+    speed = max(robot.speed for robot in model.fleet.robots())
+    edges = layout.graph.edges
+
+    def seconds(edge: Edge) -> float:
+        data = edges[edge]
+        return float(data["length"] / min(speed, data["speed"]) + model.traffic.node_time)
+
+    return orient_lanes(layout.graph.subgraph(main), lanes, ends, hubs, seconds)
+
+
+def orient(model: Model) -> Model:
+    """A copy of a model with its two-way lanes made one-way; bridges stay two-way."""
+    content = model.content()
+    _turn(content["layout"], build(model.layout), orientation(model).kept)
+    return load(content)
+
+
+def oriented_text(path: Path, model: Model, found: Orientation) -> str:
+    """A model file with its lanes oriented: comments, order and everything else stay as they are."""
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    yaml.indent(sequence=4, offset=2)
+    yaml.width = 4096  # an edge is one line
+    content = yaml.load(path.read_text(encoding="utf-8-sig"))
+    _turn(content["layout"], build(model.layout), found.kept)
+    text = io.StringIO()
+    yaml.dump(content, text)
+    return text.getvalue()
+
+
+def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge]) -> None:
+    """Change a layout section in place: of each lane only the direction `kept` is left, and goods lie along it."""
+    turned = {(head, tail) for tail, head in kept}  # the directions that go
+    both = turned | {edge[::-1] for edge in turned}
+    edges: MutableSequence[Any] = section["edges"]
+    for rank in range(len(edges) - 1, -1, -1):
+        item = edges[rank]
+        edge = _ends(item)
+        if edge not in both:
+            continue
+        is_two_way = isinstance(item, dict) and item.pop("two_way", False)
+        if edge in turned:
+            if not is_two_way:
+                del edges[rank]  # its twin stays
+            elif isinstance(item, dict):
+                item["from"], item["to"] = edge[::-1]
+    storage = section.get("storage", ())
+    if isinstance(storage, dict):  # a file: its places are few words each, and other models may read it
+        storage = section["storage"] = [
+            {"edge": list(place.edge), "offset": place.offset, "popularity": place.popularity}
+            for place in layout.storage
+        ]
+    for item in storage:
+        edge = tuple(item.get("edge", ()))
+        if edge in turned:
+            item["edge"] = list(edge[::-1])
+            item["offset"] = layout.graph.edges[edge]["length"] - item["offset"]
+
+
+def _ends(item: Any) -> Edge:
+    """The nodes of an edge as a model file has it."""
+    return (item["from"], item["to"]) if isinstance(item, dict) else (item[0], item[1])

@@ -1,0 +1,95 @@
+"""`desim orient`: a model file with two-way lanes becomes one with Highways, comments and all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FLOOR = """\
+name: two aisles and a dock   # a comment that stays
+layout:
+  nodes: {A: [0, 0], B: [10, 0], C: [20, 0], D: [0, 10], E: [10, 10], F: [20, 10], dock: [10, 15]}
+  edges:
+    - {from: A, to: B, two_way: true}
+    - {from: B, to: C, two_way: true}
+    - [D, E]
+    - [E, D]
+    - {from: E, to: F, two_way: true, speed: 1}
+    - {from: A, to: D, two_way: true}
+    - {from: B, to: E, two_way: true}
+    - {from: C, to: F, two_way: true}
+    - {from: E, to: dock, two_way: true}   # the only lane there
+  storage:
+    - {edge: [A, B], offset: 3}
+    - {edge: [E, D], offset: 4}
+    - {edge: [B, C], offset: 7, popularity: 2}
+  bays: {home: {at: [A, C], places: 2}}
+  stations: {pack: {at: [dock]}}
+fleet: {size: 3, start: [home], robot: {radius: 0.3, speed: 2, margin: 0.1}}
+tasks: {goods: {poisson: 60}, unload_at: [pack], load_time: 2, unload_time: 3}
+units: {length: m, time: s}
+run: {length: 3600}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "two-way.yaml"
+    path.write_text(FLOOR, encoding="utf-8")
+    return path
+
+
+def told(*words: str) -> str:
+    done = CliRunner().invoke(desim, list(words))
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_a_floor_is_oriented_and_both_are_compared(file: Path) -> None:
+    out = file.with_name("one-way.yaml")
+    text = told("orient", str(file), "-o", str(out), "--runs", "3")
+    assert "7 two-way lanes are one-way now; trips between goods and stations are 1." in text
+    assert "1 stay two-way, as they alone lead to what is beyond: E-dock" in text
+    assert "cycle_time_mean of 3 runs each: one-way " in text
+    assert "by pairs: two-way does better" in text
+    model = dw.load(out)
+    assert "# a comment that stays" in out.read_text(encoding="utf-8")
+    assert dw.simulate(model).layout.two_way == [("E", "dock")]
+
+
+def test_goods_stay_where_they_are(file: Path) -> None:
+    out = file.with_name("one-way.yaml")
+    told("orient", str(file), "-o", str(out), "--runs", "0")
+    before, after = (dw.simulate(dw.load(path)).layout for path in (file, out))
+    assert len(after.graph.edges) == 7 + 2
+    for old, new in zip(before.storage, after.storage, strict=True):
+        assert new.edge in after.graph.edges
+        assert before.position(old.edge, old.offset) == after.position(new.edge, new.offset)
+        assert new.popularity == old.popularity
+
+
+def test_a_model_is_oriented_in_python(file: Path) -> None:
+    model = dw.orient(dw.load(file))
+    assert dw.simulate(model).layout.two_way == [("E", "dock")]
+
+
+def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file: Path) -> None:
+    def refused(*words: str) -> str:
+        done = CliRunner().invoke(desim, list(words))
+        assert isinstance(done.exception, dw.ModelError)
+        return str(done.exception)
+
+    assert "it is there already" in refused("orient", str(file), "-o", str(file))
+    out = file.with_name("one-way.yaml")
+    assert "no two-way lane" in refused("orient", "models/multibots.yaml", "-o", str(out))
+    file.write_text(FLOOR.replace("    - {from: E, to: dock, two_way: true}", "    - [E, dock]"), encoding="utf-8")
+    assert "node dock cannot be reached or left" in refused("orient", str(file), "-o", str(out))
+    assert not out.exists()

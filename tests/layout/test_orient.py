@@ -1,0 +1,97 @@
+"""Two-way lanes made one-way: the floor stays connected, bridges stay, trips are not longer than they must be."""
+
+from __future__ import annotations
+
+import itertools
+
+import networkx as nx
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.layout.orient import Orientation, orient_lanes
+
+
+def floor(undirected: nx.Graph) -> nx.DiGraph:
+    """All lanes two-way; nodes (x, y) are named "x.y"."""
+    graph = nx.DiGraph()
+    for x, y in undirected:
+        graph.add_node(f"{x}.{y}", x=x, y=y)
+    for (a, b), (c, d) in undirected.edges:
+        graph.add_edge(f"{a}.{b}", f"{c}.{d}")
+        graph.add_edge(f"{c}.{d}", f"{a}.{b}")
+    return graph
+
+
+def oriented(graph: nx.DiGraph, lanes: list[tuple[str, str]], trials: int = 2000) -> Orientation:
+    """With goods everywhere, and the first node as the station."""
+    return orient_lanes(graph, lanes, dict.fromkeys(graph, 1.0), [next(iter(graph))], lambda _: 1.0, trials)
+
+
+def without(graph: nx.DiGraph, found: Orientation) -> nx.DiGraph:
+    """What is left of the floor."""
+    left = graph.copy()
+    left.remove_edges_from((head, tail) for tail, head in found.kept)
+    return left
+
+
+def test_a_ring_of_four_lanes_is_driven_round() -> None:
+    graph = floor(nx.grid_2d_graph(2, 2))
+    found = oriented(graph, [("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")])
+    left = without(graph, found)
+    assert found.bridges == ()
+    assert sorted(map(len, nx.simple_cycles(left))) == [4]
+    # Out and back is 4 for each of the three others, and 0 for the station itself: 12 against 2 + 2 + 4 two-way.
+    assert found.stretch == pytest.approx(12 / 8)
+
+
+def test_a_spur_stays_two_way() -> None:
+    graph = floor(nx.grid_2d_graph(2, 2))
+    graph.add_node("tip", x=5, y=0)
+    graph.add_edge("1.0", "tip")
+    graph.add_edge("tip", "1.0")
+    lanes = [("tip", "1.0"), ("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")]
+    found = oriented(graph, lanes)
+    assert found.bridges == (("tip", "1.0"),)
+    assert nx.is_strongly_connected(without(graph, found))
+
+
+def test_one_way_edges_that_are_there_stay_as_they_are() -> None:
+    """A ring of which three edges are one-way leaves one direction for the fourth, against the preferred one or not."""
+    for turn in (1, -1):
+        graph = floor(nx.grid_2d_graph(2, 2))
+        ring = ["0.0", "1.0", "1.1", "0.1"][::turn]
+        for tail, head in itertools.pairwise(ring):
+            graph.remove_edge(head, tail)
+        assert oriented(graph, [("0.0", "0.1") if turn == 1 else ("0.1", "0.0")]).kept == ((ring[3], ring[0]),)
+
+
+@given(st.integers(2, 6), st.integers(2, 6), st.sets(st.integers(0, 35), max_size=12), st.integers(0, 2**31))
+def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(
+    width: int, depth: int, holes: set[int], order: int
+) -> None:
+    whole = nx.grid_2d_graph(width, depth)
+    whole.remove_nodes_from([list(whole)[hole] for hole in holes if hole < width * depth])
+    parts = sorted(nx.connected_components(whole), key=len)
+    if not parts or len(parts[-1]) < 2:
+        return
+    grid = whole.subgraph(parts[-1])
+    graph = floor(grid)
+    lanes = [(f"{a}.{b}", f"{c}.{d}") for (a, b), (c, d) in grid.edges]
+    lanes = [lane if order >> rank & 1 else lane[::-1] for rank, lane in enumerate(lanes)]
+    found = oriented(graph, lanes, trials=40)
+    bridges = {frozenset((f"{a}.{b}", f"{c}.{d}")) for (a, b), (c, d) in nx.bridges(nx.Graph(grid))}
+    assert {frozenset(lane) for lane in found.bridges} == bridges
+    assert len(found.kept) + len(found.bridges) == len(lanes)
+    assert nx.is_strongly_connected(without(graph, found))
+    assert found.stretch >= 1 - 1e-9
+    assert found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
+
+
+def test_a_grid_of_fifty_thousand_nodes_is_oriented() -> None:
+    graph = floor(nx.grid_2d_graph(230, 218))
+    lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
+    found = oriented(graph, lanes, trials=2)
+    assert len(found.kept) == len(lanes) == 99_832
+    assert nx.is_strongly_connected(without(graph, found))
+    assert found.stretch < 1.05
