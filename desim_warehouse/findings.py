@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-Level = Literal["error", "warning", "note"]
+Severity = Literal["error", "warning", "note"]
 Acceptable = Literal["BATTERY_TOO_SMALL", "HOME_WITHOUT_CHARGER", "NO_CHARGER", "ROBOT_WIDER_THAN_AISLE"]
 """Errors that a model may accept (`accept: [CODE]`): those that rest on an estimate. Without what the others ask for
 nothing can be simulated."""
@@ -14,7 +14,7 @@ nothing can be simulated."""
 class Code(NamedTuple):
     """The severity of a code, and what it means."""
 
-    level: Level
+    level: Severity
     meaning: str
 
 
@@ -69,7 +69,7 @@ class Finding:
     cure: str = ""
 
     @property
-    def level(self) -> Level:
+    def level(self) -> Severity:
         """The severity: `error`s are refused by `simulate`, unless accepted; the others are not."""
         return CODES[self.code].level
 

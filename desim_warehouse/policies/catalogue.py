@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import importlib
 import importlib.util
 import inspect
@@ -15,7 +14,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from desim_warehouse.errors import PolicyError
+from desim_warehouse.errors import PolicyError, nearest
 
 OURS: dict[str, dict[str, str]] = {
     "allocation": {
@@ -189,8 +188,8 @@ def _find(kind: str, name: str) -> type:
     ours = OURS[kind]
     if ":" not in name:
         if name not in ours:
-            near = difflib.get_close_matches(name, ours, n=1)
-            hint = f"did you mean {near[0]!r}? " if near else ""
+            near = nearest(name, ours)
+            hint = f"did you mean {near!r}? " if near else ""
             every = ", ".join(ours)
             expected = f"{hint}expected one of {every}, or your own as module:Class or file.py:Class"
             raise _RefusedError("", f"no such policy (got {name!r}), {expected}")
@@ -202,8 +201,8 @@ def _find(kind: str, name: str) -> type:
     own = getattr(module, cls, None)
     if not isinstance(own, type):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        near = difflib.get_close_matches(cls, classes, n=1)
-        hint = f", did you mean {near[0]!r}?" if near else ""
+        near = nearest(cls, classes)
+        hint = f", did you mean {near!r}?" if near else ""
         raise _RefusedError("", f"no class {cls!r} in {place}{hint}")
     if not callable(getattr(own, METHODS[kind], None)):
         raise _RefusedError("", f"{name}: the class has no method {METHODS[kind]}(), which policies.{kind} needs")
@@ -237,9 +236,9 @@ def _module(place: str) -> Any:
 
 
 def _unknown(name: str, key: str, known: Mapping[str, Any]) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
+    near = nearest(key, known)
     if near:
-        return f"unknown parameter of {name}, did you mean {near[0]!r}?"
+        return f"unknown parameter of {name}, did you mean {near!r}?"
     return f"unknown parameter of {name}, expected {', '.join(known) if known else 'none'}"
 
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from desim_warehouse.study.factors import Factor, Keys, Label, Level
+    from desim_warehouse.model.messages import Keys
+    from desim_warehouse.study.factors import Factor, Label, Level
 
 SAMPLED = ("latin-hypercube", "sobol", "saltelli")
 

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
@@ -17,7 +17,9 @@ from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
 
-Keys: TypeAlias = tuple[str | int, ...]
+if TYPE_CHECKING:
+    from desim_warehouse.model.messages import Keys
+
 Label: TypeAlias = str | int | float | bool | None
 
 RESERVED = ("replication", "seed", "deterministic", "run_time", "error")

@@ -96,7 +96,7 @@ def _power_of_two(size: int) -> int:
     return size
 
 
-Indicator = Annotated[str, BeforeValidator(_indicator)]
+IndicatorName = Annotated[str, BeforeValidator(_indicator)]
 _Size = Annotated[int, Field(strict=True, ge=1, le=MOST_POINTS)]
 _Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 
@@ -104,7 +104,7 @@ _Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 class Until(Part):
     """Replicate each point until the half-width of an indicator is a small share of its mean."""
 
-    indicator: Indicator = Field(description="the name of an indicator")
+    indicator: IndicatorName = Field(description="the name of an indicator")
     half_width: Fraction = Field(description="a share of the mean, such as 2 % or 0.02")
     confidence: Fraction = Field(0.95, description="a number between 0 and 1, such as 0.95")
     minimum: _Several = Field(30, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
@@ -172,7 +172,7 @@ class StudyFile(Part):
         Forms(_REPLICATIONS, pick=by_type(number=NUMBER, rule=SECTION)),
     ] = Field(1, description=_REPLICATIONS)
     seed: Whole = Field(0, description="a whole number of at least 0")
-    indicators: Annotated[tuple[Indicator, ...], Field(min_length=1)] = Field(
+    indicators: Annotated[tuple[IndicatorName, ...], Field(min_length=1)] = Field(
         (), description="a list of indicators such as [T, S, C]"
     )
     baseline: Mapping[str, Any] = Field({}, description="a value for each factor, such as {fleet.size: 3}")

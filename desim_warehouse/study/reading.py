@@ -18,7 +18,7 @@ from desim_warehouse.study.file import OUTLINE, StudyFile, labels
 from desim_warehouse.study.plan import StudyPlan, models
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.factors import Keys
+    from desim_warehouse.model.messages import Keys
 
 
 def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, named: str = "override") -> StudyPlan:

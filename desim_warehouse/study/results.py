@@ -7,7 +7,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import is_lifelong, models
-from desim_warehouse.study.table import RESULTS, arrow, as_text, columns, is_numeric, plain, read_results
+from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
 from desim_warehouse.verdicts import judge
 
 if TYPE_CHECKING:
@@ -38,35 +38,6 @@ USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
 USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
 """What is shown where neither the study nor anybody else says what; T is constant where work never ends."""
 _MOST_MAIN = 6
-
-
-class Row(NamedTuple):
-    """A finished run of a study."""
-
-    point: Point
-    replication: int
-    seed: int
-    outcome: Outcome
-
-    @property
-    def indicators(self) -> Mapping[str, float]:
-        """Its indicators by name; none where it failed."""
-        return self.outcome.values  # noqa: PD011 - not a DataFrame
-
-    def value(self, indicator: str) -> float:
-        """An indicator; nan where the run failed or has none."""
-        return self.indicators.get(indicator, math.nan)
-
-    def measured(self, indicator: str) -> float:
-        """An indicator of a run that did not fail.
-
-        Raises:
-            StudyError: where the run has no such indicator.
-        """
-        if indicator not in self.indicators:
-            have = ", ".join(self.indicators)
-            raise StudyError(f"indicator {indicator!r}: the runs have none; they have {have}")
-        return self.value(indicator)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import models, run_seed
 from desim_warehouse.study.progress import Progress
-from desim_warehouse.study.results import Row
+from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.progress import Progress
-from desim_warehouse.study.results import Results, Row
+from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.store import JOURNAL, Store
-from desim_warehouse.study.table import RESULTS, arrow, columns, is_damaged, write_results
+from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.indicators import INDICATORS, within
@@ -18,10 +18,40 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from desim_warehouse.study.results import Row
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.statistics import Estimate
 
 RESULTS = "results.parquet"
+
+
+class Row(NamedTuple):
+    """A finished run of a study."""
+
+    point: Point
+    replication: int
+    seed: int
+    outcome: Outcome
+
+    @property
+    def indicators(self) -> Mapping[str, float]:
+        """Its indicators by name; none where it failed."""
+        return self.outcome.values  # noqa: PD011 - not a DataFrame
+
+    def value(self, indicator: str) -> float:
+        """An indicator; nan where the run failed or has none."""
+        return self.indicators.get(indicator, math.nan)
+
+    def measured(self, indicator: str) -> float:
+        """An indicator of a run that did not fail.
+
+        Raises:
+            StudyError: where the run has no such indicator.
+        """
+        if indicator not in self.indicators:
+            have = ", ".join(self.indicators)
+            raise StudyError(f"indicator {indicator!r}: the runs have none; they have {have}")
+        return self.value(indicator)
 
 
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:

@@ -12,8 +12,9 @@ from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
-from desim_warehouse.study.results import Results, Row
+from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import paired
+from desim_warehouse.study.table import Row
 
 
 def facts(model, table, *, deterministic=False, goods=None):

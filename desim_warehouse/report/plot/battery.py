@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.plot.fleet import part_shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,14 +44,8 @@ def battery(
     spec = run.model.battery
     if spec is None:
         raise ReportError("battery: the robots of this model have none")
-    begin, until = start or 0.0, run.record.end if end is None else end
-    if not begin < until:
-        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
+    begin, until, shown = part_shown(run, start, end, robots)
     curves = run.history.energy_curves
-    shown = list(range(len(curves))) if robots is None else list(robots)
-    strange = [number for number in shown if not 0 <= number < len(curves)]
-    if strange:
-        raise ReportError(f"robot {strange[0]}: there are robots 0 to {len(curves) - 1}")
     few = len(shown) <= _NAMED
     with look.drawing(ax, style, title, (6.4, 3.6), "Energy of the robots over time") as axes:
         for index, number in enumerate(shown):

@@ -91,6 +91,25 @@ def numbered(axes: Axes, labels: Sequence[str]) -> None:
         axes.tick_params(axis="x", labelrotation=25)
 
 
+def part_shown(
+    run: Run, start: float | None, end: float | None, robots: Sequence[int] | None
+) -> tuple[float, float, list[int]]:
+    """The window and the robots that a figure over time shows.
+
+    Raises:
+        ReportError: an empty window, or a robot that is not there.
+    """
+    begin, until = start or 0.0, run.record.end if end is None else end
+    if not begin < until:
+        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
+    size = run.model.fleet.size
+    shown = list(range(size) if robots is None else robots)
+    strange = [number for number in shown if not 0 <= number < size]
+    if strange:
+        raise ReportError(f"robot {strange[0]}: there are robots 0 to {size - 1}")
+    return begin, until, shown
+
+
 def gantt(
     run: Run,
     *,
@@ -112,14 +131,8 @@ def gantt(
     Raises:
         ReportError: an empty window, or a robot that is not there.
     """
-    begin, until = start or 0.0, run.record.end if end is None else end
-    if not begin < until:
-        raise ReportError(f"window from {begin:g} to {until:g}: expected it to have a length")
+    begin, until, shown = part_shown(run, start, end, robots)
     fleet = run.history.states
-    shown = range(len(fleet)) if robots is None else robots
-    strange = [number for number in shown if not 0 <= number < len(fleet)]
-    if strange:
-        raise ReportError(f"robot {strange[0]}: there are robots 0 to {len(fleet) - 1}")
     size = (7.2, min(1.4 + 0.26 * len(shown), 12.0))
     with look.drawing(ax, style, title, size, "States of the robots over time") as axes:
         for row, number in enumerate(shown):
@@ -130,8 +143,8 @@ def gantt(
                 facecolors=[palette.STATE_COLOURS[s.state] for s in parts],
                 linewidth=0,
             )
-        _waits(axes, run, list(shown), begin, until)
-        _rows(axes, list(shown))
+        _waits(axes, run, shown, begin, until)
+        _rows(axes, shown)
         axes.set_xlim(begin, until)
         axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
         axes.set_ylabel("Robot")

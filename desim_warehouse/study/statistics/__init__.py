@@ -27,7 +27,7 @@ from desim_warehouse.study.statistics.precision import (
     check_precision,
     replications_needed,
 )
-from desim_warehouse.study.statistics.procedure import Procedure, Run, follow
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, follow
 from desim_warehouse.study.statistics.screening import (
     FirstOrder,
     MainEffect,
@@ -66,7 +66,7 @@ __all__ = [
     "Precision",
     "PrecisionRule",
     "Procedure",
-    "Run",
+    "RunNumber",
     "SaltelliDesign",
     "Selection",
     "Sizing",

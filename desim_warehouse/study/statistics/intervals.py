@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-Range = tuple[float, float]
+Interval = tuple[float, float]
 
 QUANTILES = (0.05, 0.25, 0.75, 0.95)
-ANYTHING: Range = (-math.inf, math.inf)
+ANYTHING: Interval = (-math.inf, math.inf)
 SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
 
 
@@ -34,7 +34,7 @@ class Estimate:
 
     n: int
     mean: float
-    interval: Range | None
+    interval: Interval | None
     sd: float | None
     median: float
     quantiles: dict[float, float]
@@ -67,7 +67,7 @@ def estimate(
     confidence: float = 0.95,
     *,
     deterministic: bool = False,
-    within: Range = ANYTHING,
+    within: Interval = ANYTHING,
 ) -> Estimate:
     """Mean of an indicator with its interval, median and quantiles, from one value per replication.
 
@@ -94,7 +94,9 @@ def estimate(
     return described(array, None if known else bounds(array, 0.5 + confidence / 2, within), deterministic, confidence)
 
 
-def described(array: NDArray[np.float64], interval: Range | None, deterministic: bool, confidence: float) -> Estimate:
+def described(
+    array: NDArray[np.float64], interval: Interval | None, deterministic: bool, confidence: float
+) -> Estimate:
     """The values of an indicator, or of a difference, with the interval of their mean."""
     n = array.size
     constant = is_constant(array)
@@ -110,7 +112,9 @@ def described(array: NDArray[np.float64], interval: Range | None, deterministic:
     )
 
 
-def bounds(array: NDArray[np.float64], level: float, within: Range = ANYTHING, *, reach: float | None = None) -> Range:
+def bounds(
+    array: NDArray[np.float64], level: float, within: Interval = ANYTHING, *, reach: float | None = None
+) -> Interval:
     """A lower and an upper bound of the mean, each right with probability `level`, from at least two values.
 
     Values that are all 0 or 1, as of a rare event: Clopper & Pearson's bounds of a proportion, exact. Values that

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 T = TypeVar("T")
-Run: TypeAlias = tuple[int, int]
+RunNumber: TypeAlias = tuple[int, int]
 """Design number and replication number, both from 0."""
 
-Procedure: TypeAlias = Generator[list[Run], Sequence[float], T]
+Procedure: TypeAlias = Generator[list[RunNumber], Sequence[float], T]
 """Yields the runs it wants, is sent their values in the same order, returns the result."""
 
 
@@ -37,7 +37,7 @@ def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
         values = [float(sample(design, replication)) for design, replication in runs]
 
 
-def request(runs: list[Run]) -> Generator[list[Run], Sequence[float], Sequence[float]]:
+def request(runs: list[RunNumber]) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:
     """Ask for runs within a procedure and check what comes back: one finite number for each.
 
     Raises:

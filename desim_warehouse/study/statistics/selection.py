@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from desim_warehouse.study.statistics.procedure import Run
+    from desim_warehouse.study.statistics.procedure import RunNumber
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class _Race:
         self.history: list[Stage] = []
         self.eliminated_at: list[int | None] = [None] * k
 
-    def run(self, more: int, ahead: int = 1) -> Generator[list[Run], Sequence[float], None]:
+    def run(self, more: int, ahead: int = 1) -> Generator[list[RunNumber], Sequence[float], None]:
         """Judge the survivors on `more` further replications, asking for runs where none are in hand."""
         have, want = len(self.data[self.alive[0]]), self.r + more
         if have < want:

@@ -17,7 +17,7 @@ from desim_warehouse.study.statistics.targets import Target, parse_target
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from desim_warehouse.study.statistics.intervals import Range
+    from desim_warehouse.study.statistics.intervals import Interval
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
@@ -71,7 +71,7 @@ def smallest_meeting(
     cap: int = 320,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
-    within: Range = ANYTHING,
+    within: Interval = ANYTHING,
 ) -> Sizing[V]:
     """The first of `values` (fleet sizes, say) whose mean indicator meets the target, with confidence.
 
@@ -112,7 +112,7 @@ def smallest_meeting_steps(
     cap: int = 320,
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
-    within: Range = ANYTHING,
+    within: Interval = ANYTHING,
 ) -> Procedure[Sizing[V]]:
     """The steps of `smallest_meeting`: yields (position in `values`, replication), returns the Sizing."""
     goal = parse_target(target) if isinstance(target, str) else target
@@ -156,7 +156,7 @@ def _looks(n0: int, cap: int) -> list[int]:
 
 
 def _judged(
-    value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Range
+    value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Interval
 ) -> DesignVerdict[V]:
     """What the runs of one design say: it meets the target if even its worse bound does."""
     mean = float(np.mean(data))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Literal, cast
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -58,8 +57,8 @@ def parse_target(text: str, known: Collection[str] | None = None) -> Target:
         )
     indicator = match["indicator"]
     if known is not None and indicator not in known:
-        near = get_close_matches(indicator, known, n=1)
-        hint = f", did you mean {near[0]!r}?" if near else f", expected one of {', '.join(sorted(known))}"
+        near = nearest(indicator, known)
+        hint = f", did you mean {near!r}?" if near else f", expected one of {', '.join(sorted(known))}"
         raise StudyError(f"target {text!r}: unknown indicator {indicator!r}{hint}")
     sense = cast("Sense", {"≥": ">=", "≤": "<="}.get(match["sense"], match["sense"]))
     return Target(indicator, sense, float(match["value"]))
