@@ -7,18 +7,16 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import Forms, Part, all_wrong, form, wrong
+from desim_warehouse.model.messages import Keys  # noqa: TC001 - pydantic reads the annotation of `Values`
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
-
-if TYPE_CHECKING:
-    from desim_warehouse.model.messages import Keys
 
 Label: TypeAlias = str | int | float | bool | None
 
