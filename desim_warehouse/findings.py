@@ -41,6 +41,7 @@ CODES: dict[str, Code] = {
     "CROSSING_EDGES": Code("warning", "edges cross where there is no node"),
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
+    "LOAD_ON_NODE": Code("note", "robots load standing on nodes where edges meet"),
     "STATION_PLACES": Code("note", "the stations have fewer places than there are robots"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
     "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),

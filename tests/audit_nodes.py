@@ -26,9 +26,12 @@ class Stay:
     begin: float = -math.inf
     left: float = math.inf
     away: object = None
+    who: int = -1
 
     @property
     def robot(self):
+        if self.who >= 0:
+            return self.who
         return next(visit.robot for visit in (self.via, *self.inside, self.away) if visit is not None)
 
     def visit(self, time):
@@ -77,7 +80,28 @@ class Nodes:
                 stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
                 if math.isfinite(stay.begin):
                     found[end].append(stay)
+        for robot, node, begin, end in self.loads_on_nodes():
+            self.add_load(found[of[node]], robot, begin, end)
         return found
+
+    def add_load(self, stays, robot, begin, end):
+        """A robot that came out of a bay is on the node from the time at which it loads there, or longer."""
+        mine = (stay for stay in stays if stay.robot == robot)
+        if not any(stay.begin <= begin + TOL and stay.left >= end - TOL for stay in mine):
+            stays.append(Stay(begin=begin, left=end, who=robot))
+
+    def loads_on_nodes(self):
+        """Robots that load standing on a node: robot, node, from when to when they are there for certain."""
+        good, begun = {}, {}
+        for time, kind, robot, task, _, _, value, *_ in sorted(self.run.record.rows, key=lambda row: row[0]):
+            if kind == "released":
+                good[task] = self.run.layout.storage[int(value)].edge
+            elif kind == "loading" and task in good and good[task][0] == good[task][1]:
+                begun[robot] = time, good[task][0]
+            elif kind in {"enter", "parked", "docked"} and robot in begun:
+                since, node = begun.pop(robot)
+                if time > since + TOL:
+                    yield robot, node, since, time
 
     def length(self, visit):
         return self.graph.edges[visit.edge]["length"]

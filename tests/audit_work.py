@@ -67,6 +67,10 @@ class Work:
                 self.fault(time, f"task {task} was delivered and never loaded")
 
     def check_place_of_good(self, time, robot, place):
+        if place.edge[0] == place.edge[1]:
+            if place.edge[0] not in self.stands_on(time, robot):
+                self.fault(time, f"robot {robot} loads good {place.number}, which is not where it is")
+            return
         here = (visit for visit in self.visits[robot] if visit.enter <= time + TOL and visit.leave >= time - TOL)
         ends = [place.edge]
         if self.graph.edges[place.edge].get("two_way"):  # it is picked in either direction

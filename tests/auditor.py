@@ -120,6 +120,25 @@ class Audit(Nodes, Work):
         visit.times += [time, until]
         visit.places += [place, value]
 
+    def stands_on(self, time, robot):
+        """The nodes on which a robot stands at an instant, or beside which it is in a bay; none: it is on an edge."""
+        found = set()
+        last = None
+        for visit in self.visits[robot]:
+            if visit.enter > time:
+                break
+            last = visit
+            if visit.leave >= time - TOL:
+                if visit.enter >= time - TOL:
+                    found.add(visit.edge[0])
+                if abs(visit.at(time) - self.graph.edges[visit.edge]["length"]) <= TOL:
+                    found.add(visit.edge[1])
+        if last is None:
+            found.add(self.run.model.fleet.homes(self.run.layout.bays)[robot])
+        elif last.leave < time:
+            found.add(last.edge[1])
+        return found
+
     def by_edge(self):
         edges = defaultdict(list)
         for visits in self.visits.values():

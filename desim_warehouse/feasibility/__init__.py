@@ -12,6 +12,7 @@ from desim_warehouse.errors import CheckError, LayoutError
 from desim_warehouse.feasibility import rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import build, checks
+from desim_warehouse.model.destinations import destinations
 
 if TYPE_CHECKING:
     from desim_warehouse.findings import Finding
@@ -23,7 +24,7 @@ __all__ = ["HandCalculation", "errors", "estimate", "examine", "refuse"]
 
 def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculation | None]:
     """All findings, worst first, and the hand calculation; None where the layout has errors."""
-    use = _use(model)
+    use = _use(model, layout)
     found = checks.examine(layout, use)
     if any(item.level == "error" for item in found):
         return found, None
@@ -37,7 +38,7 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
 def errors(model: Model) -> tuple[Finding, ...]:
     """The errors of a model, accepted ones too; runs of one model share the work."""
     layout = build(model.layout)
-    found = checks.errors(layout, _use(model))
+    found = checks.errors(layout, _use(model, layout))
     return tuple(found or rules.errors(model, layout))
 
 
@@ -50,10 +51,10 @@ def refuse(model: Model, layout: Layout) -> None:
     """
     found = [item for item in errors(model) if item.code not in model.accept]
     if found:
-        kind = LayoutError if checks.errors(layout, _use(model)) else CheckError
+        kind = LayoutError if checks.errors(layout, _use(model, layout)) else CheckError
         raise kind([item.problem for item in found])
 
 
-def _use(model: Model) -> checks.Use:
+def _use(model: Model, layout: Layout) -> checks.Use:
     fleet = model.fleet
-    return checks.Use(fleet.contact, fleet.size, fleet.start, model.tasks.unload_at, model.traffic.gridlock)
+    return checks.Use(fleet.contact, fleet.size, fleet.start, destinations(model, layout), model.traffic.gridlock)

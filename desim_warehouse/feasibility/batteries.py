@@ -8,11 +8,12 @@ from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.estimate import estimate
-from desim_warehouse.feasibility.free_flow import asked_for, free_flow
+from desim_warehouse.feasibility.free_flow import asked_for, free_flow, listed
 from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
+from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.schema import Consumption, PoissonGoods, RandomGoods, SaturatedGoods
 
 if TYPE_CHECKING:
@@ -106,16 +107,22 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
     reach = least_costs(times, draws.empty, dict.fromkeys(begins, out))
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
-    cleared = {node: back[node] + draws.empty * tasks.clear_time for node in tasks.unload_at}
-    beyond = least_costs(back_in_time, draws.loaded, cleared)
+    cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
+    own = zip(listed(model), own_destinations(model, layout), strict=True)
+    work = dict.fromkeys(own) or dict.fromkeys((number, ()) for number in asked_for(model, layout))
+    beyond = {
+        nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
+        for nodes in dict.fromkeys(nodes for _, nodes in work)
+    }
     handling = draws.handling * (tasks.load_time + tasks.unload_time)
     worst, most, farthest = 0, 0.0, 0.0
-    for number in asked_for(model, layout):
+    for number, nodes in work:
         place = layout.storage[number]
-        to_good = place.offset / paces[place.edge]
         farthest = max(farthest, reach[place.edge[0]])
-        need = reach[place.edge[0]] + beyond[place.edge[1]] + handling
-        need += draws.empty * to_good + draws.loaded * (times[place.edge] - to_good)
+        need = reach[place.edge[0]] + beyond[nodes][place.edge[1]] + handling
+        if place.edge in paces:  # else it is at a node
+            to_good = place.offset / paces[place.edge]
+            need += draws.empty * to_good + draws.loaded * (times[place.edge] - to_good)
         if need > most:
             worst, most = number, need
     return Needs(worst, most, farthest)

@@ -19,6 +19,7 @@ from desim_warehouse.feasibility.free_flow import Cycle, free_flow
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def _mean_cycle(speeds: Counter[float], cycles: dict[float, Cycle]) -> Cycle:
 
 def _at_work(model: Model, layout: Layout) -> int:
     """Robots that can be on a task at once: each needs a place at its station from the beginning."""
-    used = dict.fromkeys(model.tasks.unload_at)
+    used = destinations(model, layout)
     if not all(node in layout.stations for node in used):
         return model.fleet.size
     return min(model.fleet.size, sum(layout.stations[node].places for node in used))

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import Good
 from desim_warehouse.policies import create
@@ -60,10 +61,9 @@ class FreeFlow:
         node_time = model.traffic.node_time
         policy = model.policies.routing
         cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
-        self.stations = tuple(dict.fromkeys(model.tasks.unload_at))
-        self.travel = travel_on(
-            layout, speed, node_time, cost, (*layout.bays, *layout.stations, *model.tasks.unload_at)
-        )
+        self.stations = destinations(model, layout)
+        self.own = own_destinations(model, layout)
+        self.travel = travel_on(layout, speed, node_time, cost, (*layout.bays, *layout.stations, *self.stations))
         weights = demand(model, layout)
         self.goods = np.flatnonzero(weights)
         places = [layout.storage[good] for good in self.goods]
@@ -71,11 +71,8 @@ class FreeFlow:
         self.edges = list(dict.fromkeys(place.edge for place in places))
         rank = {edge: i for i, edge in enumerate(self.edges)}
         self.edge_of = np.array([rank[place.edge] for place in places])
-        lengths = np.array([layout.graph.edges[place.edge]["length"] for place in places])
-        offsets = np.array([place.offset for place in places])
-        paces = np.array([min(speed, layout.graph.edges[place.edge]["speed"]) for place in places])
-        self.before = offsets / paces
-        self.after = (lengths - offsets) / paces + node_time
+        times = [self.travel.along(place.edge, place.offset) for place in places]
+        self.before, self.after = (np.array(part) for part in zip(*times, strict=True))
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to the starts of the edges (columns)."""
@@ -89,13 +86,28 @@ class FreeFlow:
         """Which part of the goods of each edge (rows) is brought to which of `stations` (columns), free of queues."""
         import numpy as np
 
+        common = self._shared_among(self.model.tasks.unload_at)
+        if not any(self.own):
+            return common
+        by = {nodes: self._shared_among(nodes) if nodes else common for nodes in dict.fromkeys(self.own)}
+        edge_of = dict(zip(self.goods.tolist(), self.edge_of.tolist(), strict=True))
+        found = np.zeros_like(common)
+        for good, nodes in zip(listed(self.model), self.own, strict=True):
+            found[edge_of[good]] += by[nodes][edge_of[good]]
+        return found / found.sum(axis=1, keepdims=True)
+
+    def _shared_among(self, nodes: tuple[str, ...]) -> Any:
+        """Which part of the goods of each edge goes to which of `stations`, if they are brought to some of these."""
+        import numpy as np
+
         tasks = self.model.tasks
         alone = self.model.fleet.size == 1
-        if tasks.station_choice == "nearest" or (tasks.station_choice == "least-loaded" and alone):
-            nearest = self.from_edges(self.stations).argmin(axis=1)
+        at = np.array([self.stations.index(node) for node in dict.fromkeys(nodes)])
+        by_distance = tasks.station_choice == "nearest" or (tasks.station_choice == "least-loaded" and alone)
+        if by_distance or (tasks.station_choice == "each" and nodes is not tasks.unload_at):
+            nearest = at[self.from_edges([self.stations[i] for i in at]).argmin(axis=1)]
             return np.eye(len(self.stations))[nearest]
-        named = tasks.unload_at
-        even = np.array([named.count(node) / len(named) for node in self.stations])
+        even = np.array([nodes.count(node) / len(nodes) for node in self.stations])
         return np.tile(even, (len(self.edges), 1))
 
     def cycle(self) -> Cycle:
@@ -123,11 +135,16 @@ def free_flow(model: Model, layout: Layout, speed: float) -> FreeFlow:
     return FreeFlow(model, layout, speed)
 
 
+def listed(model: Model) -> list[int]:
+    """The storage places of the tasks of the list, in its order; none for drawn goods."""
+    goods = model.tasks.goods
+    return [item.good if isinstance(item, Good) else item for item in goods] if isinstance(goods, tuple) else []
+
+
 def asked_for(model: Model, layout: Layout) -> list[int]:
     """The storage places that tasks fetch from."""
-    goods = model.tasks.goods
-    if isinstance(goods, tuple):
-        return list(dict.fromkeys(item.good if isinstance(item, Good) else item for item in goods))
+    if isinstance(model.tasks.goods, tuple):
+        return list(dict.fromkeys(listed(model)))
     drawn = shares(model.tasks.popularity, layout.storage)
     return [place.number for place in layout.storage if drawn is None or drawn[place.number] > 0]
 
@@ -138,7 +155,6 @@ def demand(model: Model, layout: Layout) -> Any:
 
     goods, size = model.tasks.goods, len(layout.storage)
     if isinstance(goods, tuple):
-        numbers = [item.good if isinstance(item, Good) else item for item in goods]
-        return np.bincount(numbers, minlength=size) / len(numbers)
+        return np.bincount(listed(model), minlength=size) / len(goods)
     drawn = shares(model.tasks.popularity, layout.storage)
     return np.full(size, 1 / size) if drawn is None else drawn

@@ -11,6 +11,7 @@ import networkx as nx
 from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
+from desim_warehouse.layout.spec import NodeStorage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -96,7 +97,10 @@ def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
         raise LayoutError(unequal)
 
 
-def _place(graph: nx.DiGraph, number: int, item: Storage) -> StoragePlace:
+def _place(graph: nx.DiGraph, number: int, item: Storage | NodeStorage) -> StoragePlace:
+    if isinstance(item, NodeStorage):
+        at = graph.nodes[item.node]
+        return StoragePlace(number, (item.node, item.node), 0.0, at["x"], at["y"], item.popularity)
     bare = Layout(graph, (), {}, {})
     x, y = bare.position(item.edge, item.offset)
     return StoragePlace(number, item.edge, item.offset, x, y, item.popularity)

@@ -179,10 +179,22 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
                 f"robots unload standing on a node where {ways} meet, and hold all of them up",
                 "a station beside the node would not (layout.stations)",
             )
+    at_nodes = [place for place in layout.storage if place.edge[0] == place.edge[1]]
+    crossed = [place for place in at_nodes if graph.in_degree(place.edge[0]) > 1]
+    if crossed:
+        where = dict.fromkeys(place.edge[0] for place in crossed)
+        yield Finding(
+            "LOAD_ON_NODE",
+            "layout: storage",
+            f"{len(crossed)} places are at nodes where edges meet; a robot that loads there holds all others up: "
+            f"{some(where)}",
+            "nodes at the ends of spurs would not",
+        )
     near = [
         f"good {place.number}"
         for place in layout.storage
-        if min(place.offset, graph.edges[place.edge]["length"] - place.offset) < use.contact - EPS
+        if place.edge[0] != place.edge[1]
+        and min(place.offset, graph.edges[place.edge]["length"] - place.offset) < use.contact - EPS
     ]
     if near:
         yield Finding(

@@ -16,7 +16,10 @@ Edge = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StoragePlace:
-    """Where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre."""
+    """Where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
+
+    One that is picked standing on a node has that node for both ends of its edge, and offset 0.
+    """
 
     number: int
     edge: Edge
@@ -75,6 +78,16 @@ class Layout:
     def points(self) -> dict[str, complex]:
         """Where the nodes are: x + iy."""
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
+
+    def length(self, edge: Edge) -> float:
+        """Length of an edge; 0 of a node for both its ends."""
+        return 0.0 if edge[0] == edge[1] else float(self.graph.edges[edge]["length"])
+
+    def nodes_of(self, name: str) -> tuple[str, ...]:
+        """The node of this name, or those of the station of this name."""
+        if name in self.graph:
+            return (name,)
+        return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
         """The point `offset` length units along an edge drawn straight."""

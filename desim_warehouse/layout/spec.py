@@ -79,6 +79,7 @@ def _nodes(zones: str) -> AfterValidator:
     return AfterValidator(nodes)
 
 
+NodeOrStation = Annotated[Name, _node_or("stations")]
 NodesOfBays = Annotated[tuple[Annotated[Name, _node_or("bays")], ...], _nodes("bays")]
 NodesOfStations = Annotated[tuple[Annotated[Name, _node_or("stations")], ...], _nodes("stations")]
 
@@ -232,8 +233,31 @@ class Storage(Part):
         return offset
 
 
+class NodeStorage(Part):
+    """A storage place at a node, picked by a robot that stands on it, whichever edge it came by."""
+
+    node: NodeName = Field(description="the node it is picked from")
+    popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_edge(cls, value: Any) -> Any:
+        beside = [key for key in ("edge", "offset") if isinstance(value, Mapping) and key in value]
+        if beside:
+            raise wrong(f"{spoken(beside)} beside node, expected edge and offset, or node alone", beside[0])
+        return value
+
+
+def _storage_form(value: Any) -> str | None:
+    at_node = isinstance(value, NodeStorage) or (isinstance(value, Mapping) and "node" in value)
+    return ("\0node" if at_node else "\0edge") if isinstance(value, SECTION) else None
+
+
 class StorageFile(Part):
-    """Storage places from a CSV file with the columns from, to, offset and perhaps popularity."""
+    """Storage places from a CSV file with the columns from, to, offset, or node, and perhaps popularity.
+
+    Where it has both, each row fills one of the two.
+    """
 
     file: Name = Field(description="CSV file, relative to the model file")
 
@@ -315,8 +339,14 @@ class LayoutSpec(Part):
         (), description="edges between the nodes"
     )
     storage: Annotated[
-        tuple[Storage, ...],
-        Forms("a list of storage places (edge, offset), or {file: storage.csv}", StorageFile),
+        tuple[
+            Annotated[
+                Annotated[Storage, form("edge")] | Annotated[NodeStorage, form("node")],
+                Forms("a section with edge and offset, or with node", pick=_storage_form),
+            ],
+            ...,
+        ],
+        Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
     bays: Named[BaySpec] = Field(FrozenMap(), description="departure, parking and charging zones by name")
     stations: Named[StationSpec] = Field(FrozenMap(), description="stations beside nodes by name")
@@ -379,7 +409,9 @@ class LayoutSpec(Part):
 
     @field_validator("storage")
     @classmethod
-    def _count(cls, storage: tuple[Storage, ...], info: ValidationInfo) -> tuple[Storage, ...]:
+    def _count(
+        cls, storage: tuple[Storage | NodeStorage, ...], info: ValidationInfo
+    ) -> tuple[Storage | NodeStorage, ...]:
         if storage:
             known(info).places = len(storage)
         return storage

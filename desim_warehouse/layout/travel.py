@@ -211,6 +211,14 @@ class FreeTravel:
             found = self._oracles[cost] = RouteOracle(self.highways, cost, self.speed, self.node_time, self.hubs)
         return found
 
+    def along(self, edge: tuple[str, str], offset: float) -> tuple[float, float]:
+        """Times from the start of a good's edge to the good, and from there to the end, its node time included."""
+        if edge[0] == edge[1]:
+            return 0.0, 0.0
+        data = self.highways.edges[edge]
+        pace = min(self.speed, data["speed"])
+        return offset / pace, (data["length"] - offset) / pace + self.node_time
+
     @property
     def ways(self) -> RouteOracle:
         """The oracle of the ways that robots drive."""

@@ -44,7 +44,7 @@ from desim_warehouse.fields import (
     wrong,
 )
 from desim_warehouse.findings import Acceptable
-from desim_warehouse.layout.spec import LayoutSpec, NodesOfBays, NodesOfStations
+from desim_warehouse.layout.spec import LayoutSpec, NodeOrStation, NodesOfBays, NodesOfStations
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.units import METRES, UnitNames
@@ -174,12 +174,17 @@ GoodNumber = Annotated[Whole, AfterValidator(_stored)]
 
 
 class Good(Part):
-    """A task in the list: the good, and when it is released, due, and how urgent (higher first)."""
+    """A task in the list: the good, when it is released, due, how urgent (higher first), and where it goes."""
 
     good: GoodNumber = Field(description="number of the storage place")
     release: Time = Field(0.0, description="time at which the task becomes known")
     due: Time | None = Field(None, description="time by which it should be delivered")
     priority: Integer = Field(0, description="higher first")
+    to: NodeOrStation | None = Field(
+        None,
+        description="where it is unloaded, a node or the name of a station; default: by unload_at",
+        json_schema_extra=LATER,
+    )
 
     @field_validator("due")
     @classmethod
@@ -276,7 +281,7 @@ class Tasks(Part):
                 Annotated[
                     Annotated[GoodNumber, form("number")] | Annotated[Good, form("task")],
                     Forms(
-                        "the number of a good, or a section with good, release, due and priority",
+                        "the number of a good, or a section with good, release, due, priority and to",
                         pick=by_type(number=int, task=SECTION),
                     ),
                 ],

@@ -65,14 +65,19 @@ def _weights(named: dict[str, Any], folder: Path, places: Places) -> dict[str, A
 def _storage(named: dict[str, Any], folder: Path, places: Places) -> list[dict[str, Any]]:
     form = _form(StorageFile, named, STORAGE)
     table = _Table.read(folder / form.file, (*STORAGE, "file"), places)
-    for column in ("from", "to", "offset"):
-        table.require(column, (*STORAGE, "file"))
+    if "node" not in table.header or {"from", "to", "offset"} & set(table.header):
+        for column in ("from", "to", "offset"):
+            table.require(column, (*STORAGE, "file"))
     made = []
     for rank, row in enumerate(table.rows):
         keys: Keys = (*STORAGE, rank)
-        places.keys[keys] = places.values[keys] = places.values[*keys, "edge"] = row.at["from"]
-        item: dict[str, Any] = {"edge": [row.cells["from"], row.cells["to"]]}
-        for column in ("offset", "popularity"):
+        at_node = bool(row.cells.get("node")) or "from" not in row.cells
+        first = "node" if at_node else "from"
+        places.keys[keys] = places.values[keys] = places.values[*keys, "edge"] = row.at[first]
+        item: dict[str, Any] = (
+            {"node": row.cells["node"]} if at_node else {"edge": [row.cells["from"], row.cells["to"]]}
+        )
+        for column in ("popularity",) if at_node and not row.cells.get("offset") else ("offset", "popularity"):
             if column in row.cells:
                 item[column] = row.number(column)
                 places.values[*keys, column] = row.at[column]

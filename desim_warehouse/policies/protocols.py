@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One good to be brought from its storage place to a station."""
+    """One good to be brought from its storage place to a station.
+
+    It is picked `offset` beyond the start of `edge`; one at a node has that node for both ends, and offset 0.
+    `to`: nodes of which it goes to one; empty: it goes where all do (tasks.unload_at).
+    """
 
     number: int
     good: int
@@ -25,6 +29,7 @@ class Task:
     release: float = 0.0
     due: float | None = None
     priority: int = 0
+    to: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ class Situation:
     random: Callable[[], Generator]
     handling: Handling
     length: Callable[[tuple[str, str]], float]
-    """Length of an edge."""
+    """Length of an edge; 0 of a node for both its ends, as tasks have for a good at a node."""
 
     def first_tasks(self, number: int) -> list[Task]:
         """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""

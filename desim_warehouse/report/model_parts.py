@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import build
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import html, words
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def model_facts(model: Model) -> Html:
             ),
         ),
         ("Work", work(model)),
-        ("Unloading", f"at {', '.join(model.tasks.unload_at)}"),
+        ("Unloading", f"at {', '.join(destinations(model, floor))}"),
         ("Battery", _battery(model)),
         ("Policies", _policies(model)),
         ("Time unit", f"1 {units.time} = {words.number(units.seconds)} s"),

@@ -139,7 +139,7 @@ class Situations:
         self.reach = reach
         self.open_tasks = open_tasks
         self.streams = streams
-        self._edges = layout.graph.edges
+        self._length = layout.length
         self._generators: dict[str, Generator] = {}
         self.handling = Handling(
             model.tasks.load_time,
@@ -166,7 +166,7 @@ class Situations:
             collisions=lambda: routes.collisions,
             random=lambda: self._random("allocation"),
             handling=self.handling,
-            length=lambda edge: float(self._edges[edge]["length"]),
+            length=self._length,
         )
 
     def _random(self, kind: str) -> Generator:

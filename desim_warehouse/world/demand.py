@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.model.destinations import own_destinations
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
@@ -29,6 +30,7 @@ class Demand:
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.storage = layout.storage
+        self.own = own_destinations(model, layout)
         self.streams = streams
         self.goods = model.tasks.goods
         self.popularity = model.tasks.popularity
@@ -53,8 +55,8 @@ class Demand:
                 self._release(Good(good=number))
         else:
             self.total = len(goods)
-            for item in goods:
-                self._announce(item if isinstance(item, Good) else Good(good=item))
+            for item, to in zip(goods, self.own, strict=True):
+                self._announce(item if isinstance(item, Good) else Good(good=item), to)
 
     def refill(self, still_open: int) -> None:
         """A task was taken, so many are open: where work never ends another one is released in its place.
@@ -64,17 +66,17 @@ class Demand:
         if isinstance(self.goods, SaturatedGoods) and still_open < self.goods.saturated:
             self._release(Good(good=self._draw()), self.goods.due_within)
 
-    def _announce(self, good: Good) -> None:
+    def _announce(self, good: Good, to: tuple[str, ...]) -> None:
         if good.release <= self.env.now:
-            self._release(good)
+            self._release(good, to=to)
         else:
-            Timeout(self.env, good.release - self.env.now).callbacks.append(lambda _: self._release(good))
+            Timeout(self.env, good.release - self.env.now).callbacks.append(lambda _: self._release(good, to=to))
 
-    def _release(self, good: Good, due_within: float | None = None) -> None:
+    def _release(self, good: Good, due_within: float | None = None, *, to: tuple[str, ...] = ()) -> None:
         place = self.storage[good.good]
         now = self.env.now
         due = good.due if due_within is None else now + due_within
-        task = Task(self._number, good.good, place.edge, place.offset, now, due, good.priority)
+        task = Task(self._number, good.good, place.edge, place.offset, now, due, good.priority, to)
         self._number += 1
         self.release(task)
 

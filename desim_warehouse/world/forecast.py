@@ -44,7 +44,7 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
         return station, max(tasks.unload_time - (since if robot.state == "unloading" else 0.0), 0.0)
     if robot.state == "loaded":
         return station, time + ways.time(robot.node, station) + tasks.unload_time
-    length = reach.edges[job.edge]["length"]
+    length = reach.length(job.edge)
     beyond = (length - job.offset) / speed + ways.time(job.edge[1], station) + tasks.unload_time
     if robot.state == "loading":
         return station, max(tasks.load_time - since, 0.0) + beyond

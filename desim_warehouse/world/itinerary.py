@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 
 class Itinerary:
-    """The route of one robot: `legs` are what is left of it, `pick` is where it fetches its good: a lane and a stop.
+    """The route of one robot: `legs` are what is left of it, `pick` the lane on which it fetches its good, and where.
+
+    A good at a node is fetched standing on the node, as in a station's: `pick` is None.
 
     `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
     """
@@ -53,16 +55,21 @@ class Itinerary:
 
     def take_task(self, node: str, task: Task, station: str, bay: str | None) -> bool:
         """From `node` to the good, the station and, from one in the lane, to `bay`; False: the change is not safe."""
-        lane, _ = self.pick = self._pick(node, task, station)
-        legs = [[*self.routes.route(node, lane.edge[0]), lane]]
+        self.pick = self._pick(node, task, station)
+        start, end = self.edge_of(task)
+        legs = [self.routes.route(node, start)]
+        if self.pick is not None:
+            legs = [[*legs[0], self.pick[0]]]
         if self.guard is not None:
-            legs.append(self.routes.route(lane.edge[1], station))
+            legs.append(self.routes.route(end, station))
             if bay is not None:
                 legs.append(self.routes.route(station, bay))
         return self._set(*legs)
 
-    def _pick(self, node: str, task: Task, station: str) -> tuple[Lane, float]:
+    def _pick(self, node: str, task: Task, station: str) -> tuple[Lane, float] | None:
         """The good's lane, and how far along; a two-way lane is driven from the end that is sooner for the task."""
+        if task.edge[0] == task.edge[1]:
+            return None
         lane, offset, times = self.lanes[task.edge], task.offset, self.free.time
         if lane.twin is None:
             return lane, offset

@@ -46,7 +46,7 @@ class Reach:
         self._model, self._layout = model, layout
         self.tasks = model.tasks
         self.exit_time = model.fleet.exit_time
-        self.edges = layout.graph.edges
+        self.length = layout.length
         self.levels = levels
         self.rates = rates
         self.stations = stations
@@ -212,13 +212,12 @@ class Reach:
     def _from_edge(self, speed: float, task: Task, station: str) -> float:
         """Energy from the start of the good's edge to being clear of the station."""
         tasks, rates = self.tasks, self.rates
-        edge, travel = self.edges[task.edge], self.travel(speed)
-        pace = min(speed, edge["speed"])
-        loaded = (edge["length"] - task.offset) / pace + travel.node_time + travel.ways.time(task.edge[1], station)
+        travel = self.travel(speed)
+        before, after = travel.along(task.edge, task.offset)
         return float(
-            rates["empty"] * (task.offset / pace + tasks.clear_time)
+            rates["empty"] * (before + tasks.clear_time)
             + rates["loading"] * (tasks.load_time + tasks.unload_time)
-            + rates["loaded"] * loaded
+            + rates["loaded"] * (after + travel.ways.time(task.edge[1], station))
         )
 
     # Driving times

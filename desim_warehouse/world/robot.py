@@ -374,10 +374,15 @@ class Robot:
 
     @property
     def is_at_good_edge(self) -> bool:
-        """Whether it is on the edge of its task's good, or stands at the node where that begins."""
+        """Whether it is on the edge of its task's good, or stands at the node where that begins.
+
+        Of a good at a node: whether it stands there, or comes there next.
+        """
         body, job = self.body, self.job
         assert job is not None
         edge = self.itinerary.edge_of(job)
+        if edge[0] == edge[1]:
+            return self.node == edge[0]
         if body.lane is not None and body.lane.edge == edge:
             return True
         standing = body.lane is None or (body.held is not None and body.pos >= body.lane.length)

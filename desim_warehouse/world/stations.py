@@ -69,9 +69,10 @@ class Stations:
         """Where a robot would unload a task, by tasks.station_choice; stations that are full are passed over.
 
         Ties go to the nearer one, then to the one named first. `random` draws once for each task, whoever gets it.
+        A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
         """
-        nodes, choice, stations = self.nodes, self.choice, self.by_node
-        if choice == "each":
+        nodes, choice, stations = task.to or self.nodes, self.choice, self.by_node
+        if choice == "each" and not task.to:
             return nodes[robot.number % len(nodes)]
         if choice == "random":
             return self._draw(task)
@@ -87,8 +88,9 @@ class Stations:
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
         if node is None:
-            drawn = int(self._streams.stream("station", task.number).integers(len(self.nodes)))
-            node = self._drawn[task.number] = self.nodes[drawn]
+            nodes = task.to or self.nodes
+            drawn = int(self._streams.stream("station", task.number).integers(len(nodes)))
+            node = self._drawn[task.number] = nodes[drawn]
         return node
 
     def has_room(self, robot: RobotView, node: str) -> bool:

@@ -15,6 +15,7 @@ from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.log import Log
 from desim_warehouse.model import energy
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.policies import create
 from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
@@ -79,7 +80,7 @@ class World:
             max(robot.speed for robot in kinds),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
-            (*layout.bays, *layout.stations, *model.tasks.unload_at),
+            (*layout.bays, *layout.stations, *destinations(model, layout)),
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)

@@ -324,3 +324,32 @@ def test_rows_that_are_missing(ring, kind, key):
     else:
         del rows[first(rows, kind)]
     finds(altered(ring, rows), rf"robot \d counts \d+ ({key}), \d+ are logged")
+
+
+AT_NODES = {
+    **RING,
+    "layout": {**RING["layout"], "storage": [{"node": "A"}, {"node": "B"}]},
+    "tasks": {**RING["tasks"], "goods": [1, 0, 1, 0]},
+    "battery": None,
+}
+
+
+@pytest.fixture(scope="module")
+def at_nodes():
+    return dw.simulate(dw.load(AT_NODES))
+
+
+def test_loading_on_another_node(at_nodes):
+    assert audit(at_nodes) == []
+    rows = list(at_nodes.record.rows)
+    at = first(rows, "released")
+    rows[at] = change(rows[at], value=0.0)
+    finds(altered(at_nodes, rows), "robot 0 loads good 0, which is not where it is")
+
+
+def test_loading_on_a_node_that_another_has_not_cleared(at_nodes):
+    rows = list(at_nodes.record.rows)
+    at = first(rows, "loading", robot=1, node="A")
+    assert rows[at][0] == 2  # robot 0 has left at 0, and is D beyond
+    rows[at] = change(rows[at], time=1.0)
+    finds(altered(at_nodes, rows), "robot 1 came out of a bay at A, 1 from robot 0")

@@ -28,8 +28,8 @@ class Found:
     miscounted: list[str] = field(default_factory=list)
     unaccounted: list[str] = field(default_factory=list)
 
-    def look_at(self, number):
-        mapping = model(number)
+    def look_at(self, number, make=model):
+        mapping = make(number)
         try:
             run = dw.simulate(dw.load(mapping), number)
         except WarehouseError as error:

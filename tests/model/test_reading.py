@@ -120,7 +120,7 @@ def test_a_mapping_has_no_lines_but_its_order():
     assert problems(bad) == [
         (
             "<mapping>: tasks.goods.0: should be the number of a good, "
-            "or a section with good, release, due and priority (got 'x')"
+            "or a section with good, release, due, priority and to (got 'x')"
         ),
         "<mapping>: tasks.load_time: should be greater than or equal to 0 (got -1)",
         (

@@ -68,3 +68,20 @@ def test_a_place_beyond_its_edge_is_named_by_its_line_in_the_table(folder):
             "expected an offset below the edge's length, 10"
         )
     ]
+
+
+def test_storage_places_at_nodes_have_a_column_of_their_own(folder):
+    (folder / "storage.csv").write_text("node,popularity\nrack,2\ngate,1\n", encoding="utf-8")
+    model = load(folder / "model.yaml")
+    assert [(place.node, place.popularity) for place in model.layout.storage] == [("rack", 2), ("gate", 1)]
+
+
+def test_rows_of_a_table_are_on_edges_or_at_nodes(folder):
+    (folder / "storage.csv").write_text("from,to,offset,node\ndock,gate,2.5,\n,,,rack\n,,3,rock\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=r"storage.csv:4.*offset beside node"):
+        load(folder / "model.yaml")
+    (folder / "storage.csv").write_text("from,to,offset,node\ndock,gate,2.5,\n,,,rack\n", encoding="utf-8")
+    assert [item.content() for item in load(folder / "model.yaml").layout.storage] == [
+        {"edge": ["dock", "gate"], "offset": 2.5, "popularity": 1},
+        {"node": "rack", "popularity": 1},
+    ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.zones import robot_radii, zones
@@ -97,7 +98,7 @@ def _drawn(
         draw_goods(axes, floor, step, fetched_of(model))
         draw_edges(axes, floor, step, palette.FAINT)
         beside = _zones(axes, floor, model)
-        draw_nodes(axes, floor, set(model.tasks.unload_at), named, under=_under_zones(model, floor))
+        draw_nodes(axes, floor, set(destinations(model, floor)), named, under=_under_zones(model, floor))
         frame(axes, floor, step, model, beside)
         _key(axes, floor, model)
         return axes

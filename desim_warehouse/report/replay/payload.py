@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.zones import robot_radii
@@ -106,7 +107,7 @@ def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
         "real": edges.real,
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
-        "unload_at": sorted({number[node] for node in model.tasks.unload_at}),
+        "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
@@ -258,8 +259,9 @@ def _count_columns(run: Run, scale: Scale) -> Columns:
 
 
 def _storage_columns(run: Run, scale: Scale) -> Columns:
-    """The storage places: their middle, and the edge from which they are served."""
+    """The storage places: their middle, and the edge from which they are served; -1 - i is the node of number i."""
     number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
+    number.update({(node, node): -1 - i for i, node in enumerate(run.layout.graph)})
     storage = run.layout.storage
     return {
         "storage_x": _steps(scale.lengths([place.x for place in storage])),

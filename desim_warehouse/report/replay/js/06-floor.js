@@ -16,11 +16,12 @@ class Floor {
     this.sheet = document.createElement("canvas");
   }
 
-  // Where goods have no size of their own they lie on their edge: shown to the right of it.
+  // Where goods have no size of their own they lie on their edge: shown to the right of it; or below their node.
   besideEdges() {
     const { edges } = this;
     for (let i = 0; i < this.storageX.length; i++) {
-      const heading = edges.heading[this.storageEdge[i]] + Math.PI / 2;
+      const edge = this.storageEdge[i];
+      const heading = (edge < 0 ? 0 : edges.heading[edge]) + Math.PI / 2;
       this.storageX[i] += Math.cos(heading) * this.radius * 2.2;
       this.storageY[i] += Math.sin(heading) * this.radius * 2.2;
     }

@@ -96,8 +96,8 @@ class Hover {
     if (good < 0) return null;
     const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
     const edge = floor.storageEdge[good], name = (node) => ({ name: header.nodes[node][0] });
-    return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"],
-      ["from ", name(edges.source[edge]), " → ", name(edges.target[edge])]];
+    const where = edge < 0 ? ["at ", name(-1 - edge)] : ["from ", name(edges.source[edge]), " → ", name(edges.target[edge])];
+    return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"], where];
   }
 
   edgeLines(wx, wy) {
