@@ -79,7 +79,29 @@ def _drawn(spec: LayoutSpec) -> nx.DiGraph:
         if edge.two_way:
             graph.add_edge(edge.target, edge.source, **data)
     _join_twins(graph, beside)
+    _prefer(graph, spec)
     return graph
+
+
+def _prefer(graph: nx.DiGraph, spec: LayoutSpec) -> None:
+    """Note how many times an edge counts that leads against a preferred direction."""
+    wrong = []
+    for rank, edge in enumerate(spec.edges):
+        if edge.against == 1:
+            continue
+        where = f"layout.edges[{rank}].against"
+        back = graph.edges.get((edge.target, edge.source))
+        if back is None:
+            wrong.append(
+                f"{where}: nobody drives from {edge.target} to {edge.source}, as {edge.source}>{edge.target} leads one "
+                "way; leave it out, or say two_way: true"
+            )
+        elif "counts" in graph.edges[edge.source, edge.target]:
+            wrong.append(f"{where}: both {edge.source}>{edge.target} and the edge back have it; leave out one of them")
+        else:
+            back["counts"] = edge.against
+    if wrong:
+        raise LayoutError(wrong)
 
 
 def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:

@@ -54,7 +54,8 @@ class Layout:
     """A warehouse floor.
 
     `graph` is the Highways: nodes have x and y, edges have length, speed (limit, inf if none) and perhaps two_way: the
-    edge and the one back are one lane, used in one direction at a time.
+    edge and the one back are one lane, used in one direction at a time. An edge that leads against a preferred
+    direction `counts` so many times where routes are chosen.
     The order of a node's successors is the order in which Algorithm 1 tries them.
     """
 

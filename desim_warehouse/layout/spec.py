@@ -182,6 +182,11 @@ class Edge(Part):
     side_by_side: Flag = Field(
         False, description="with an edge back: two lanes side by side, not one for both", json_schema_extra=LATER
     )
+    against: Annotated[float, Field(strict=True, ge=1), limited()] = Field(
+        1.0,
+        description="driven the other way, from to to from, it counts so many times as long where routes are chosen",
+        json_schema_extra=LATER,
+    )
 
     @model_validator(mode="after")
     def _only_once(self, info: ValidationInfo) -> Edge:

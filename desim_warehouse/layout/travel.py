@@ -22,8 +22,11 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Layout
 
 Cost = Literal["hops", "length", "time"]
+Row = tuple[Any, Any, Any, Any]
 KEPT = 8_000_000
 """Numbers of each kind that an oracle keeps: rows times nodes (64 MB of times, as much of lengths)."""
+TIE = 1e-9
+"""Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
 
 class RouteOracle:
@@ -31,7 +34,8 @@ class RouteOracle:
 
     `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1
     does; `length` is in length units; `time` includes node times and edge speed limits, waiting not. Times of
-    a way are at `speed`, whatever the cost that chose it.
+    a way are at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are
+    compared by length or time; the lengths and times given are those driven.
     """
 
     def __init__(
@@ -47,10 +51,13 @@ class RouteOracle:
             ]
             for name in self.names
         ]
+        self._counts = [[data.get("counts", 1.0) for data in highways[name].values()] for name in self.names]
+        self._counted = cost != "hops" and any(count != 1 for row in self._counts for count in row)
         self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
-        self._rows: OrderedDict[tuple[int, bool], tuple[Any, Any, Any]] = OrderedDict()
+        self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._edges: Any = None
+        self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
         """Length of the way; inf where there is none."""
@@ -62,18 +69,52 @@ class RouteOracle:
         row, at = self._row_of(origin, goal)
         return float(row[1][at])
 
-    def way(self, origin: str, goal: str) -> list[str]:
-        """Nodes of the way, both ends included; empty where there is none."""
+    def counted(self, origin: str, goal: str) -> float:
+        """What the way counts where it is compared with others: more than its cost if it leads against a direction."""
+        row, at = self._row_of(origin, goal)
+        return float(row[3][at])
+
+    def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
+        """Nodes of the way, both ends included; empty where there is none.
+
+        Another `tie` gives another of the ways of the same length and time, where there are several.
+        """
         forward = self._forward(origin, goal)
-        (lengths, _, steps), at = self._row_of(origin, goal)
-        if math.isinf(lengths[at]):
+        row, at = self._row_of(origin, goal)
+        if math.isinf(row[0][at]):
             return []
-        names, root = self.names, self.index[origin if forward else goal]
+        names, root, steps = self.names, self.index[origin if forward else goal], row[2]
         way = [names[at]]
         while at != root:
-            at = steps[at]
+            at = self._tied(row, at, root, tie, forward=forward) if tie else steps[at]
             way.append(names[at])
         return way[::-1] if forward else way
+
+    def _tied(self, row: Row, at: int, root: int, tie: int, *, forward: bool) -> int:
+        """The next node towards the root on one of the ways that are as cheap, as long and take as long."""
+        lengths, times, _, costs = row
+        length, time, cost = lengths[at] * TIE, times[at] * TIE, costs[at] * TIE
+        nexts = [
+            there
+            for there, long, lasts, counts in self._towards(forward=forward)[at]
+            if costs[there] < costs[at]
+            and abs(costs[there] + counts - costs[at]) <= cost
+            and abs(lengths[there] + long - lengths[at]) <= length
+            and abs(times[there] + lasts - times[at]) <= time
+        ]
+        return nexts[_drawn(tie, at, root) % len(nexts)] if nexts else int(row[2][at])
+
+    def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
+        """By node the nodes that a way to the root may lead to, with length, time and cost of the edge between."""
+        if forward not in self._steps:
+            found: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
+            for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
+                for (target, length, time), count in zip(edges, counts, strict=True):
+                    cost = 1.0 if self.cost == "hops" else count * (length if self.cost == "length" else time)
+                    one, other = (target, source) if forward else (source, target)
+                    found[one].append((other, length, time, cost))
+            self._steps[forward] = found
+        return self._steps[forward]
 
     def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
         """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
@@ -100,13 +141,13 @@ class RouteOracle:
         """Whether a way is searched from its origin."""
         return self.cost == "hops" or (origin in self._hubs and goal not in self._hubs)
 
-    def _row_of(self, origin: str, goal: str) -> tuple[tuple[Any, Any, Any], int]:
+    def _row_of(self, origin: str, goal: str) -> tuple[Row, int]:
         if self._forward(origin, goal):
             return self._row(self.index[origin], forward=True), self.index[goal]
         return self._row(self.index[goal], forward=False), self.index[origin]
 
-    def _row(self, root: int, *, forward: bool) -> tuple[Any, Any, Any]:
-        """Lengths, times and next nodes (towards the root) of all nodes."""
+    def _row(self, root: int, *, forward: bool) -> Row:
+        """Lengths, times and next nodes (towards the root) of all nodes, and what the ways count."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -118,7 +159,7 @@ class RouteOracle:
             self._rows.move_to_end(key)
         return row
 
-    def _breadth_first(self, root: int) -> tuple[Any, Any, Any]:
+    def _breadth_first(self, root: int) -> Row:
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -133,42 +174,60 @@ class RouteOracle:
                     lengths[there] = lengths[here] + length
                     times[there] = times[here] + time
                     line.append(there)
-        return lengths, times, before
+        return lengths, times, before, lengths
 
-    def _dijkstra(self, root: int, *, forward: bool) -> tuple[Any, Any, Any]:
+    def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
         from scipy.sparse.csgraph import dijkstra
 
         if self._edges is None:
             self._edges = self._matrices()
-        graph, keys, other = self._edges
+        graph, keys, columns = self._edges
         search: Any = dijkstra
         costs, steps = search(graph if forward else graph.T, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
-        first = np.where(np.isinf(costs), np.inf, 0.0)
         moved = steps != here
         source, target = (steps, here) if forward else (here, steps)
-        edges = np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])
-        first[moved] = other[keys[1][edges]]
-        along = _along(steps, first)
-        lengths, times = (costs, along) if self.cost == "length" else (along, costs)
-        return tuple(
-            array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddi", (lengths, times, steps), strict=True)
-        )  # type: ignore[return-value]
+        edges = keys[1][np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])]
 
-    def _matrices(self) -> tuple[Any, Any, Any]:
-        """The Highways with their costs; edges by (from, to) in order; the edges' other cost."""
+        def along(what: Cost) -> Any:
+            """Length or time of the ways found."""
+            if what == self.cost and not self._counted:
+                return costs
+            first = np.where(np.isinf(costs), np.inf, 0.0)
+            first[moved] = columns[what][edges]
+            return _along(steps, first)
+
+        lengths, times, before = (
+            array(kind, row.astype(kind).tobytes())
+            for kind, row in zip("ddi", (along("length"), along("time"), steps), strict=True)
+        )
+        if self._counted:
+            return lengths, times, before, array("d", costs.tobytes())
+        return lengths, times, before, lengths if self.cost == "length" else times
+
+    def _matrices(self) -> tuple[Any, Any, dict[str, Any]]:
+        """The Highways with their costs; edges by (from, to) in order; the edges' lengths and times."""
         import numpy as np
         from scipy.sparse import csr_array
 
         size = len(self.names)
         edges = [(i, *edge) for i, row in enumerate(self._next) for edge in row]
         source, target, length, time = (np.array(column) for column in zip(*edges, strict=True))
-        cost, other = (length, time) if self.cost == "length" else (time, length)
+        columns = {"length": length, "time": time}
+        cost = columns[self.cost]
+        if self._counted:
+            cost = cost * np.concatenate([np.array(row) for row in self._counts])
         keys = source * size + target
         order = np.argsort(keys)
-        return csr_array((cost, (source, target)), shape=(size, size)), (keys[order], order), other
+        return csr_array((cost, (source, target)), shape=(size, size)), (keys[order], order), columns
+
+
+def _drawn(tie: int, node: int, root: int) -> int:
+    """A number that looks drawn at random but hangs on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
+    return mixed >> 15 ^ mixed >> 7
 
 
 def _along(steps: Any, first: Any) -> Any:

@@ -131,11 +131,14 @@ class Travel(Protocol):
 class Oracle(Protocol):
     """Ways that are cheapest by one cost of an edge."""
 
-    def way(self, origin: str, goal: str) -> list[str]:
-        """Nodes of the way, both ends included; empty where there is none."""
+    def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
+        """Nodes of the way, both ends included; empty where there is none; another `tie`: another way as good."""
 
     def time(self, origin: str, goal: str) -> float:
         """Free driving time of the way."""
+
+    def counted(self, origin: str, goal: str) -> float:
+        """What the way counts where routes are compared: its cost, more where it leads against a direction."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,10 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator  # noqa: TC003 - the types of parameters are looked up when a model is read
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
@@ -34,32 +36,67 @@ class Highways:
 
 @dataclass(frozen=True)
 class Shortest:
-    """The way of least length.
+    """The way of least length; of several that take as long, `spread` of them in turn.
 
-    Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
+    Grids have many equally short ways, and robots that all take the same one jam it. Whichever is taken, length and
+    time are the same. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
+
+    `spread`: how many of the equally short ways between two nodes are used.
     """
 
+    spread: int = 1
     cost: ClassVar[str] = "length"
-    fixed: ClassVar[bool] = True
+    turns: Iterator[int] = field(init=False, repr=False, compare=False, default_factory=itertools.count)
+
+    def __post_init__(self) -> None:
+        """Check the parameter."""
+        _check(self.spread)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the way between two nodes is always the same."""
+        return self.spread == 1
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        return roads.oracle("length").way(origin, goal)
+        return roads.oracle("length").way(origin, goal, _tie(self.turns, self.spread))
 
 
 @dataclass(frozen=True)
 class Fastest:
-    """The way of least free driving time: node times and speed limits of edges included, waiting not.
+    """The way of least free driving time, node times and speed limits included; of several, `spread` of them in turn.
 
-    Source: Dijkstra (1959).
+    Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
+
+    `spread`: how many of the equally fast ways between two nodes are used.
     """
 
+    spread: int = 1
     cost: ClassVar[str] = "time"
-    fixed: ClassVar[bool] = True
+    turns: Iterator[int] = field(init=False, repr=False, compare=False, default_factory=itertools.count)
+
+    def __post_init__(self) -> None:
+        """Check the parameter."""
+        _check(self.spread)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the way between two nodes is always the same."""
+        return self.spread == 1
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        return roads.oracle("time").way(origin, goal)
+        return roads.oracle("time").way(origin, goal, _tie(self.turns, self.spread))
+
+
+def _check(spread: int) -> None:
+    if not spread >= 1:
+        raise ValueError(f"spread is {spread}, expected at least 1 way")
+
+
+def _tie(turns: Iterator[int], spread: int) -> int:
+    """Which of the equally good ways is taken in this turn; 0: the one that is always taken without `spread`."""
+    return 0 if spread == 1 else 1 + next(turns) % spread
 
 
 @dataclass(frozen=True)
@@ -94,7 +131,7 @@ class CongestionAware:
         least = {origin: 0.0}
         before: dict[str, str] = {}
         rank = 0
-        ahead = [(free.time(origin, goal), rank, origin)]
+        ahead = [(free.counted(origin, goal), rank, origin)]
         done: set[str] = set()
         while ahead:
             _, _, here = heapq.heappop(ahead)
@@ -107,12 +144,14 @@ class CongestionAware:
                 waiting = self.history * roads.waits[here, there] if self.history else 0.0
                 if self.queues:
                     waiting += self.queues * headway * roads.queued((here, there))
-                time = least[here] + edge["length"] / min(roads.speed, edge["speed"]) + roads.node_time + waiting
+                counts = edge.get("counts", 1.0)
+                driving = edge["length"] / min(roads.speed, edge["speed"])
+                time = least[here] + driving * counts + roads.node_time * counts + waiting
                 if time < least.get(there, math.inf):
                     least[there] = time
                     before[there] = here
                     rank += 1
-                    heapq.heappush(ahead, (time + free.time(there, goal), rank, there))
+                    heapq.heappush(ahead, (time + free.counted(there, goal), rank, there))
         way = [goal]
         while way[-1] != origin:
             way.append(before[way[-1]])
