@@ -75,6 +75,7 @@ class Avoidance:
         """Change the route of a robot that is out, if that is safe; it begins at the node it stands on or comes to.
 
         It is to stand on that node first: a route that turned back into the lane it is on would wait for itself.
+        Refused, the declared route stays in force, and the robot may ask again at the next node.
         """
         plan = self._plans[robot]
         node = robot.held if robot.held is not None else robot.lane.end
@@ -138,7 +139,8 @@ class Avoidance:
         """The robots of a cycle through `robot`, or None.
 
         Found backwards: whom it stands in the way of, whom they stand in the way of, and so on, until one of them
-        stands in its own way. If nobody has still to use its stand, one look is enough.
+        stands in its own way. If nobody has still to use its stand, one look is enough. On one-way rings this is
+        stricter than need be, as whoever drives round is in the way of all: there rings turn instead (`gridlock`).
         """
         plans = self._plans
         stand = plans[robot].stands

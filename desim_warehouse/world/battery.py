@@ -39,7 +39,7 @@ class Battery:
         self._level = level
 
     def level(self, now: float) -> float:
-        """Energy left at `now`."""
+        """Energy left at `now`: on demand, as between two changes it is a straight line or the charge curve."""
         if self.charging:
             return self._level + self.charge_gain(self._level, now - self._since)
         return self._level - self._rate * (now - self._since)
@@ -69,7 +69,7 @@ class Battery:
         self.charging = True
 
     def unplug(self, now: float, level: float | None = None) -> None:
-        """End charging, at the level reached or at the one told."""
+        """End charging, at the level reached or at `level`."""
         self._level = min(self.level(now) if level is None else level, self.capacity)
         self._since = now
         self.charging = False

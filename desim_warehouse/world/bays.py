@@ -79,10 +79,12 @@ class Bays:
             return True
         if bay.free <= 0:
             return False
+        # A second slot only if every robot without one would still find one: so whoever leaves its work has somewhere
+        # to go, and nobody queues in a lane.
         return robot.bay is None or self.free - 1 >= self.slotless
 
     def take(self, robot: Guest, bay: Bay) -> None:
-        """Reserve a slot; a robot that stands in a bay keeps that one until it leaves."""
+        """Reserve a slot, before setting out for it; a robot that stands in a bay keeps that one until it leaves."""
         if robot.bay is bay:
             return
         assert self.may_take(robot, bay)

@@ -149,6 +149,7 @@ class Dispatcher:
     def call(self, *, at_once: bool = False) -> None:
         """Have the policy asked at the end of this instant, or of the interval.
 
+        After everything else that happens at the instant: robots that become free together are seen together.
         `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
         """
         now = self.env.now
@@ -178,7 +179,7 @@ class Dispatcher:
         return self.situations.now([self.free[number][0].view() for number in sorted(self.free)], self._fleet)
 
     def _fleet(self) -> list[RobotView]:
-        """All robots; those at work where, and about when, they will be free."""
+        """All robots, by number; those at work where, and about when, they will be free."""
         now = self.env.now
         return [
             robot.view() if robot.number in self.free else busy_view(robot, self.reach, now) for robot in self.robots

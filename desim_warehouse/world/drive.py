@@ -85,6 +85,7 @@ class Drive:
             onward = self.onward
             if onward is None and self.stop is not None:
                 return True
+            # A recall takes effect at the node that it comes to next, never between nodes.
             if onward is None or onward.short or robot.recall_at <= self._clear_of_node():
                 yield from self._to_node()
             elif not robot.detours or not self._takes_detour():
@@ -157,6 +158,7 @@ class Drive:
             return
         if robot.goal - pos > EPS:
             ahead = robot.ahead
+            # Behind the target of the robot ahead, not its position: it is sure to get there, so one timeout will do.
             limit = robot.goal if ahead is None else min(robot.goal, ahead.target - lane.headway)
             if limit - pos <= EPS:
                 robot.wait_behind(self, now)
@@ -169,13 +171,14 @@ class Drive:
                 self._wake()
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
+            # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
             clear = now + (lane.length - pos) / robot.pace + self.node_time
             if (
                 onward.short
                 or robot.recall_at <= clear
                 or node.claims  # whoever asked before is served first
                 or not node.is_open(robot, lane, now)
-                or not onward.has_room(robot)
+                or not onward.has_room(robot)  # node and room in one step: nobody stands on a node waiting for room
                 or not (guard is None or guard.admits(robot, node, onward))
             ):
                 self._wake()
@@ -212,7 +215,7 @@ class Drive:
         """The lane on which a robot can next stand clear of the intersection before it, if any."""
         for lane in itertools.islice(self.route, self.index, None):
             if not lane.inside:
-                return None if lane.short else lane
+                return None if lane.short else lane  # below 2 D it stands on the node at the lane's end instead
         return None
 
     def _to_node(self) -> Steps:
@@ -282,6 +285,7 @@ class Drive:
             node.passed(robot, onward, robot.since)
             if node.claims:
                 node.freed(now)
+        # The time at the node is spent where it gets there: it may stop short of it.
         self.due(robot.until + (self.node_time if target == onward.length else 0.0))
 
     def _crosses_next_short(self, now: float) -> bool:
@@ -309,6 +313,7 @@ class Drive:
         """Whether a recalled robot may stay on the intersection: it leaves the room granted beyond it to others.
 
         Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
+        That costs energy, never liveness: its declared route ends in a slot that is its own.
         """
         robot = self.robot
         if robot.granted is not None:

@@ -44,7 +44,11 @@ class Gridlock:
         self._mark = 0
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one."""
+        """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one.
+
+        A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
+        closes on itself.
+        """
         if self.rule == "avoid":
             return
         self._mark += 1
@@ -75,14 +79,17 @@ class Gridlock:
         return True
 
     def _turn(self, ring: list[Body]) -> None:
-        """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself."""
+        """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself.
+
+        Each gets nearer to where it is going, so with routes that end all work does.
+        """
         now = self.env.now
         if self.rule == "stop":
             raise GridlockError(_describe(ring, now))
         near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
         if near:
             for robot in near:
-                robot.goal = robot.pos  # it takes where it stands for its stop
+                robot.goal = robot.pos  # it handles its good from here, and the ring is complete when it goes on
                 robot.stop_waiting(now).due(now)
             return
         self.rotations += 1
@@ -91,6 +98,8 @@ class Gridlock:
         claims = [robot.claim for robot in ring if robot.claim is not None]
         passed = set()
         for claim in claims:
+            # A figure of eight passes this free node twice. The one that waits on it makes a gap, and the two loops
+            # turn one after the other; sent another way, two full loops would change places for ever.
             if claim.node.holder is None and claim.node in passed:
                 claim.node.award(claim, None)
                 return
@@ -112,7 +121,7 @@ class Gridlock:
 
     @staticmethod
     def _keep_together(ring: list[Body]) -> None:
-        """A ring turns at the pace of its slowest, on the lanes that its robots are on and on those that they enter."""
+        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter."""
         claims = [robot.claim for robot in ring if robot.claim is not None]
         lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
         slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))

@@ -101,8 +101,9 @@ class Intersection:
         left_on = self.left_on
         if left_on is None:
             return -math.inf
-        if via is None:
+        if via is None:  # out of a bay it has no heading yet: D whichever way the other went
             return self.left_at + self.rules.headway / self.left_pace
+        # Behind a slower robot the gap closes on the way: the distance is larger by the ratio of their speeds.
         ratio = min(1.0, self.left_pace / min(robot.speed, via.limit)) if self.rules.mixed else 1.0
         distance = via.closings.get((left_on, ratio))
         if distance is None:
@@ -112,11 +113,11 @@ class Intersection:
     # Claims
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None) -> Steps:
-        """Claim it and room on the lane beyond, and wait until both are granted."""
+        """Claim it and room on the lane beyond, in one step, and wait until both are granted."""
         now: float = self.rules.env._now
         guard = self.rules.guard
         if (
-            not self.claims
+            not self.claims  # whoever asked before is served first
             and self.is_open(robot, via, now)
             and (lane is None or lane.has_room(robot))
             and (guard is None or guard.admits(robot, self, lane))
@@ -127,7 +128,7 @@ class Intersection:
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
-        other = self.holder or self.user
+        other = self.holder or self.user  # the wait is put down to whoever is in the way as it begins
         self.serve(now)
         if robot.claim is not None:
             self.rules.gridlock.check(robot)
@@ -163,10 +164,12 @@ class Intersection:
     def serve(self, now: float) -> None:
         """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
         guard = self.rules.guard
-        for claim in self.claims:
+        for claim in self.claims:  # one that has no room is passed over: the node is for those who have
             if claim.lane is None or claim.lane.has_room(claim.robot):
                 if not self.is_open(claim.robot, claim.via, now):
-                    if self.holder is None:  # only time keeps it waiting: it is not passed over
+                    # Only time keeps it waiting, and it is not passed over: to a platoon that goes straight on the
+                    # node is never closed, so a robot that crosses would wait for all of it.
+                    if self.holder is None:
                         break
                 elif guard is None or guard.admits(claim.robot, self, claim.lane):
                     self.award(claim, claim.lane)
@@ -203,7 +206,10 @@ class Intersection:
             self.left_pace = robot.pace
 
     def freed(self, now: float) -> None:
-        """It is free and has claims: serve them. Those that now wait for room only may have closed a ring."""
+        """It is free and has claims: serve them. Those that now wait for room only may have closed a ring.
+
+        With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
+        """
         self.serve(now)
         if self.holder is None and math.isinf(self.reopens):
             for claim in list(self.claims):

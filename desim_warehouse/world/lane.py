@@ -99,10 +99,11 @@ class Lane:
 
     def has_room(self, robot: Body) -> bool:
         """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
+        # `entering` was granted the room and has not set out yet.
         if self.entering is not None or (self.twin is not None and not self._is_clear_for(robot)):
             return False
         last = self.last
-        return last is None or last.target >= 2 * self.headway - EPS
+        return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
 
     def _is_clear_for(self, robot: Body) -> bool:
         """Of a two-way lane: whether nobody comes towards a robot; one that turns back at its end meets only itself."""
@@ -122,6 +123,7 @@ class Lane:
         """
         if self.inside:
             return stop
+        # Below 2 D both ends cannot be clear: it is D from the start, and holds the end.
         return max(stop if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
@@ -137,7 +139,8 @@ class Lane:
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
         """A robot leaves the node at the lane's start at `clear`, bound for `stop` or the stop line, as the last.
 
-        Behind a slower robot it leaves later, at `robot.since`.
+        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower: so it is D behind all the
+        way, and one event still takes it there.
         """
         ahead, mixed = self.last, self.rules.mixed
         pace = robot.pace_on(self) if mixed else robot.speed
@@ -253,6 +256,7 @@ class Lane:
     def free_at(self, ahead: Body | None, target: float, pace: float, since: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
+        Coming later than it could counts as waiting.
         Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
         if that is after `since`, when it could set off itself.
         """
@@ -265,7 +269,11 @@ class Lane:
         return free
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
-        """One collision: an episode of waiting behind `other` on this lane that ends at `end`."""
+        """One collision: an episode of waiting behind `other` on this lane that ends at `end`.
+
+        However often a robot would stop and start in small steps meanwhile: counted so, S grows without limit as the
+        steps shrink.
+        """
         self.waits += 1
         self.blocked += duration
         robot.waited += duration

@@ -101,7 +101,10 @@ class Stations:
     # Tasks in hand
 
     def reserve(self, task: Task, node: str) -> Station | None:
-        """Reserve a slot for a task that a robot has just been given; None: it is unloaded in the lane."""
+        """Reserve a slot for a task that a robot has just been given; None: it is unloaded in the lane.
+
+        From the start, not on arrival: a full station holds work back in the bays, never in a lane.
+        """
         self._of_task[task.number] = node
         self._bound[node] += 1
         station = self.by_node.get(node)

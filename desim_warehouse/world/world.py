@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from desim_warehouse.world.tallies import Rows
 
 PATIENCE = 300.0
-"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it."""
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it: else they might go on
+setting out into its way for ever."""
 
 
 class World:
@@ -187,7 +188,7 @@ class World:
         self._before = tallies(self.robots, self.traffic, self.env.now)
 
     def came_home(self) -> None:
-        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run."""
+        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
         self.out -= 1
         if not self.out and self.dispatcher.done == self.demand.total:
             self.finished.succeed()
