@@ -1,6 +1,6 @@
 """What-if simulator for robot warehouses: `load` a model, `simulate` it, look at the run.
 
-The public names are imported when they are first used, so that `import desim_warehouse` is quick.
+Public names are imported on first use, so that `import desim_warehouse` is quick.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _HOME = {
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _PACKAGES = {"plot": "report.plot"}
-"""Public modules by the name under which they are reached."""
+"""Public modules by name."""
 
 __all__ = [
     "BatteryError",
@@ -85,7 +85,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from where it lives."""
+    """Import a public name from its module."""
     from importlib import import_module
 
     if name in _PACKAGES:

@@ -1,4 +1,4 @@
-"""An exact account of time: every second of every robot and task has one part, and the parts add up to the whole.
+"""An exact account of time: every second of every robot and task has one cause, and the parts add up to the whole.
 
 What a robot does is its state; while it waits in traffic, what it waits for. Both are cut at the same instants, so
 nothing is counted twice or left out. A new state is a part of its own without a line here (see `states`); a new reason
@@ -28,7 +28,7 @@ By = Literal["task", "robot", "edge", "node", "hour"]
 
 
 class Share(NamedTuple):
-    """A part of an account: the name of its column, what it is for people, and its colour in figures."""
+    """A part of an account: the name of its column, its label, and its colour in figures."""
 
     name: str
     doing: str
@@ -49,11 +49,11 @@ OF_ROBOTS = {
 """The parts of a robot's time, in the order of columns; edges, nodes and hours have the same."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
 OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
-"""The parts of a task's time: waiting for a robot to take it up, also in a robot's queue; then what that robot does."""
+"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue; then what that robot does."""
 
 
 class Piece(NamedTuple):
-    """A stretch of a robot's time that is one `part`, on an `edge` (`A>B`) or at a `node`."""
+    """An interval of a robot's time that belongs to one `part`, on an `edge` (`A>B`) or at a `node`."""
 
     robot: int
     start: float
@@ -181,7 +181,7 @@ def _by_task(history: History) -> Found:
 
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
-    """Of each task the time in which no robot has it, and what its robot does while one has."""
+    """For each task the time in which no robot has it, and what its robot does while one has it."""
     fleet = list(pieces(history))
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}

@@ -25,7 +25,7 @@ class Decision:
         self.answer: list[tuple[int, int]] = []
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
-        """Whether the charging policy lets the robot take the task, and there is room at the station."""
+        """Whether the charging policy lets the robot take the task, and the station has a free slot."""
         return self.situation.feasible(robot, task)
 
     def assign(self, robot: RobotView | int, task: Task | int) -> None:
@@ -44,10 +44,10 @@ class Decision:
 class Steps:
     """The decisions of one run, in turn: `for decision in steps(model, seed): decision.assign(robot, task)`.
 
-    After the last one `run` is the outcome. The model's allocation policy is not asked; everything else decides
-    as the model says. A robot that has unloaded and gets nothing goes to a bay.
+    After the last one `run` is the outcome. The model's allocation policy is not used; everything else happens
+    as in the model. A robot that has unloaded and gets no task goes to a bay.
 
-    Raises PolicyError for answers that cannot be carried out, StallError when nothing is left that could happen.
+    Raises PolicyError for answers that cannot be carried out, StallError where work is open and nothing is scheduled.
     """
 
     def __init__(self, model: Model, seed: int = 0) -> None:

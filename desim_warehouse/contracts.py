@@ -6,8 +6,8 @@
         name = "my_policies.py:Mine"
         parameters = {"patience": 60}
 
-Every policy of this package passes the contract of its kind. The tests play small runs of a warehouse with
-batteries, two stations and few chargers; set `model` to have them play yours.
+Every policy of this package passes the contract of its kind. The tests simulate a small warehouse with
+batteries, two stations and few chargers; set `model` to run them on yours.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class _Contract:
         assert sorted(done) == sorted(released), "tasks released and tasks delivered are not the same"
 
     def test_the_same_seed_gives_the_same_log(self) -> None:
-        """Nothing but what it is shown and its own random stream enters a decision."""
+        """A decision depends on nothing but its arguments and the policy's own random stream."""
         assert self.played().record.rows == self.played().record.rows, "two runs with one seed differ"
 
 
@@ -91,7 +91,7 @@ class AllocationContract(_Contract):
     kind = "allocation"
 
     def test_answers_can_be_carried_out(self) -> None:
-        """Robots and tasks that are there, each task once, nothing that the charging policy forbids."""
+        """Only robots and tasks of the situation, each task once, nothing that the charging policy forbids."""
         from desim_warehouse.asktell import steps
 
         policy, made = self.make(), steps(self.given(), 1)
@@ -100,8 +100,8 @@ class AllocationContract(_Contract):
             tasks = {task.number: task for task in decision.tasks}
             robots = {robot.number: robot for robot in decision.robots}
             given = [task for _, task in answer]
-            assert len(given) == len(set(given)), f"a task is given out twice: {answer}"
-            assert set(given) <= set(tasks), f"a task that is not open is given out: {answer}"
+            assert len(given) == len(set(given)), f"a task is assigned twice: {answer}"
+            assert set(given) <= set(tasks), f"a task that is not open is assigned: {answer}"
             first: set[int] = set()
             for number, task in answer:
                 if number in robots and number not in first:
@@ -110,7 +110,7 @@ class AllocationContract(_Contract):
             made.tell(answer)
 
     def test_the_situation_is_left_as_it_was(self) -> None:
-        """A second look at the same situation gives the same answer (policies that draw at random aside)."""
+        """The same situation gives the same answer again (except for policies that draw at random)."""
         from desim_warehouse.asktell import steps
 
         policy = self.make()
@@ -121,7 +121,7 @@ class AllocationContract(_Contract):
 
 
 class RoutingContract(_Contract):
-    """For routing policies: every answer is a way on the one-way edges."""
+    """For routing policies: every answer is a path along the edges."""
 
     kind = "routing"
 
@@ -159,7 +159,7 @@ class ChargingContract(_Contract):
 
 
 class ParkingContract(_Contract):
-    """For parking policies: a bay that was shown."""
+    """For parking policies: the answer is one of the given bays."""
 
     kind = "parking"
 
@@ -177,4 +177,4 @@ class ParkingContract(_Contract):
         for node in world.layout.graph:
             for shown in combinations(bays, 2):
                 chosen = policy.choose(dataclasses.replace(view, node=node), shown, world.travel)
-                assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the bays shown"
+                assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the given bays"

@@ -2,7 +2,7 @@
 
     WarehouseError
     ├── ModelError        the model or study file: all problems of a file at once
-    ├── CheckError        a model that cannot work, by a check before it runs
+    ├── CheckError        a model that a check before the run shows cannot work
     │   └── LayoutError       the Highways: unreachable places, stops that void the liveness guarantee
     ├── PolicyError       a decision that cannot be carried out, with the policy that made it
     ├── SimulationError   a run that cannot go on
@@ -12,7 +12,7 @@
     ├── StudyError        a study that cannot be run, stored or read
     └── ReportError       a report, replay or export that cannot be made
 
-Catch `WarehouseError` to catch them all. Below the tree: how values, lists and near misses are worded in messages.
+Catch `WarehouseError` to catch them all. Below the tree: how messages word values, lists and near misses.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class ModelError(WarehouseError):
 
 
 class CheckError(WarehouseError):
-    """A model that cannot work, by a check before it runs: `problems` lists them all, one line each, with its code."""
+    """A model that cannot work, as a check before the run shows: `problems` lists all of them, with their codes."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("\n".join(problems))
@@ -97,7 +97,7 @@ def reason(error: Exception) -> str:
 _LONGEST = 50  # characters of a value in a message
 _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
-_LONG = 3  # letters that may stand for a longer word
+_LONG = 3  # letters that may abbreviate a longer word
 
 
 def spoken(words: Iterable[str], last: str = "and") -> str:

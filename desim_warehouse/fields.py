@@ -33,7 +33,7 @@ LIMITS: dict[str, tuple[int, str]] = {
     "values": (1_000_000, "values in a file, aliases counted at every use"),
     "deep": (30, "lists and sections inside one another"),
 }
-"""What a file may hold at most, and of what: far more than a warehouse has, and still read within seconds."""
+"""Upper limits of what a file may hold: far more than a warehouse has, and still read within seconds."""
 SMALLEST = 1e-9
 """The smallest number where one above 0 is expected."""
 
@@ -82,7 +82,7 @@ above_tiny = AfterValidator(_not_tiny)
 
 
 def writable(text: str) -> str:
-    """Refuse halves of surrogate pairs, which no file and no terminal can hold."""
+    """Refuse lone surrogates, which no file and no terminal can hold."""
     if not text.isascii() and re.search("[\ud800-\udfff]", text):
         raise wrong(f"not text (got {got(text)}), expected characters that can be written in UTF-8")
     return text
@@ -139,7 +139,7 @@ Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity
 
 @dataclass
 class Known:
-    """What has been read of a model so far, for the checks of what follows; None: not known, or wrong.
+    """What has been read of a model so far, for checks of what follows; None: not known, or wrong.
 
     It is the context of pydantic's validators. Sections are read in the order of the schema, so that the floor is
     known before the fleet and the work on it.
@@ -265,12 +265,12 @@ class Forms:
 
 
 def form(tag: str) -> Tag:
-    """Mark one form of a key; the mark is taken out of the places of errors again."""
+    """Tag one form of a key; the tag is left out of the places of errors."""
     return Tag(f"\0{tag}")
 
 
 def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
-    """Tell the forms of a key by the type of the value; a section may be given as a mapping or read already."""
+    """Tell the forms of a key apart by the type of the value; a section may be a mapping, or a Part already."""
 
     def pick(value: Any) -> str | None:
         return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)

@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
 Acceptable = Literal["BATTERY_TOO_SMALL", "HOME_WITHOUT_CHARGER", "NO_CHARGER", "ROBOT_WIDER_THAN_AISLE"]
-"""Errors that a model may accept (`accept: [CODE]`): those that rest on an estimate. Without what the others ask for
-nothing can be simulated."""
+"""Errors that a model may accept (`accept: [CODE]`): those that rest on an estimate. As long as any of the
+others stands, nothing can be simulated."""
 
 
 class Code(NamedTuple):
@@ -22,18 +22,18 @@ CODES: dict[str, Code] = {
     "UNREACHABLE": Code("error", "a node that is used cannot be reached from the others, or not left"),
     "NO_BAYS": Code("error", "the layout has no bays"),
     "START_WITHOUT_BAY": Code("error", "`fleet.start` names a node without a bay"),
-    "BAY_CROWDED": Code("error", "more robots start at a node than its bay has places"),
-    "TOO_FEW_PLACES": Code("error", "all bays together have fewer places than there are robots"),
+    "BAY_CROWDED": Code("error", "more robots start at a node than its bay has slots"),
+    "TOO_FEW_PLACES": Code("error", "all bays together have fewer slots than there are robots"),
     "ROTATE_TWO_WAY": Code("error", "`traffic.gridlock: rotate` on a layout with two-way lanes"),
     "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
-    "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the way to a charger"),
+    "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
     "HOME_WITHOUT_CHARGER": Code(
         "error",
-        "robots with equal batteries park where no charger is, so all run low together, and the last ones run flat "
+        "robots with equal batteries park without chargers, so all run low together, and the last ones run flat "
         "waiting for a charger",
     ),
-    "UNREACHABLE_UNUSED": Code("warning", "a node that nothing is at cannot be reached, or not left"),
+    "UNREACHABLE_UNUSED": Code("warning", "an unused node cannot be reached, or not left"),
     "LANES_OVERLAP": Code("warning", "two lanes are drawn on one aisle, side by side with less than D between them"),
     "UNLOAD_IN_LANE": Code("warning", "robots unload standing on a node where edges meet"),
     "SHORT_EDGES": Code("warning", "edges are shorter than D, the distance that robots keep"),
@@ -42,19 +42,19 @@ CODES: dict[str, Code] = {
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
     "LOAD_ON_NODE": Code("note", "robots load standing on nodes where edges meet"),
-    "STATION_PLACES": Code("note", "the stations have fewer places than there are robots"),
+    "STATION_PLACES": Code("note", "the stations have fewer slots than there are robots"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
     "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),
     "FAST": Code("warning", "robots drive faster than 3 m/s"),
     "SLOW": Code("warning", "robots drive slower than 0.05 m/s"),
     "LONG_HANDLING": Code("warning", "loading or unloading one good takes an hour or more"),
     "SHORT_RUN": Code("warning", "the run, or what is counted of it, is shorter than a few tasks take"),
-    "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are asked for than the robots can do"),
-    "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are asked for than the stations can serve"),
-    "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot that is at the good can deliver them"),
-    "CHARGERS_SHORT": Code("warning", "the chargers give less than the fleet draws"),
+    "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are demanded than the robots can do"),
+    "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are demanded than the stations can serve"),
+    "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
+    "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
-    "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold does not get through a task to a charger"),
+    "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
 }
 """Every code, errors first. A code, once published, keeps its meaning."""
@@ -62,7 +62,7 @@ CODES: dict[str, Code] = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing to know about a model: its code, the place, what is the matter and what to do about it."""
+    """One thing to know about a model: its code, the place, what is wrong, and what to do about it."""
 
     code: str
     place: str
@@ -76,7 +76,7 @@ class Finding:
 
     @property
     def problem(self) -> str:
-        """One line: place, what is the matter and what to do, and the code."""
+        """One line: place, what is wrong, what to do, and the code."""
         return f"{self.place}: {self.text}{'; ' if self.cure else ''}{self.cure} [{self.code}]"
 
     def __str__(self) -> str:
@@ -85,5 +85,5 @@ class Finding:
 
 
 def amount(value: float) -> str:
-    """A number as messages have it: three or four digits."""
+    """A number as in messages: with three or four digits."""
     return f"{value:,.0f}" if 1e4 <= abs(value) < 1e12 else f"{value:.4g}"  # noqa: PLR2004 - whole from 10,000 on

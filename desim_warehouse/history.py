@@ -1,7 +1,7 @@
-"""What happened in a run, read from its log: the only module that knows what follows from which rows.
+"""What happened in a run, read from its log: the only module that interprets its rows.
 
 `History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
-asked for; indicators, figures, replay, films and exports start from them. `rows` gives the rows themselves by the names
+needed; indicators, figures, replay, films and exports are made from them. `rows` gives the rows themselves by the names
 of their columns.
 """
 
@@ -147,7 +147,7 @@ class History:
         return time >= self.begin
 
     def within(self, start: float, end: float) -> float:
-        """How much of a stretch of time is counted."""
+        """How much of an interval is counted."""
         return max(min(end, self.end) - max(start, self.begin), 0.0)
 
     @cached_property
@@ -195,7 +195,7 @@ class History:
 
     @cached_property
     def lateness(self) -> list[float]:
-        """By how much each counted delivery that was due was late, 0 if it was not."""
+        """Tardiness of each counted delivery with a due time, 0 if it was on time."""
         return [max(task.delivered - task.due, 0.0) for task in self.counted_deliveries if task.due is not None]
 
     @cached_property
@@ -216,7 +216,7 @@ class History:
 
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
-        """For each robot all its states in order of time, those of no length included; at the start it is idle."""
+        """For each robot all its states in order of time, also those of zero length; at the start it is idle."""
         batteries = self.model.battery is not None
         levels = energy.start_levels(self.model, Streams(self.seed))
         homes = self.model.fleet.homes(self.layout.bays)
@@ -234,7 +234,7 @@ class History:
 
     @cached_property
     def states(self) -> list[list[StateSpan]]:
-        """For each robot its states in order of time; together they fill the run, none of no length."""
+        """For each robot its states in order of time; together they fill the run, none of zero length."""
         return [[span for span in robot if span.end > span.start] for robot in self.changes]
 
     @cached_property
@@ -294,20 +294,20 @@ class History:
 
     @cached_property
     def charged(self) -> float:
-        """The energy that all batteries together took up in the counted time."""
+        """The energy charged into all batteries together in the counted time."""
         return math.fsum(
             one.after - self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)
         )
 
     def _level_when_counting_begins(self, one: ChargeSpan) -> float:
-        """What a battery holds from where its charging is counted."""
+        """A battery's level from which on its charging is counted."""
         return one.before + self._charged(one.before, max(self.begin - one.start, 0.0))
 
     @cached_property
     def lowest_energy(self) -> float:
         """The lowest energy of any robot in the counted time, whatever the level of the log; nan without batteries.
 
-        Batteries fall between charging and charging, so the lowest level is where a state begins, or at an end.
+        Levels only fall between charge cycles, so the lowest is at the beginning of a state, or at an end.
         """
         levels = list(self.energy_at_end)
         levels += [self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)]
@@ -321,7 +321,7 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The counted time that all robots together queued for a charger; what else they queued was for a server."""
+        """The counted time that all robots together queued for a charger; their other queueing was for a server."""
         return math.fsum(
             self.within(span.start, span.end)
             for robot in self.changes
@@ -331,7 +331,7 @@ class History:
 
     @cached_property
     def energy_curves(self) -> list[Curve]:
-        """For each robot times and energies between which its battery runs straight; empty without batteries.
+        """For each robot times and energies between which its battery level is linear; empty without batteries.
 
         The log has the energy at every change of state. In between it falls at the state's rate; where standing draws
         another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
@@ -386,9 +386,9 @@ class History:
         return points
 
     def _level_at_end(self, span: StateSpan, waits: list[Wait]) -> float:
-        """The energy that a robot in its last state has left, which no row tells; runs of version 0.1.0 do not either.
+        """The energy left to a robot in its last state, which no row says and version 0.1.0 did not store.
 
-        Of those, without waits in the log, a robot on its way is taken to have driven since its last change of state.
+        There, without waits in the log, a robot under way is assumed to have driven since its last change of state.
         """
         if self.log.energy:
             return self.log.energy[span.robot]
@@ -399,7 +399,7 @@ class History:
         return level - self._rate(span) * (span.end - time)
 
     def _charged(self, level: float, time: float) -> float:
-        """Energy taken up in a time at a charger; a battery that is swapped is full only after that."""
+        """Energy charged in a time at a charger; a swapped battery is full only at the end of it."""
         battery = self.model.battery
         if battery is None or self.model.policies.charging.name == "swap":
             return 0.0

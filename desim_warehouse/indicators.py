@@ -1,4 +1,4 @@
-"""The indicators of a run: the one list of them.
+"""The one list of indicators of a run.
 
 An indicator is added by adding it to `INDICATORS`, here: its name, unit, meaning, which direction is better, how it is
 computed from the history of a run, and where it applies. Runs, studies, targets, reports, figures, the command line
@@ -40,7 +40,7 @@ Better = Literal["less", "more"]
 
 @dataclass(frozen=True)
 class Indicator:
-    """A number that a run is judged by.
+    """A figure by which a run is judged.
 
     `title`: for people, on axes and in reports. `unit`: its kind of unit; the model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
@@ -123,7 +123,7 @@ def _energy_lowest(history: History) -> float:
 
 
 def _energy_drift(history: History) -> float:
-    """What the batteries took up less what was drawn from them."""
+    """Energy charged minus energy drawn."""
     battery, hours = history.model.battery, history.counted / history.model.units.hour
     if battery is None or not hours:
         return math.nan
@@ -138,7 +138,7 @@ def _charger_utilisation(history: History) -> float:
 
 
 def _station_wait(history: History) -> float:
-    """Robots queue for a server or for a charger; times are sums of differences, so 0 may come out as a little less."""
+    """Robots queue for a server or for a charger; rounding may leave these sums just below 0."""
     return max(history.totals["queueing"] - history.charger_wait, 0.0)
 
 
@@ -190,9 +190,9 @@ INDICATORS = {
         ),
         Indicator(
             "C",
-            "Chargings C",
+            "Charge cycles C",
             "count",
-            "chargings after which a robot went out again",
+            "charge cycles after which a robot went out again",
             "less",
             _count("recharged"),
         ),
@@ -309,7 +309,7 @@ INDICATORS = {
             "on_time",
             "Delivered on time",
             "share of tasks",
-            "part of the tasks delivered by their due time; only where tasks have due times",
+            "share of the tasks delivered by their due time; only where tasks have due times",
             "more",
             lambda history: _mean([not late for late in history.lateness]),
             _has_due_times,
@@ -318,7 +318,7 @@ INDICATORS = {
             "energy_lowest",
             "Lowest battery level",
             "share of capacity",
-            "lowest level of any robot's battery, as a part of its capacity; only with batteries",
+            "lowest level of any robot's battery, as a share of its capacity; only with batteries",
             "more",
             _energy_lowest,
             _has_batteries,
@@ -327,7 +327,7 @@ INDICATORS = {
             "energy_drift_per_hour",
             "Battery drift",
             "capacity per hour",
-            "change of the fleet's mean battery level over the counted time, as a part of the capacity, per hour; only "
+            "change of the fleet's mean battery level over the counted time, as a share of the capacity per hour; only "
             "with batteries",
             "more",
             _energy_drift,
@@ -337,7 +337,7 @@ INDICATORS = {
             "charger_utilisation",
             "Charger utilisation",
             "share of charger time",
-            "part of the time of all chargers in which a robot is charged; only with batteries and chargers",
+            "share of the time of all chargers in which a robot is charged; only with batteries and chargers",
             None,
             _charger_utilisation,
             _has_chargers,
@@ -372,7 +372,7 @@ def kpis(history: History) -> dict[str, float]:
 
 
 def within(name: str) -> tuple[float, float]:
-    """What an indicator of ours can be: a share 0 to 1, any other at least 0; of other numbers nothing is known."""
+    """The range of an indicator of ours: 0 to 1 for a share, any other at least 0; unbounded for other numbers."""
     if name not in INDICATORS:
         return -math.inf, math.inf
     return 0.0, 1.0 if INDICATORS[name].is_share else math.inf

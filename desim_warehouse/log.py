@@ -1,4 +1,4 @@
-"""What leaves a run: one row per event, and the tallies that hold whatever the level of detail.
+"""The output of a run: one row per event, and the tallies, which are the same at every level of detail.
 
 A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nobody else takes rows apart by position:
 `desim_warehouse.history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 Detail = Literal["all", "moves", "tasks"]
 STATES = tuple(states.STATES)
-"""What a robot is doing; the time it waits in traffic meanwhile is kept apart. It queues for a server or a charger."""
+"""What a robot is doing; waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
 NONE = -1
-"""Stands for no robot or no task."""
+"""No robot, or no task."""
 
 
 class LogRow(NamedTuple):
@@ -61,10 +61,10 @@ class RowKind(NamedTuple):
 KINDS = {
     "released": RowKind("tasks", "a task becomes known", "number of the good"),
     "assigned": RowKind("tasks", "a robot gets a task, now or into its queue", "energy"),
-    "returned": RowKind("tasks", "a robot called to charge gives its task back, to the front of the list", "energy"),
+    "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
-    "recharged": RowKind("tasks", "a robot that was charged goes out again: counts in C", "energy"),
+    "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
     "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
     "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),
     "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
@@ -113,7 +113,7 @@ class Log:
     end: float = 0.0
 
     def __post_init__(self) -> None:
-        """Spare the hot path a comparison of words."""
+        """Saves the hot path a comparison of strings."""
         self.moves = self.level != "tasks"
         self.everything = self.level == "all"
 
@@ -129,11 +129,11 @@ class Log:
         edge: tuple[str, str] | None = None,
         other: int = NONE,
     ) -> None:
-        """Something that happened to a task or a robot, at the node it is at or comes to next."""
+        """An event of a task or a robot, at the node where it is or comes to next."""
         self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
     def released(self, time: float, task: int, good: int, due: float | None) -> None:
-        """A new task is known."""
+        """A task is released."""
         self.event(time, "released", NONE, task, None, float(good))
         if due is not None:
             self.due[task] = due
@@ -165,7 +165,7 @@ class Log:
         edge: tuple[str, str] | None,
         waited: float,
     ) -> None:
-        """A waiting episode that has just ended, at an intersection (`node`) or behind a robot on an `edge`."""
+        """A waiting episode that has just ended, before an intersection (`node`) or behind a robot on an `edge`."""
         whom = NONE if other is None else other.number
         self.event(now, "collision", robot.number, robot.task, node, waited, edge=edge, other=whom)
 
@@ -175,7 +175,7 @@ class Log:
         self.rings.append((now, robots, edges))
 
     def close(self, end: float) -> None:
-        """The run is over: put rows in order of time, without what was only announced for later."""
+        """The run is over: sort rows by time, without those that were only announced for later."""
         self.end = end
         self.rows = sorted((row for row in self.rows if row[0] <= end), key=lambda row: row[0])
 

@@ -24,23 +24,23 @@ FAR = 1e6
 
 
 class AllocationEnv(gymnasium.Env[Any, Any]):
-    """Which of the first `slots` open tasks the free robot with the lowest number takes, or none.
+    """The free robot with the lowest number takes one of the first `slots` open tasks, or none.
 
     Action: 0 to slots - 1: a task; slots: none for now. A task that is not there or that the robot may not take
-    counts as none; where every free robot takes none and nothing else is going on, the first feasible pair is given
-    out, so that an episode ends. `info["action_mask"]` tells which actions do something.
+    counts as none; where every free robot takes none and nothing else is going on, the first feasible pair is
+    assigned, so that an episode ends. `info["action_mask"]` says which actions have an effect.
 
-    Observation: `robot` [energy (part of the capacity), free robots (part of the fleet), open tasks
+    Observation: `robot` [energy (share of the capacity), free robots (share of the fleet), open tasks
     (per slot)] and for every slot `tasks` [there (0 or 1), feasible (0 or 1), time to the good, time of the
     delivery, age], times per `scale`.
 
     Reward: minus the increase of Cost_total (cost section of the model: distance, time, collisions) since the last
-    decision, per `scale`; so an episode sums up to minus its cost.
+    decision, per `scale`; so the rewards of an episode add up to minus its cost.
 
     Args:
         model: a Model, or the path of a model file.
         overrides: as for `load`.
-        slots: open tasks shown, the first of the list.
+        slots: open tasks shown, from the front of the list.
         scale: what times and costs are divided by.
     """
 
@@ -159,6 +159,6 @@ def __getattr__(name: str) -> Any:
     """The name that the environment had in version 0.1.0."""
     if name != "Allocation":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = "rl.Allocation is now rl.AllocationEnv; this name goes with version 0.3"
+    text = "rl.Allocation is now rl.AllocationEnv; the old name will be removed in version 0.3"
     warnings.warn(text, DeprecationWarning, stacklevel=2)
     return AllocationEnv

@@ -1,4 +1,4 @@
-"""What a robot can be doing: the one list of its states.
+"""The one list of robot states.
 
 Everything that knows more about a state than its name reads it here: the log and the share of time in it, the battery,
 figures, film and replay page. To add one, add it to `STATES`.
@@ -19,7 +19,7 @@ class State:
 
     `name`: the kind of its row in the log, its column in the table of robots, and `share_NAME` among the indicators.
     `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
-    done in its share of time. `draws`: which consumption of the model file holds; None: nothing is drawn. `role`: how
+    done in its share of time. `draws`: which consumption of the model file applies; None: nothing is drawn. `role`: how
     the replay page and films draw a robot that is in it. `colour` and `stacked`: in figures, and its place in a stack
     of states, from below.
     """
@@ -131,20 +131,20 @@ WAITING = State(
     colour="#000000",
     stacked=8,
 )
-"""Held up by other robots, whatever it is doing: no row of the log begins it, but its time and energy count apart."""
+"""Held up by other robots, in any state: no row of the log begins it, but its time and energy are counted apart."""
 
 TIMES = {**STATES, "waiting": WAITING}
-"""Among which the time of a robot is divided."""
+"""The states among which a robot's time is divided."""
 
 FOR_SERVER = replace(STATES["queueing"], name="queueing_server", doing="queueing for a server")
 FOR_CHARGER = replace(
     STATES["queueing"], name="queueing_charger", doing="queueing for a charger", role="idle", colour="#882255"
 )
-"""The two kinds of queueing, as people and the account of time tell them apart; in the log they are one state."""
+"""The two kinds of queueing, which reports and the account of time tell apart; in the log they are one state."""
 
 
 def seen(name: str, task: int) -> State:
-    """The state of a robot as it can be seen, given the number of its task: one without a task queues to be charged."""
+    """The state of a robot as it is shown, given the number of its task: one without a task queues for a charger."""
     if name != "queueing":
         return STATES[name]
     return FOR_CHARGER if task < 0 else FOR_SERVER

@@ -1,4 +1,4 @@
-"""Random streams by purpose: changing a policy or the fleet does not shift the demand."""
+"""Random streams by purpose: another policy or fleet draws the same demand."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Streams:
-    """The random streams of one run; `used` says whether any was asked for, so whether chance could play a part."""
+    """The random streams of one run; `used` says whether any was requested, so whether chance could play a part."""
 
     def __init__(self, seed: int) -> None:
         self.seed = seed

@@ -1,6 +1,6 @@
 """Quantities with units in values, such as `8 h`, `600 mm`, `1.5 m/s`, `200 / h` or `25 %`.
 
-A table of our own: four kinds of units, converted as fractions, so that `600 mm` is exactly 0.6 where lengths are in m.
+A table of our own: five kinds of units, converted as fractions, so that `600 mm` is exactly 0.6 where lengths are in m.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a run or a design has shown to be wrong, in words: that it cannot keep up, runs down its batteries, is jammed.
+"""What is wrong with a run or a design, in words: it cannot keep up, drains its batteries, or is jammed.
 
-The rules stand in `RULES`, here: the tables, reports, JSON and the reference in the documentation all read them. They
-start from indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
+use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 ERRORS_OF_ARRIVALS = 3
 """Standard errors of the number of arrivals by which a backlog must have grown."""
 LEAST_FALL = 0.01
-"""Part of the capacity an hour by which batteries must fall."""
+"""Share of the capacity per hour by which batteries must fall."""
 CHARGERS_BUSY = 0.95
-"""Part of their time from which on chargers count as always in use."""
+"""Share of their time from which chargers count as always in use."""
 MOST_WAITING = 0.5
-"""Part of the fleet's time in traffic from which on it is jammed."""
+"""Share of the fleet's time spent waiting in traffic from which it is jammed."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class VerdictRule:
 
 
 def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Growth of the backlog an hour.
+    """Growth of the backlog per hour.
 
-    Were demand just what the fleet can do, the backlog after n arrivals would be about as far from where it was as the
-    number of arrivals from its mean: sqrt(n), the standard deviation of a Poisson count. A queue that is stable stays
+    If demand just equalled what the fleet can do, the backlog after n arrivals would have moved by about as much as
+    the number of arrivals is off its mean: sqrt(n), the standard deviation of a Poisson count. A stable queue stays
     below that.
     """
     growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _counted(kpis, model) / model.units.hour
@@ -78,7 +78,7 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
-    """Fall of the mean level an hour, as a part of the capacity."""
+    """Fall of the mean level per hour, as a share of the capacity."""
     fall = -kpis.get("energy_drift_per_hour", math.nan)
     if model.battery is None or not is_lifelong(model) or not fall >= LEAST_FALL:
         return None
@@ -127,11 +127,11 @@ RULES = {
         scale=100,
     ),
 }
-"""By code, in the order in which verdicts are said."""
+"""By code, in the order in which verdicts are listed."""
 
 
 def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
-    """The verdicts on a run, from its indicators, or on a design, from their means over its runs."""
+    """The verdicts on a run, from its indicators, or on a design, from the means of its runs."""
     found = []
     for code, rule in RULES.items():
         size = rule.size(kpis, model)
@@ -141,5 +141,5 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
 
 
 def _shown(value: float) -> str:
-    """Two digits that mean something."""
+    """Two significant digits."""
     return f"{value:,.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0")  # noqa: PLR2004

@@ -44,7 +44,7 @@ class Recount:
         self.measure_time()
 
     def within(self, begin, end):
-        """How much of a stretch of time is counted."""
+        """How much of an interval is counted."""
         return max(min(end, self.end) - max(begin, self.begin), 0.0)
 
     # What is counted

@@ -20,7 +20,7 @@ COMMANDS = {
     "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),
     "export": ("export", "Write a run as CSV, Parquet or a trace for Perfetto."),
     "check": ("check", "Check a model file and its layout."),
-    "study": ("study", "Run a study file, or go on with a study folder."),
+    "study": ("study", "Run a study file, or resume a study folder."),
     "what-if": ("what_if", "Vary keys of a model and show what happens."),
     "compare": ("compare", "Compare the designs of a study folder with its baseline."),
     "best": ("best", "Find the best of several designs, with few runs."),
@@ -78,7 +78,7 @@ def desim() -> None:
 
 
 def main() -> None:
-    """Run the command; what the package refuses is one clear message and exit status 2, never a traceback."""
+    """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
     from desim_warehouse.errors import WarehouseError
 
     try:

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 @click.command("best")
 @click.argument("model")
 @with_vary
-@click.option("--indicator", required=True, metavar="NAME", help="What is compared, such as T.")
+@click.option("--indicator", required=True, metavar="NAME", help="The indicator to compare, such as T.")
 @click.option(
     "--delta",
     required=True,
     type=click.FloatRange(0, min_open=True),
-    help="A difference that does not matter, in its unit.",
+    help="Indifference zone: a difference that does not matter, in its unit.",
 )
 @click.option("--minimise", "sense", flag_value="minimise", help="The smallest mean is best (default for T, S, ...).")
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
@@ -54,8 +54,8 @@ def command(
 ) -> None:
     """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
 
-    Designs that are clearly worse drop out early (KN: Kim & Nelson 2001). A study keeps its confidence and seed
-    where none are given. Example: desim best
+    Designs that are clearly worse drop out early (KN: Kim & Nelson 2001). A study keeps its own confidence and seed
+    by default. Example: desim best
     models/multibots.yaml --vary fleet.size=1..6 --set 'tasks.goods={random: 20}' --indicator cost --delta 50
     """
     from desim_warehouse.study.procedures import best
@@ -95,7 +95,7 @@ def _show(study: Study, found: Best) -> None:
 
 
 def _verdict(selection: Selection, design: int) -> str:
-    """What is known of a design, for the table."""
+    """The standing of a design, for the table."""
     out_at = selection.eliminated_at[design]
     if design == selection.best:
         return "best"

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 @with_overrides
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object: verdict, findings, hand calculation.")
 def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Check MODEL: the file, its layout, and what can be worked out by hand before a run.
+    """Check MODEL: the file, its layout, and what a hand calculation shows before a run.
 
-    Errors are what `desim run` would refuse: exit status 2.
+    Errors would be refused by `desim run`: exit status 2.
     """
     from desim_warehouse.run import check
 
@@ -43,7 +43,7 @@ def _show(report: Check) -> None:
     for line in report.facts:
         click.echo(line)
     if report.lines:
-        click.echo("by hand, free of traffic:")
+        click.echo("by hand, without traffic:")
     for line in report.lines:
         click.echo(f"  {line}")
 
@@ -73,7 +73,7 @@ def _content(report: Check) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """The value as JSON knows it: infinite numbers are null."""
+    """The value as JSON: infinite numbers become null."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

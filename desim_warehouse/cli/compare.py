@@ -44,7 +44,7 @@ def _show_comparison(indicator: str, found: Comparison) -> None:
     table = Table(title=f"\n{indicator}: difference to {found.baseline}", title_justify="left", box=None)
     for name in ("design", "difference", "from", "to", "p", "verdict"):
         table.add_column(name, justify="left" if name in {"design", "verdict"} else "right")
-    verdicts = {True: "differs", False: "not shown to differ", None: "cannot be told (one run)"}
+    verdicts = {True: "differs", False: "not shown to differ", None: "cannot be tested (one run)"}
     for one in found.differences:
         interval = one.estimate.interval
         ends = ("exact", "") if one.estimate.deterministic else ("-", "-")

@@ -1,4 +1,4 @@
-"""Options that several subcommands share."""
+"""Options of several subcommands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _accept = click.option(
     multiple=True,
     type=click.Choice(get_args(Acceptable)),
     metavar="CODE",
-    help="Simulate in spite of this error of `desim check`; may be repeated. The same as --set accept=[CODE, ...].",
+    help="Simulate despite this error of `desim check`; may be repeated. The same as --set accept=[CODE, ...].",
 )
 
 

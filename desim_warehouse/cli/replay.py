@@ -66,5 +66,5 @@ def _run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
     if not Path(source).is_dir():
         return simulate(load_model(source, assignments), seed)
     if assignments:
-        raise ReportError(f"{source} is a run that is over: --set is for models")
+        raise ReportError(f"{source} is a finished run; --set is for models")
     return load_run(source)

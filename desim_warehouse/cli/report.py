@@ -12,7 +12,7 @@ import click
 @click.option("--code", is_flag=True, help="Show the notebook's code, too.")
 @click.option("--notebook", metavar="FILE", help="Write the executed notebook, too.")
 def command(folder: str, out: str | None, pdf: bool, code: bool, notebook: str | None) -> None:
-    """Write the report of a study or run folder DIR: one page that needs nothing from outside."""
+    """Write the report of a study or run folder DIR: one self-contained page."""
     from desim_warehouse.report.notebook import report
 
     click.echo(report(folder, out, pdf=pdf, code=code, keep=notebook))

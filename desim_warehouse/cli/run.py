@@ -31,7 +31,7 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
 
     loaded = load_model(model, assignments)
     if out is not None:
-        prepare(Path(out))  # a folder that cannot be used is told before a long run, not after it
+        prepare(Path(out))  # before a long run, not after it: the folder may be unusable
     run = simulate(loaded, seed)
     if out is not None:
         run.save(out)
@@ -64,7 +64,7 @@ def _show(run: Run) -> None:
 
 
 def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
-    """A value and its unit as planners read them: shares in percent, other time units than seconds in seconds, too."""
+    """A value and its unit for planners: shares in percent, and times in other units also in seconds."""
     from desim_warehouse.report import words
 
     if math.isnan(value):

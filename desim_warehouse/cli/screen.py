@@ -44,7 +44,7 @@ def _show(study: Results, indicator: str) -> None:
         return
     table = Table(title=f"{indicator}: mean {number(effects.grand_mean)}", title_justify="left", box=None)
     heads = ["factor", "largest - smallest mean", "share alone", *(["with interactions"] if total else [])]
-    for name in (*heads, "mean at each value, less the mean of all"):
+    for name in (*heads, "mean at each value, minus the grand mean"):
         table.add_column(name, justify="left" if name == "factor" or name.startswith("mean") else "right")
     for effect in effects.factors:
         levels = ", ".join(f"{level}: {value:+.4g}" for level, value in effect.effects.items())

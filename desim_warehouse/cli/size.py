@@ -29,8 +29,8 @@ NONE_MEETS = 3
 @click.command("size")
 @click.argument("model")
 @click.option("--key", default="fleet.size", show_default=True, help="The key whose smallest value is sought.")
-@click.option("--range", "values", required=True, metavar="VALUES", help="Its values upwards, such as 1..60.")
-@click.option("--target", required=True, help="What is to be met, such as 'throughput_per_hour >= 220'.")
+@click.option("--range", "values", required=True, metavar="VALUES", help="Its values, ascending, such as 1..60.")
+@click.option("--target", required=True, help="The target, such as 'throughput_per_hour >= 220'.")
 @click.option(
     "--search",
     type=click.Choice(["bisection", "scan"]),
@@ -52,7 +52,7 @@ def command(
     question: ModelOptions,
     execution: ExecutionOptions,
 ) -> None:
-    """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to.
+    """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to meet it.
 
     Example: desim size MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"
     """
@@ -81,10 +81,10 @@ def _read_range(values: str) -> Any:
 
 
 def _see_upwards(values: str, searched: list[Any]) -> None:
-    """Refuse numbers that go down: what is found would not be the smallest."""
+    """Refuse descending numbers: the first that meets the target would not be the smallest."""
     numbers = [value for value in searched if isinstance(value, int | float)]
     if any(after <= before for before, after in pairwise(numbers)):
-        raise click.UsageError(f"--range {values}: not upwards, expected the smallest value first")
+        raise click.UsageError(f"--range {values}: not ascending, expected the smallest value first")
 
 
 def _show(key: str, found: Sizing[Any]) -> None:

@@ -14,9 +14,9 @@ from desim_warehouse.cli.tables import show_summary
 @with_overrides
 @with_execution
 def command(study: str, assignments: tuple[str, ...], execution: ExecutionOptions) -> None:
-    """Run STUDY, a study file such as studies/paper.yaml, or go on with that of a study folder.
+    """Run STUDY, a study file such as studies/paper.yaml, or resume the study of a folder.
 
-    Runs that are in the folder already are not done again. DIR/results.parquet has a row for each run.
+    Runs that are already in the folder are not repeated. DIR/results.parquet has a row for each run.
     """
     from desim_warehouse.study.study import Study
 

@@ -1,4 +1,4 @@
-"""What the subcommands about studies are told: their options, and the study that these describe."""
+"""The options of subcommands about studies, and the study that they describe."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ with_indicator = click.option(
 
 @dataclass(frozen=True)
 class ExecutionOptions:
-    """How runs are done, and where they are kept."""
+    """How runs are executed, and where they are stored."""
 
     workers: str
     cluster: str | None
@@ -50,13 +50,13 @@ class ExecutionOptions:
         return {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
 
     def at_home(self, study: str) -> ExecutionOptions:
-        """The same; a study that is a folder is gone on with there."""
+        """The same; a study that is a folder is resumed there."""
         return replace(self, out=self.out or study) if Path(study).is_dir() else self
 
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What every question about a model can be asked with."""
+    """The options of every question about a model."""
 
     assignments: tuple[str, ...]
     confidence: float | None
@@ -111,7 +111,7 @@ _OPTIONS: dict[Keys, str] = {
 
 
 def _gathered(kind: type, name: str, options: list[Callable[[F], F]]) -> Callable[[F], F]:
-    """A decorator that adds options, and hands their values over as one argument."""
+    """A decorator that adds options, and passes their values as one argument."""
 
     def add(function: F) -> F:
         @wraps(function)
@@ -158,14 +158,14 @@ with_execution = _gathered(
             metavar="SECONDS",
             help="Time that a run may take.",
         ),
-        click.option("--out", metavar="DIR", help="Study folder; runs that are there are used again."),
-        click.option("--quiet", is_flag=True, help="Do not show how far it is."),
+        click.option("--out", metavar="DIR", help="Study folder; runs that are already there are reused."),
+        click.option("--quiet", is_flag=True, help="Do not show progress."),
     ],
 )
 
 
 def with_first_and_cap(cap: int) -> Callable[[F], F]:
-    """Add `--first` and `--cap`: how many replications a search begins with, and how many it may do."""
+    """Add `--first` and `--cap`: how many replications of a design a search begins with, and the most."""
 
     def add(function: F) -> F:
         few = click.option(
@@ -203,14 +203,14 @@ def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dic
 
 
 def study_plan(path: str, assignments: tuple[str, ...], **changes: Any) -> StudyPlan:
-    """The plan of a study file or folder; changes to the plan that are None are none."""
+    """The plan of a study file or folder; changes that are None are ignored."""
     from desim_warehouse.errors import StudyError
     from desim_warehouse.study.reading import read_study
     from desim_warehouse.study.record import read_record
 
     folder = Path(path).is_dir()
     if folder and assignments:
-        raise StudyError(f"{path}: a study folder, whose model is settled; --set is for study files")
+        raise StudyError(f"{path}: a study folder, whose model is fixed; --set is for study files")
     plan = read_record(Path(path)).plan if folder else read_study(path, read_assignments(assignments), named="--set")
     return replace(plan, **{key: value for key, value in changes.items() if value is not None})
 
@@ -255,7 +255,7 @@ def interruptible(study: Study, out: str | None) -> Iterator[None]:
         yield
     except KeyboardInterrupt as stop:
         kept = (
-            f"{len(study.rows)} finished runs are kept in {out}; the same command goes on"
+            f"{len(study.rows)} finished runs are kept in {out}; the same command resumes"
             if out
             else ("nothing is kept without --out DIR")
         )

@@ -1,4 +1,4 @@
-"""What the subcommands show: tables and numbers."""
+"""Output of the subcommands: tables and numbers."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     show(table)
     show_verdicts(results)
     if results.deterministic:
-        click.echo("Chance plays no part in these models: every replication is the same, and the means are exact.")
+        click.echo("These models are deterministic: every replication is the same, and the means are exact.")
     elif max(map(len, results.by_point.values())) == 1:
-        click.echo("One run of a design says little where chance plays a part: more replications give intervals.")
+        click.echo("One run of a random model says little: more replications give intervals.")
     _show_failures(results)
 
 
 def show_verdicts(results: Results) -> None:
-    """What is wrong with designs, a line for each kind."""
+    """What is wrong with designs, a line for each verdict."""
     from desim_warehouse.report import sentences
 
     for line in sentences.verdicts(results):
@@ -72,7 +72,7 @@ def said(found: Any) -> str:
 
 
 def number(value: float) -> str:
-    """Four digits that mean something."""
+    """Four significant digits."""
     if value == int(value) and abs(value) < 1e6:  # noqa: PLR2004 - counts are shown whole
         return f"{value:,.0f}"
     return f"{value:,.1f}" if abs(value) >= 1000 else f"{value:.4g}"  # noqa: PLR2004
@@ -90,12 +90,12 @@ def _show_failures(results: Results) -> None:
 
 
 def runs(count: int) -> str:
-    """So many runs, in words."""
+    """A number of runs, in words."""
     return f"{count} run{'s' * (count != 1)}"
 
 
 def show(table: Any) -> None:
-    """Print a table, as wide as it is where nobody reads along."""
+    """Print a table, at its full width where the output is not a terminal."""
     from rich.console import Console
 
     console = Console(highlight=False)

@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     default=200,
     show_default=True,
-    help="Spans of time that a run is cut into.",
+    help="Intervals that a run is divided into.",
 )
 @click.option(
     "--observe",
     type=click.Choice(["throughput", "cycle_time"]),
     default="throughput",
     show_default=True,
-    help="What settles.",
+    help="What is observed.",
 )
 @click.option("--out", metavar="DIR", help="For the plot: warm-up.png and warm-up.svg.")
 @with_seed

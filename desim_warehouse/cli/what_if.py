@@ -24,7 +24,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @click.argument("model")
 @with_vary
 @click.option("--replications", default="1", show_default=True, help="Of each design, or with --until the first.")
-@click.option("--until", metavar="NAME", help="Replicate until the mean of this indicator is known well enough:")
+@click.option("--until", metavar="NAME", help="Replicate until the mean of this indicator is precise enough:")
 @click.option("--half-width", help="... up to this share of the mean ...  [default: 5 %]")
 @click.option(
     "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"

@@ -1,4 +1,4 @@
-"""Whether a model can work, worked out before it runs: the hand calculation, and what is wrong by it.
+"""Whether a model can work, before it runs: the hand calculation, and what it shows to be wrong.
 
 `examine` has all findings, for `desim check`; `refuse` raises the errors among them, before a run.
 """
@@ -23,7 +23,7 @@ __all__ = ["HandCalculation", "errors", "estimate", "examine", "refuse"]
 
 
 def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculation | None]:
-    """All findings, worst first, and the hand calculation; None where the layout has errors."""
+    """All findings, the worst first, and the hand calculation; None where the layout has errors."""
     use = _use(model, layout)
     found = checks.examine(layout, use)
     if any(item.level == "error" for item in found):
@@ -36,7 +36,7 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
 
 @lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
-    """The errors of a model, accepted ones too; runs of one model share the work."""
+    """The errors of a model, accepted ones too; computed once for all runs of a model."""
     layout = build(model.layout)
     found = checks.errors(layout, _use(model, layout))
     return tuple(found or rules.errors(model, layout))

@@ -1,4 +1,4 @@
-"""What is wrong with the batteries of a model: findings before a run, and the cause where a run ends for them."""
+"""What is wrong with the batteries of a model: findings before a run, and the cause where a robot ran flat."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
-    """What a planner should look at in a model with batteries."""
+    """What a planner should know about a model with batteries."""
     battery, units = _battery(model), model.units
     yield from _chargers_short(model, balance)
     chargers = chargers_at(model, layout)
@@ -83,7 +83,7 @@ def cause(model: Model, layout: Layout) -> str:
 
 @dataclass(frozen=True)
 class Needs:
-    """The least that tasks draw from a battery: `most` for the good that is worst, `reach` up to an edge of a good."""
+    """The least that tasks draw from a battery: `most` for the worst good, `reach` up to the edge of a good."""
 
     worst: int
     most: float
@@ -93,7 +93,7 @@ class Needs:
 def least_needs(model: Model, layout: Layout) -> Needs:
     """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
 
-    Where work ends a task may also begin where robots start and end in any bay: it may be the robot's only one.
+    Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
     """
     battery, tasks = _battery(model), model.tasks
     draws, node_time = battery.draws, model.traffic.node_time
@@ -164,10 +164,10 @@ def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
             "BATTERY_TOO_SMALL",
             "battery.capacity",
             (
-                f"good {needs.worst} draws at least {amount(needs.most)}: the way there, to the station and to a "
+                f"good {needs.worst} draws at least {amount(needs.most)}: the drive there, to the station and to a "
                 f"charger or home; a battery gives {amount(holds(model, battery))}{kept}"
             ),
-            f"{units}: check it; else a larger battery, or chargers nearer by",
+            f"{units}: check it; else a larger battery, or chargers closer",
         )
     elif known is not None and known.margin is None and needs.reach > (battery.capacity - known.critical) * (1 + EPS):
         yield Finding(
@@ -271,8 +271,8 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
         "HOME_WITHOUT_CHARGER",
         f"layout.bays.{next(iter(zones))}",
         (
-            f"{len(away)} robots park at {some(dict.fromkeys(away))}, where no charger is; all start with the same "
-            f"energy and run down alike, so at {level:g} they come to {count} charger{'s' * (count > 1)} together, "
+            f"{len(away)} robots park at {some(dict.fromkeys(away))}, without a charger; all start with the same "
+            f"energy and drain alike, so at {level:g} they come to {count} charger{'s' * (count > 1)} together, "
             f"and the last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
             f"{amount(lasts)}"
         ),
@@ -332,8 +332,8 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
             "THRESHOLD_TOO_LOW",
             "battery.threshold",
             (
-                f"a robot just above {known.critical:g} finishes its task, which with the way to a charger draws up to "
-                f"{amount(most)} free of traffic; it can run flat"
+                f"a robot just above {known.critical:g} finishes its task, which with the drive to a charger draws "
+                f"up to {amount(most)} without traffic; it can run flat"
             ),
-            f"a threshold above {amount(most)}, with something for waiting; it is energy, as capacity is",
+            f"a threshold above {amount(most)}, with a reserve for waiting; in energy, as capacity",
         )

@@ -1,7 +1,7 @@
-"""The hand calculation of a model: what a planner works out on half a page before anything is simulated.
+"""The hand calculation of a model: what a planner works out on half a page before any simulation.
 
 All of it is free flow: no robot waits for another, goods are fetched as they come (`in-order`; an allocation that
-looks for near ones does better), and every robot always has a next task. Capacities are upper bounds from that, by
+prefers near ones does better), and every robot always has a next task. Capacities are upper bounds from that, by
 Little's law and the asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978)
 225-261): throughput is at most N robots / cycle time, and at most what the busiest station or intersection lets
 through; the knee is where the two meet.
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
 
 _ROUTES = 5000
-"""Routes that are looked through for the busiest intersection; on larger floors it is left out."""
+"""Routes that are examined for the busiest intersection; on larger floors it is left out."""
 
 
 @dataclass(frozen=True)
 class StationLoad:
-    """A station: the part of all tasks it gets, its servers, tasks per time unit it can serve.
+    """A station: its share of all tasks, its servers, tasks per time unit it can serve.
 
-    `busy` is rate x unloading time / servers: above 1 its queue grows. None: no rate is asked for.
+    `busy` is rate x unloading time / servers: above 1 its queue grows. None: the demand has no rate.
     """
 
     node: str
@@ -48,7 +48,7 @@ class StationLoad:
 
 @dataclass(frozen=True)
 class HandCalculation:
-    """What a model comes to in free flow, in the model's units; see the module for what is assumed.
+    """A model in free flow, in its own units; see the module for what is assumed.
 
     Attributes:
         width: of the floor, from the westernmost to the easternmost node; `height` from north to south.
@@ -56,13 +56,13 @@ class HandCalculation:
         lanes_hold: robots that can stand in the lanes at once.
         robots: size of the fleet; `at_work` of them can be on a task, as station places allow.
         cycle: the mean task, over robots of different speeds.
-        rate: tasks per time unit asked for; None where the demand is a list, or as much as can be done.
+        rate: tasks per time unit demanded; None where the demand is a list, or saturated.
         charging: time that a robot charges for each task, None without battery or where it never has to.
         fleet_capacity: tasks per time unit that the fleet can do.
         robots_needed: for the rate.
         stations: each node where goods are unloaded.
-        crossing: the intersection that most of the tasks go through; None where it was not looked for.
-        crossing_capacity: tasks per time unit for which it suffices.
+        crossing: the intersection that most of the tasks pass; None where it was not determined.
+        crossing_capacity: tasks per time unit that it lets through.
         knee: robots beyond which throughput stops growing; None where nothing but the fleet limits it.
         limit: what limits it there, in words.
         power: the energy balance; None without battery.
@@ -106,7 +106,7 @@ class HandCalculation:
         lines = [
             floor,
             (
-                f"one task, free of traffic: {amount(cycle.time)} {time} = {amount(cycle.empty)} empty "
+                f"one task, without traffic: {amount(cycle.time)} {time} = {amount(cycle.empty)} empty "
                 f"+ {amount(cycle.load)} loading + {amount(cycle.loaded)} loaded + {amount(cycle.unload)} unloading"
                 + (f" + {amount(cycle.clear)} clearing" if cycle.clear else "")
             ),
@@ -122,7 +122,7 @@ class HandCalculation:
     def _robots(self, time: str, hour: float) -> str:
         robots = f"{self.robots} robot{'s' * (self.robots > 1)}"
         if self.at_work < self.robots:
-            robots = f"{self.at_work} of {robots} (for more the stations have no place)"
+            robots = f"{self.at_work} of {robots} (the stations have no slots for more)"
         text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"
@@ -260,7 +260,7 @@ def _with_knee(found: HandCalculation, total: float) -> HandCalculation:
     if found.crossing is not None and found.crossing_capacity is not None:
         limits.append((found.crossing_capacity * total, f"the intersection {found.crossing}"))
     if found.at_work < found.robots:
-        limits.append((found.at_work + 0.0, "the number of places at the stations"))
+        limits.append((found.at_work + 0.0, "the number of slots at the stations"))
     knee, limit = min(limits)
     return replace(found, knee=knee, limit=limit)
 

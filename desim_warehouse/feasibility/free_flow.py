@@ -1,4 +1,4 @@
-"""Free driving: how long robots of one speed take to the goods and from them, where nobody is in their way."""
+"""Free driving: how long robots of one speed take to the goods and from them, without traffic."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Cycle:
         return self.empty + self.load + self.loaded + self.unload + self.clear
 
     def energy(self, draws: Consumption) -> float:
-        """What it draws from the battery."""
+        """The energy it draws from the battery."""
         return (
             draws.empty * (self.empty + self.clear)
             + draws.handling * (self.load + self.unload)
@@ -48,9 +48,9 @@ class Cycle:
 
 
 class FreeFlow:
-    """Driving times between nodes and the edges of the goods that are asked for, at one speed.
+    """Driving times between nodes and the edges of the goods in demand, at one speed.
 
-    `edges` are these edges, `share` the part of the demand that each has. On its edge a good is `before` the start
+    `edges` are these edges, `share` the share of demand of each. On its edge a good is `before` the start
     and `after` the end, in time units: means over its goods, the end's node time included.
     """
 
@@ -83,7 +83,7 @@ class FreeFlow:
         return self.travel.times([edge[1] for edge in self.edges], nodes)
 
     def station_shares(self) -> Any:
-        """Which part of the goods of each edge (rows) is brought to which of `stations` (columns), free of queues."""
+        """Which share of the goods of each edge (rows) goes to which of `stations` (columns), without queues."""
         import numpy as np
 
         common = self._shared_among(self.model.tasks.unload_at)
@@ -111,7 +111,7 @@ class FreeFlow:
         return np.tile(even, (len(self.edges), 1))
 
     def cycle(self) -> Cycle:
-        """The mean task, goods taken as they come."""
+        """The mean task, with goods in the order of demand."""
         import numpy as np
 
         tasks = self.model.tasks
@@ -123,7 +123,7 @@ class FreeFlow:
         return Cycle(float(empty), tasks.load_time, float(loaded), tasks.unload_time, tasks.clear_time)
 
     def station_demand(self) -> Any:
-        """The part of all tasks that each of `stations` gets."""
+        """Each station's share of all tasks."""
         import numpy as np
 
         return np.bincount(self.edge_of, self.weights, minlength=len(self.edges)) @ self.station_shares()
@@ -150,7 +150,7 @@ def asked_for(model: Model, layout: Layout) -> list[int]:
 
 
 def demand(model: Model, layout: Layout) -> Any:
-    """The part of all tasks that fetch each storage place, a numpy array."""
+    """Each storage place's share of all tasks, a numpy array."""
     import numpy as np
 
     goods, size = model.tasks.goods, len(layout.storage)

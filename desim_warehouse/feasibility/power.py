@@ -24,13 +24,13 @@ class Power:
     """Energies in the model's unit, rates per time unit.
 
     Attributes:
-        task: what a task draws in free flow; `share` as a part of a battery.
+        task: what a task draws in free flow; `share` of a battery's capacity.
         lasts: time for which a full battery lasts a robot that is always at work.
         chargers: all chargers that robots can stand at.
         charging_rate: what a charger gives from the level at which robots come to that at which they leave, the
             change between robots not counted; None without chargers.
         gives: what all chargers give.
-        draws: what the fleet draws in the long run, while as many robots charge as must, or as can; None where the
+        draws: what the fleet draws in the long run, with as many robots charging as must, or as can; None where the
             work comes to an end.
         most: what it would draw with all robots in the state that draws most.
         needed: chargers with which the long run is in balance; None where the work ends.
@@ -79,7 +79,7 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
     away = idle_away(model, layout)
 
     def drawn(charging: float) -> float:
-        """By the fleet in the long run, while so many charge."""
+        """Drawn by the fleet in the long run, with so many robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
         work = free if rate is None else min(rate * cycle.time, free)
         return work * at_task + max(robots - charging - work, 0.0) * away * draws.standing
@@ -138,7 +138,7 @@ def charging_rate(model: Model) -> float:
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """The part of the idle robots that stand where no charger is, where they draw on."""
+    """The share of idle robots that stand without a charger, and so draw on."""
     with_charger = chargers_at(model, layout)
     if model.policies.parking.name in {"home", "stay"}:
         home = model.fleet.homes(layout.bays)
@@ -147,6 +147,6 @@ def idle_away(model: Model, layout: Layout) -> float:
 
 
 def start_energy(model: Model) -> tuple[float, float]:
-    """The least and the most that a battery holds at the start, as parts of its capacity."""
+    """The range of battery levels at the start, as shares of the capacity."""
     given = model.fleet.start_energy
     return given.uniform if isinstance(given, SpreadEnergy) else (given, given)

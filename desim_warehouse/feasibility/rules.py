@@ -1,4 +1,4 @@
-"""What cannot work, and what is probably a slip, by the hand calculation: sizes, times and demand."""
+"""What cannot work, and what is probably a slip, by the hand calculation: dimensions, times and demand."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FASTEST, SLOWEST = 3.0, 0.05
 LARGEST, SMALLEST = 2000.0, 2.0
 """Sides of a floor in metres between which warehouses lie."""
 FEW = 30
-"""Tasks of which a run should hold more."""
+"""A run should be long enough for more tasks than this."""
 HOUR = 3600.0
 
 
@@ -35,7 +35,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
-    """What a planner should look at."""
+    """What a planner should know."""
     yield from _units(model, found)
     yield from _length(model, found)
     yield from _demand(model, found)
@@ -135,7 +135,7 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             f"layout.stations: {worst.node}",
             (
                 f"unloading at {worst.node} takes {amount(100 * (worst.busy or 0.0))} % of the time of its "
-                f"{worst.servers} server{'s' * (worst.servers > 1)}, so its queue grows without end"
+                f"{worst.servers} server{'s' * (worst.servers > 1)}, so its queue grows without bound"
             ),
             f"it needs {need} servers, or less unload_time, or a part of its tasks elsewhere (station_choice)",
         )

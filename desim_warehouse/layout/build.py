@@ -113,7 +113,7 @@ def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
         if data["two_way"] and source < target and (back["length"], back["speed"]) != (data["length"], data["speed"]):
             unequal.append(
                 f"layout: edges {source}>{target} and {target}>{source} differ in length or speed, but are one two-way "
-                "lane; make them equal, or say side_by_side: true where there are two lanes"
+                "lane; make them equal, or set side_by_side: true where there are two lanes"
             )
     if unequal:
         raise LayoutError(unequal)

@@ -1,6 +1,6 @@
-"""Checks of a layout before robots are let onto it.
+"""Checks of a layout before it is simulated.
 
-What would void the guarantee that work never stops is an error; what a planner should know, a warning or a note.
+What would void the liveness guarantee is an error; what a planner should know, a warning or a note.
 The conditions are those of docs/why.md, "Never stalled". A finding says where and what to do about it.
 """
 
@@ -28,7 +28,7 @@ SHOWN = 8
 SHARPEST_MERGE = math.radians(60)
 PARALLEL = math.sin(math.radians(5))
 BENT = 1.05
-"""An edge so many times longer than the straight line between its nodes is not drawn as it is."""
+"""An edge longer than this multiple of the straight line between its nodes is not drawn true to shape."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
 
 
 def some(names: Iterable[str]) -> str:
-    """The first names of many, in words."""
+    """The first of many names, and how many more."""
     names = list(names)
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
@@ -111,7 +111,7 @@ def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay place for every robot."""
+    """A bay slot for every robot."""
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
@@ -131,7 +131,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "BAY_CROWDED",
             f"layout.bays.{zone}.places",
-            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} places",
+            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} slots",
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):
@@ -140,7 +140,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "TOO_FEW_PLACES",
                 "layout.bays",
-                f"{use.robots} robots but only {places} bay places",
+                f"{use.robots} robots but only {places} bay slots",
                 "every robot needs one",
             )
 
@@ -156,7 +156,7 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
             "ROTATE_TWO_WAY",
             "traffic.gridlock",
             f"rotate cannot free robots that meet head-on, and these lanes are two-way: {names}",
-            "say auto or avoid, or side_by_side: true where there are two lanes",
+            "use auto or avoid, or side_by_side: true where there are two lanes",
         )
     else:
         yield Finding(
@@ -206,7 +206,7 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Station places bound the robots that can be on a task."""
+    """Station slots bound the number of robots on tasks."""
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
@@ -214,14 +214,14 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "STATION_PLACES",
                 "layout.stations",
-                f"{places} places for {use.robots} robots: a robot takes a task only when its station has a place "
+                f"{places} slots for {use.robots} robots: a robot takes a task only when its station has a slot "
                 "for it, so the others stay in their bays",
-                "more places let more of them work",
+                "more slots let more of them work",
             )
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Edges too short for a robot to stand on clear of both ends (condition 4)."""
+    """Edges too short for a robot to stand on clear of both ends (condition 3)."""
     lengths = {f"{a}>{b}": length for a, b, length in layout.graph.edges(data="length")}
     joined = [name for name, length in lengths.items() if length < use.contact - EPS]
     short = [name for name, length in lengths.items() if use.contact - EPS <= length < 2 * use.contact - EPS]
@@ -337,7 +337,7 @@ def _cross(ends: list[complex]) -> bool:
     a, b, c, d = ends
 
     def beside(start: complex, end: complex, point: complex) -> float:
-        """How far a point lies to the right of the way from one to another."""
+        """How far a point lies to the right of the line from one to another."""
         way = end - start
         return (way.conjugate() * (point - start)).imag / (abs(way) or 1.0)
 
@@ -358,7 +358,7 @@ def capacity(layout: Layout, contact: float) -> int:
 
 
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
-    """The shortest closed ways, by length, where gridlock would form first; found from the first `searched` edges."""
+    """The shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
     import networkx as nx
 
     rings: dict[frozenset[str], tuple[float, list[str]]] = {}

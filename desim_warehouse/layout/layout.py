@@ -31,7 +31,7 @@ class StoragePlace:
 
 @dataclass(frozen=True, slots=True)
 class BayPlaces:
-    """Parking places beside a node, `chargers` of them with a charger; None: as many as robots start there."""
+    """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there."""
 
     zone: str
     node: str

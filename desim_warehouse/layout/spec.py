@@ -70,7 +70,7 @@ def _node_or(zones: str) -> AfterValidator:
 
 
 def _nodes(zones: str) -> AfterValidator:
-    """Put the nodes of a bay or station in the place of its name; a node of the same name comes first."""
+    """Replace the name of a bay or station by its nodes; a node of the same name wins."""
 
     def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
         here, there = known(info).nodes or {}, known(info).zones.get(zones, {})
@@ -100,7 +100,7 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
 
 
 class Directions(Part):
-    """The one-way rule given by hand: a direction for every row (top first) and column (left first)."""
+    """The one-way rule spelt out: a direction for every row (top first) and column (left first)."""
 
     rows: tuple[Literal["east", "west"], ...] = Field(description="one for each row of nodes, top first")
     columns: tuple[Literal["north", "south"], ...] = Field(description="one for each column of nodes, left first")
@@ -217,14 +217,14 @@ class Storage(Part):
 
     edge: tuple[Name, Name] = Field(description="[from, to]: the edge it is picked from")
     offset: Length = Field(description="distance from the edge's start")
-    popularity: NotNegative = Field(1.0, description="weight with which it is asked for")
+    popularity: NotNegative = Field(1.0, description="relative demand")
 
     @field_validator("edge")
     @classmethod
     def _known(cls, edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
         edges = known(info).edges
         if edges and edge not in edges:
-            turned = ", such as the one the other way" if edge[::-1] in edges else ""
+            turned = ", such as the opposite one" if edge[::-1] in edges else ""
             raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
         return edge
 
@@ -306,17 +306,17 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
 
 
 class BaySpec(PlacesSpec):
-    """Parking places beside a node, entered and left through it; `chargers` of them have a charger."""
+    """Parking slots beside a node, entered and left through it; `chargers` of them have a charger."""
 
     places: Annotated[Count, limited("robots")] | None = Field(
-        None, description="a node; default: as many as robots start there"
+        None, description="slots at each node; default: as many as robots start there"
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
-        None, description="a node; default: one a place"
+        None, description="at each node; default: one for each slot"
     )
     total_chargers: Whole | None = Field(
         None,
-        description="instead of chargers: of all its nodes together, assigned to them round-robin",
+        description="instead of chargers: in total, assigned to its nodes round-robin",
         json_schema_extra=LATER,
     )
 
@@ -331,8 +331,10 @@ class BaySpec(PlacesSpec):
 class StationSpec(PlacesSpec):
     """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
 
-    places: Annotated[Count, limited("robots")] = Field(4, description="robots that can be inside, a node")
-    servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(1, description="robots served at a time, a node")
+    places: Annotated[Count, limited("robots")] = Field(4, description="robots that fit inside at each node")
+    servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(
+        1, description="robots served at a time at each node"
+    )
 
 
 class LayoutSpec(Part):

@@ -1,6 +1,6 @@
-"""The laws of a battery: what is drawn in each state, and how the level rises at a charger.
+"""The battery model: what is drawn in each state, and how the level rises at a charger.
 
-They stand here once, for the simulation that plays them and for whoever reads a battery's level from the log.
+In one place, for the simulation and for whatever works out a battery's level from the log.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from desim_warehouse.streams import Streams
 
 RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
-"""Which consumption of the model file holds in which state; a charging robot draws nothing."""
+"""Which consumption of the model file applies in which state; a charging robot draws nothing."""
 
 
 def rates(spec: BatterySpec | None) -> dict[str, float]:
@@ -62,7 +62,7 @@ def charge_time(spec: BatterySpec, start: float, end: float) -> float:
 
 
 def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
-    """Energy taken up in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
+    """Energy charged in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
     rate, taper = spec.charge_rate, spec.taper
     if taper is None:
         return min(rate * time, spec.capacity - start)

@@ -56,7 +56,7 @@ def override(data: dict[str, Any], overrides: Mapping[str, Any], places: Places,
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:
-    """Shorter keys first, list entries by number: the order in which overrides are given is no matter."""
+    """Shorter keys first, list entries by number: the order in which overrides are given does not matter."""
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
@@ -98,7 +98,7 @@ def _opened(section: Any, keys: Keys, places: Places, said: str) -> Any:
 
 
 def _closed(section: Any, here: str, key: str | int) -> str:
-    """Why there is no such place in a section."""
+    """Why nothing can be set there."""
     if isinstance(section, list):
         have = f"{len(section)} entries, 0 to {len(section) - 1}" if section else "no entries"
         return f"no entry {key} in '{here}' (it has {have}), expected one of these, or '{here}' as a whole"

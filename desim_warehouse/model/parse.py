@@ -62,11 +62,11 @@ def read_yaml(text: str, source: str) -> Document:
 
 _SYNTAX = {
     "'\\t'": "a tab before a word, expected spaces",
-    "<block": "indented otherwise than the lines before",
-    "mapping values": "a ':' that follows no key, expected 'key: value' in every line",
-    "quoted scalar": "a text without an end, expected a closing quote",
+    "<block": "indented differently from the lines before",
+    "mapping values": "a ':' that follows no key, expected 'key: value' on every line",
+    "quoted scalar": "an unfinished text, expected a closing quote",
 }
-"""Words of the YAML reader that only programmers know, and ours."""
+"""Jargon of the YAML reader, and our words for it."""
 
 
 def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:
@@ -97,7 +97,7 @@ class _Reader:
         self.places.values[keys] = self.place(node)
         self.count += 1
         if node in self.around or self.count > _MOST:
-            said = "an alias that repeats itself without end, expected every value to end"
+            said = "an alias that contains itself, expected a value that ends"
             if node not in self.around:
                 said = f"too many values, expected {_MOST:,} at most, with those of aliases counted at every use"
             raise ModelError([f"{self.place(node).text}: {said}"])
@@ -121,7 +121,7 @@ class _Reader:
             key = self.key(key_node, keys)
             here, place = (*keys, key), self.place(key_node)
             if key in made:
-                text = f"given twice (first in line {self.places.keys[here].line}), expected once"
+                text = f"given twice (first on line {self.places.keys[here].line}), expected once"
                 self.problems.append(Problem(here, text, at_key=True))
             self.places.keys[here] = place
             if key not in made:

@@ -43,7 +43,7 @@ class PolicySpec(Part):
 
     @property
     def own(self) -> bool:
-        """Whether it is the user's own, whose code we know nothing of."""
+        """Whether it is the user's own, about whose code nothing is known."""
         return ":" in self.name
 
     def content(self) -> Any:
@@ -93,7 +93,7 @@ class Policies(Part):
     """Who decides what."""
 
     allocation: Policy = Field(PolicySpec(name="in-order"), description="which robot fetches which good")
-    routing: Policy = Field(PolicySpec(name="highways"), description="which way a robot takes")
+    routing: Policy = Field(PolicySpec(name="highways"), description="which route a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
     interval: Time = Field(
@@ -105,7 +105,7 @@ class Policies(Part):
         return {kind: getattr(self, kind) for kind in KINDS}
 
     def own(self) -> list[str]:
-        """The policies that are the user's own, whose code we know nothing of."""
+        """The policies that are the user's own, about whose code nothing is known."""
         return sorted(spec.name for spec in self.specs().values() if spec.own)
 
     def sources(self) -> bytes:

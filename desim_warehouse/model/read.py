@@ -60,7 +60,7 @@ def changed(model: Model, overrides: Mapping[str, Any], run_code: bool) -> Model
 
 
 def kind_of(data: Mapping[str, Any]) -> str | None:
-    """What a file holds by its keys: a model, a study, or what cannot be told."""
+    """What a file holds, by its keys: a model, a study, or None where that is unclear."""
     model, study = {"layout", "fleet", "tasks"} & data.keys(), {"model", "factors"} & data.keys()
     return None if bool(model) == bool(study) else "model" if model else "study"
 
@@ -147,7 +147,7 @@ def _policy_files(data: dict[str, Any], folder: Path) -> None:
 
 
 def check_policies(model: Model, run_code: bool = False) -> list[Problem]:
-    """Ask the policies whether they can be made with the parameters of the model; the user's own only if told so."""
+    """Whether the policies can be made with the parameters of the model; the user's own only with `run_code`."""
     return [
         Problem(("policies", kind, *([parameter] if parameter else ())), text)
         for kind, spec in model.policies.specs().items()

@@ -87,15 +87,15 @@ class Kind(Part):
 
 
 class SpreadEnergy(Part):
-    """`uniform: [a, b]`: for every robot drawn evenly between two parts of the capacity, by the run's seed."""
+    """`uniform: [a, b]`: for every robot drawn uniformly between two shares of the capacity, by the run's seed."""
 
-    uniform: tuple[Share, Share] = Field(description="the least and the most, parts of the capacity")
+    uniform: tuple[Share, Share] = Field(description="lower and upper end, as shares of the capacity")
 
     @field_validator("uniform")
     @classmethod
     def _in_order(cls, uniform: tuple[float, float]) -> tuple[float, float]:
         if uniform[0] > uniform[1]:
-            raise wrong(f"turned round (got {got(uniform)}), expected the least first, then the most")
+            raise wrong(f"in the wrong order (got {got(uniform)}), expected the lower end first")
         return uniform
 
 
@@ -104,7 +104,7 @@ class Fleet(Part):
 
     size: Annotated[Count, limited("robots")] = Field(description="number of robots")
     start: NodesOfBays = Field(
-        (), description="nodes with bays, or names of bays, dealt out in turn; default: all nodes with bays"
+        (), description="nodes with bays, or names of bays, assigned round-robin; default: all nodes with bays"
     )
     robot: RobotSpec
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
@@ -113,11 +113,11 @@ class Fleet(Part):
     start_energy: Annotated[
         Annotated[Share, form("number")] | Annotated[SpreadEnergy, form("spread")],
         Forms(
-            "a part of the capacity from 0 to 1, or {uniform: [a, b]}",
+            "a share of the capacity from 0 to 1, or {uniform: [a, b]}",
             pick=by_type(number=(*NUMBER, str), spread=SECTION),
         ),
     ] = Field(
-        1.0, description="what the batteries hold at the start, as a part of the capacity", json_schema_extra=LATER
+        1.0, description="what the batteries hold at the start, as a share of the capacity", json_schema_extra=LATER
     )
 
     @field_validator("size")
@@ -206,14 +206,14 @@ class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
     saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
-    due_within: Duration | None = Field(None, description="due so long after release")
+    due_within: Duration | None = Field(None, description="time from release to due")
 
 
 class PoissonGoods(Part):
     """`poisson: n`: lifelong; tasks arrive at random, n per hour on average."""
 
     poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
-    due_within: Duration | None = Field(None, description="due so long after release")
+    due_within: Duration | None = Field(None, description="time from release to due")
 
 
 def _goods_form(value: Any) -> str | None:
@@ -228,12 +228,12 @@ def _goods_form(value: Any) -> str | None:
 class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
-    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="part of all places")
-    demand: Share = Field(description="part of all tasks")
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="of all places")
+    demand: Share = Field(description="share of all tasks")
 
 
 class Popularity(Part):
-    """Which storage places are asked for: ABC classes (in order of number), or a weight for each."""
+    """How demand is spread over storage places: ABC classes (in order of number), or a weight for each."""
 
     classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
     weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
@@ -314,9 +314,7 @@ class Tasks(Part):
     )
     load_time: Time = Field(description="at the storage place")
     unload_time: Time = Field(description="at the station")
-    clear_time: Time = Field(
-        0.0, description="after unloading, before driving on; the next good is given out before it"
-    )
+    clear_time: Time = Field(0.0, description="after unloading, before driving on; the next task is assigned before it")
 
     @field_validator("goods", mode="before")
     @classmethod
@@ -448,7 +446,7 @@ class Model(Part):
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
         (),
-        description="codes of errors of `desim check` to simulate in spite of; the report says so",
+        description="error codes of `desim check` to accept: it is simulated anyway, and the report says so",
         json_schema_extra=LATER,
     )
 

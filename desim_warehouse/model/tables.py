@@ -101,7 +101,7 @@ class _Row:
     at: Mapping[str, Place]
 
     def number(self, column: str) -> float | str:
-        """The cell as a number; a cell that is none stays text, to be refused with its place."""
+        """The cell as a number; any other stays text, and is refused at its place."""
         try:
             return float(self.cells[column])
         except ValueError:
@@ -120,7 +120,7 @@ class _Table:
         import csv
 
         try:
-            _end_in_sight(path)
+            _check_size(path)
             with path.open(encoding="utf-8-sig", newline="") as lines:
                 reader = csv.reader(lines, strict=True)
                 header = tuple(name.strip() for name in next(reader, ()))
@@ -152,8 +152,8 @@ class _Table:
         raise _RefusedError(Problem(keys, text))
 
 
-def _end_in_sight(path: Path) -> None:
-    """Refuse what may never end, such as a device or a pipe, and what is larger than any table."""
+def _check_size(path: Path) -> None:
+    """Refuse what may never end, such as a device or a pipe, and files larger than any table."""
     if path.exists() and not path.is_file():
         raise OSError(0, "not a file")
     if path.exists() and path.stat().st_size > LIMITS["bytes"][0]:

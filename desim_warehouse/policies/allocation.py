@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from desim_warehouse.policies.situation import Situation
 
 CANDIDATES = 1000
-"""Open tasks that a decision looks at, the first of the list; more if more robots are free."""
+"""Open tasks that a decision considers, from the front of the list; more if more robots are free."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Nearest:
     """The pair of free robot and open task with the shortest directed driving time, then the next shortest, ...
 
     Source: nearest-vehicle-first rule; Egbelu and Tanchoco, Int. J. Production Research 22 (1984) 359-374.
-    `candidates`: how many open tasks, the first of the list, are looked at.
+    `candidates`: how many open tasks are considered, from the front of the list.
     """
 
     candidates: int = CANDIDATES
 
     def __post_init__(self) -> None:
-        """A policy that looks at nothing would never give out a task."""
+        """A policy that considers no task would never assign one."""
         _at_least_one(self.candidates)
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
@@ -59,7 +59,7 @@ class NearestAging:
     """Nearest, but a task counts as nearer by `aging` for every time unit it has waited, so that none is left behind.
 
     Source: aging against starvation, as in Tanenbaum, Modern Operating Systems, on shortest-job-first scheduling.
-    `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks looked at.
+    `aging`: driving time that a time unit of waiting makes up for. `candidates`: open tasks considered.
     """
 
     aging: float = 0.2
@@ -85,7 +85,7 @@ class EarliestDue:
     """The task with the highest priority, then the earliest due time, to the robot that is nearest to it.
 
     Source: Jackson's earliest-due-date rule (1955): least maximum lateness on one machine. Tasks without a due time
-    come last, in the order of the list. `candidates`: open tasks looked at.
+    come last, in the order of the list. `candidates`: open tasks considered.
     """
 
     candidates: int = CANDIDATES

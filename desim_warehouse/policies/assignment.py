@@ -21,7 +21,7 @@ class Hungarian:
     """The assignment of free robots to open tasks with the least total driving time to the goods.
 
     Source: Kuhn, Naval Research Logistics Quarterly 2 (1955) 83-97; solved by scipy's linear_sum_assignment
-    (Crouse 2016). As many tasks as possible are given out. `candidates`: open tasks looked at, the first of the list.
+    (Crouse 2016). Assigns as many tasks as possible. `candidates`: open tasks considered, from the front of the list.
     """
 
     candidates: int = CANDIDATES
@@ -38,14 +38,14 @@ class Hungarian:
 
 @dataclass(frozen=True)
 class CostAware:
-    """The assignment that minimises w_d distance + w_t time + w_c expected collisions on the way to the goods.
+    """The assignment that minimises w_d distance + w_t time + w_c expected collisions on the route to the goods.
 
-    Time includes the waiting and collisions are those to be expected on the edges of the way, by their means in the
+    Time includes the waiting and collisions are those to be expected on the edges of the route, by their means in the
     run so far (an edge not yet used counts one free passage). What comes after the good costs the same whoever
     fetches it and is left out. Source: the paper's outlook, Cost_total; means as in a running sample average.
 
     `distance`, `time`, `collisions`: the weights; by default those of the model's cost section. `candidates`: open
-    tasks looked at, the first of the list (fewer than elsewhere, as every way is walked along).
+    tasks considered, from the front of the list (fewer than elsewhere, as every route is traversed).
     """
 
     distance: float | None = None
@@ -92,12 +92,12 @@ class CostAware:
 
 
 def along(means: Mapping[tuple[str, str], float], way: Sequence[str]) -> float:
-    """Sum of a mean per passage over the edges of a way."""
+    """Sum of a mean per passage over the edges of a route."""
     return math.fsum(means[edge] for edge in itertools.pairwise(way))
 
 
 def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable[tuple[int, int]]:
-    """Pairs of the assignment of allowed pairs that gives out as many tasks as can be at the least total cost."""
+    """The allowed pairs that assign as many tasks as possible at the least total cost."""
     import numpy as np
     from scipy.optimize import linear_sum_assignment
 

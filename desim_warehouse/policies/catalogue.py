@@ -51,7 +51,7 @@ METHODS = {"allocation": "assign", "routing": "route", "charging": "levels", "pa
 
 
 class _RefusedError(Exception):
-    """A policy that cannot be had: the parameter at fault ("" for the name), and what is wrong."""
+    """A policy that cannot be created: the parameter at fault ("" for the name), and what is wrong."""
 
     def __init__(self, parameter: str, message: str) -> None:
         super().__init__(parameter, message)
@@ -71,7 +71,7 @@ def find(kind: str, name: str) -> type:
 
 
 def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
-    """The policy itself, with its parameters; raises PolicyError where it cannot be had so."""
+    """The policy itself, with its parameters; raises PolicyError where that is impossible."""
     policy, found = _attempt(kind, name, parameters)
     if found:
         parameter, message = found[0]
@@ -102,7 +102,7 @@ def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, 
         return None, found
     try:
         return cls(**parameters), []
-    except Exception as error:  # noqa: BLE001 - whatever a user's class raises is told with its place
+    except Exception as error:  # noqa: BLE001 - whatever a user's class raises is reported at its place
         said = str(error) or repr(error)
         at = next((key for key in parameters if said.startswith(key)), "")
         return None, [(at, f"{name}: {said}")]
@@ -115,7 +115,7 @@ def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
         return {}
     try:
         hints = get_type_hints(cls)
-    except Exception:  # noqa: BLE001 - types that cannot be had at run time are not checked
+    except Exception:  # noqa: BLE001 - types that do not exist at run time are not checked
         hints = {}
     return {
         field.name: (

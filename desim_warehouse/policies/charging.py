@@ -11,7 +11,7 @@ from desim_warehouse.policies.protocols import CHARGERS, Levels, RobotView
 class Threshold:
     """At the battery's threshold an empty robot gives its task back and goes home, to charge full (the paper).
 
-    Above the threshold it takes any task, so the threshold must be worth the longest way from a good's edge by the
+    Above the threshold it takes any task, so the threshold must cover the longest route from a good's edge via the
     station to a charger. Source: Liu et al., ROBIO 2017, section IV.
 
     `level`: the threshold, default battery.threshold. `charger`: own (its home), nearest or least-loaded.
@@ -32,15 +32,15 @@ class Threshold:
 
 @dataclass(frozen=True)
 class ReachAware:
-    """Works on until the last moment at which it still surely reaches a charger, with a margin; then charges full.
+    """Works until the last moment at which it can still reach a charger, with a margin; then charges fully.
 
-    A robot gets a task only if its energy lasts for all of it and the way to the nearest charger, free driving, and
-    `margin` is left then. On the way to a good only waiting makes that fail: at that instant it gives the task back.
+    A robot gets a task only if its energy lasts for all of it and the route to the nearest charger, free driving, and
+    `margin` is then left. On the route to a good only waiting makes that fail: at that instant it gives the task back.
     After the good is loaded the delivery is always finished, so the margin is what pays for waiting from there on.
     Source: the reachability condition of electric-vehicle routing, as in Schneider, Stenger and Goeke, Transportation
     Science 48 (2014) 500-520, applied at every decision.
 
-    `margin`: part of the capacity. `charger`: nearest, own (its home) or least-loaded.
+    `margin`: share of the capacity. `charger`: nearest, own (its home) or least-loaded.
     """
 
     margin: float = 0.1
@@ -62,7 +62,7 @@ class Opportunity:
     """Charges whenever it has nothing to fetch, and breaks off as soon as it may take a task.
 
     Source: opportunity charging; McHaney, Int. J. Production Research 33 (1995), on batteries in AGV simulations.
-    `minimum`: part of the capacity below which it takes no task. `margin`: part of the capacity to be left after a
+    `minimum`: share of the capacity below which it takes no task. `margin`: share of the capacity to be left after a
     task on reaching a charger. `charger`: nearest, own or least-loaded.
     """
 
@@ -87,7 +87,7 @@ class FourThresholds:
     """Critical: charges now. Good: goes to charge when idle. Sufficient: may break off for work. Full: ends charging.
 
     Source: the four energy levels of openTCS vehicles (critical, good, sufficiently recharged, fully recharged). All
-    are parts of the capacity, as is `margin`, to be left after a task on reaching a charger. `charger`: nearest, own
+    are shares of the capacity, as is `margin`, to be left after a task on reaching a charger. `charger`: nearest, own
     or least-loaded.
     """
 
@@ -126,8 +126,8 @@ class FourThresholds:
 class Swap:
     """At a charger the battery is swapped for a full one in a fixed time.
 
-    Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: part of the capacity at
-    which a robot goes to swap. `margin`: part of the capacity to be left after a task on reaching a charger.
+    Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: share of the
+    capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger.
     """
 
     time: float
@@ -152,7 +152,7 @@ class Swap:
 
 def _part(name: str, value: float) -> None:
     if not 0 <= value <= 1:
-        raise ValueError(f"{name} is {value}, expected a part of the capacity, from 0 to 1")
+        raise ValueError(f"{name} is {value}, expected a share of the capacity, from 0 to 1")
 
 
 def _known_charger(charger: str) -> None:

@@ -1,4 +1,4 @@
-"""Parking policies: where a robot goes that has nothing to fetch."""
+"""Parking policies: where an idle robot goes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Home:
-    """Back to the bay it started from (the paper); where that is full, to the nearest with a free place.
+    """Back to the bay it started from (the paper); where that is full, to the nearest with a free slot.
 
     Source: Liu et al., ROBIO 2017, section IV.
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The home bay if it has a free place."""
+        """The home bay if it has a free slot."""
         if any(bay.node == robot.home for bay in bays):
             return robot.home
         return _nearest(robot, bays, travel)
@@ -27,13 +27,13 @@ class Home:
 
 @dataclass(frozen=True)
 class Stay:
-    """Back to the bay it stood in last; where that is full, to the nearest with a free place.
+    """Back to the bay it stood in last; where that is full, to the nearest with a free slot.
 
     Source: dwell points of idle vehicles; Egbelu, European J. Operational Research 71 (1993) 32-44.
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The last bay if it has a free place."""
+        """The last bay if it has a free slot."""
         if any(bay.node == robot.bay for bay in bays):
             return robot.bay
         return _nearest(robot, bays, travel)
@@ -41,7 +41,7 @@ class Stay:
 
 @dataclass(frozen=True)
 class NearestBay:
-    """The bay with a free place that is nearest by driving time, ties by the order of the model file.
+    """The nearest bay by driving time with a free slot; ties by the order of the model file.
 
     Source: nearest dwell point; Egbelu (1993).
     """

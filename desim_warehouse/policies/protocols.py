@@ -37,7 +37,7 @@ class RobotView:
     """A robot as a policy sees it, read-only; energies in the model's unit.
 
     `node` is where it is or comes to next; of a busy robot where it will be free, in about `free_in` time units.
-    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the present one.
+    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one.
     """
 
     number: int
@@ -55,7 +55,7 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class BayView:
-    """A bay as a policy sees it: `free` places nobody is in or on the way to, its chargers, `present` robots."""
+    """A bay as a policy sees it: its `free` slots (nobody in or on the way), its chargers, `present` robots."""
 
     node: str
     free: int
@@ -68,12 +68,12 @@ class Levels:
     """What a charging policy decides for a robot: battery levels, in the model's unit of energy.
 
     Attributes:
-        critical: at or below it a robot gets no task, and one on the way to a good gives it back; it charges.
+        critical: at or below it a robot charges: it gets no task, and gives back one whose good it has not reached.
         good: a robot that leaves its work goes to a charger at or below it, above it to a parking place.
-        sufficient: charging may be broken off from here on when there is work.
+        sufficient: from here on charging may be interrupted for work.
         full: charging ends here.
         margin: energy to be left on reaching a charger after the task; a robot gets no task, and keeps none that it
-            is on its way to, with which it could not. None: tasks are not looked ahead.
+            is on its way to, with which it could not. None: no look-ahead.
         top_up: whether a robot that parks beside a charger also charges when it is above `good`.
         charger: which one it goes to: `own` (that of its home bay), `nearest` or `least-loaded`.
         swap_time: time in which its battery is swapped for a full one; None: it is charged.
@@ -106,39 +106,39 @@ class Levels:
 
 
 CHARGERS = ("own", "nearest", "least-loaded")
-"""Ways to choose a charger; ties go to the nearest, then to the first in the model file."""
+"""Rules for choosing a charger; ties go to the nearest, then to the first in the model file."""
 
 
 class Travel(Protocol):
     """Directed distances and free driving times on the Highways (`desim_warehouse.layout.travel`)."""
 
     def distance(self, origin: str, goal: str) -> float:
-        """Length of the shortest way."""
+        """Length of the shortest route."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Time of the fastest way: node times and speed limits included, waiting not."""
+        """Time of the fastest route: node times and speed limits included, waiting not."""
 
     def way(self, origin: str, goal: str) -> list[str]:
         """The nodes that a robot drives from origin to goal, both included."""
 
     def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Free driving times of the ways that robots drive: a row for each origin, a column for each goal."""
+        """Free driving times of the routes that robots take: a row for each origin, a column for each goal."""
 
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Lengths of the ways that robots drive: a row for each origin, a column for each goal."""
+        """Lengths of the routes that robots take: a row for each origin, a column for each goal."""
 
 
 class Oracle(Protocol):
-    """Ways that are cheapest by one cost of an edge."""
+    """Routes that are cheapest by one cost of an edge."""
 
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
-        """Nodes of the way, both ends included; empty where there is none; another `tie`: another way as good."""
+        """Nodes of the route, both ends included; empty where there is none. Another `tie`: another route as good."""
 
     def time(self, origin: str, goal: str) -> float:
-        """Free driving time of the way."""
+        """Free driving time of the route."""
 
     def counted(self, origin: str, goal: str) -> float:
-        """What the way counts where routes are compared: its cost, more where it leads against a direction."""
+        """The cost by which routes are compared: more where the route goes against a preferred direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ class Roads:
     """The Highways as a routing policy sees them.
 
     `graph` has x, y at its nodes and length, speed at its edges. `oracle("hops" | "length" | "time")` knows the
-    cheapest ways. `waits` is the mean waiting per passage of each edge so far, its end node included; `queued` how
+    cheapest routes. `waits` is the mean waiting per passage of each edge so far, its end node included; `queued` how
     many robots wait now to leave an edge by its end node or are held up on it.
     """
 
@@ -160,7 +160,7 @@ class Roads:
 
 
 class Allocation(Protocol):
-    """Which free robot does which open task."""
+    """Which free robot takes which open task."""
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
         """Pairs (robot number, task number); robots and tasks left out stay free and open.
@@ -170,7 +170,7 @@ class Allocation(Protocol):
 
 
 class Routing(Protocol):
-    """Which way a robot drives."""
+    """Which route a robot takes."""
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
@@ -184,7 +184,7 @@ class Charging(Protocol):
 
 
 class Parking(Protocol):
-    """Where a robot goes that has nothing to fetch."""
+    """Where an idle robot goes."""
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The node of one of the bays shown, each of which has a free place."""
+        """The node of one of the given bays, each of which has a free slot."""

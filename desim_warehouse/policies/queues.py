@@ -1,7 +1,7 @@
 """Allocation policies that plan short queues of tasks for the whole fleet, robots at work included.
 
 Both build the queues by insertion: a task may go between any two of a robot's planned tasks. At every decision the
-queues are planned anew and only the first tasks of free robots are given out, unless `commit` is set.
+queues are planned anew and only the first tasks of free robots are assigned, unless `commit` is set.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ OBJECTIVES = ("makespan", "total")
 
 @dataclass(frozen=True)
 class _Queues(ABC):
-    """Parameters and procedure that the policies of this module share."""
+    """The parameters and the procedure that the policies of this module share."""
 
     depth: int = 5
     objective: Literal["makespan", "total"] = "makespan"
@@ -78,8 +78,8 @@ class Regret(_Queues):
     Source: Potvin and Rousseau, European J. Operational Research 66 (1993) 331-340. Regret is the difference between
     the best bids of the two best robots; ties go to the lower bid.
 
-    `depth`: tasks in a queue at most. `objective`: a robot bids the time at which it would be done (makespan) or the
-    time added (total). `candidates`: open tasks, `robots`: robots planned together. `commit`: give out whole queues.
+    `depth`: most tasks in a queue. `objective`: a robot bids the time at which it would be done (makespan) or the
+    time added (total). `candidates`: open tasks, `robots`: robots planned together. `commit`: assign whole queues.
     """
 
     def choose(self, bids: Any) -> tuple[int, int] | None:
@@ -102,8 +102,8 @@ class Auction(_Queues):
 
     Source: Lagoudakis et al., Robotics: Science and Systems 2005; bids are for the cheapest insertion into the
     robot's queue. `objective`: makespan (MiniMax: the time at which the robot would be done) or total (MiniSum: the
-    time added). `depth`: tasks in a queue at most. `candidates`: open tasks, `robots`: robots that bid together.
-    `commit`: give out whole queues.
+    time added). `depth`: most tasks in a queue. `candidates`: open tasks, `robots`: robots that bid together.
+    `commit`: assign whole queues.
     """
 
     objective: Literal["makespan", "total"] = "total"

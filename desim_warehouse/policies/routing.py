@@ -1,7 +1,7 @@
-"""Routing policies: which way a robot drives.
+"""Routing policies: which route a robot takes.
 
-`cost` names the oracle whose routes a policy takes, so that driving times shown to others are those of its routes;
-`fixed` says that they never change, so that each is asked for once a run.
+`cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes;
+`fixed` says that they never change, so that each is computed once a run.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Highways:
-    """Algorithm 1 of the paper: breadth-first, fewest nodes; of several ways the first in the successors' order.
+    """Algorithm 1 of the paper: breadth-first, fewest nodes; of several routes the first in the order of successors.
 
     Source: Liu et al., ROBIO 2017, Algorithm 1.
     """
@@ -36,12 +36,12 @@ class Highways:
 
 @dataclass(frozen=True)
 class Shortest:
-    """The way of least length; of several that take as long, `spread` of them in turn.
+    """The shortest route; of several as short, `spread` of them in turn.
 
-    Grids have many equally short ways, and robots that all take the same one jam it. Whichever is taken, length and
+    Grids have many equally short routes, and robots that all take the same one jam it. Whichever is taken, length and
     time are the same. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
 
-    `spread`: how many of the equally short ways between two nodes are used.
+    `spread`: how many of the equally short routes between two nodes are used.
     """
 
     spread: int = 1
@@ -54,7 +54,7 @@ class Shortest:
 
     @property
     def fixed(self) -> bool:
-        """Whether the way between two nodes is always the same."""
+        """Whether the route between two nodes is always the same."""
         return self.spread == 1
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
@@ -64,11 +64,11 @@ class Shortest:
 
 @dataclass(frozen=True)
 class Fastest:
-    """The way of least free driving time, node times and speed limits included; of several, `spread` of them in turn.
+    """The fastest route when driving freely, node times and speed limits included; of several, `spread` of them in turn.
 
     Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
 
-    `spread`: how many of the equally fast ways between two nodes are used.
+    `spread`: how many of the equally fast routes between two nodes are used.
     """
 
     spread: int = 1
@@ -81,7 +81,7 @@ class Fastest:
 
     @property
     def fixed(self) -> bool:
-        """Whether the way between two nodes is always the same."""
+        """Whether the route between two nodes is always the same."""
         return self.spread == 1
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
@@ -101,9 +101,9 @@ def _tie(turns: Iterator[int], spread: int) -> int:
 
 @dataclass(frozen=True)
 class CongestionAware:
-    """The way of least expected time: free driving, mean waiting on each edge so far, and the queues there now.
+    """The route with the least expected time: free driving, mean waiting on each edge so far, and the queues there now.
 
-    A robot held up at a node decides again there, at most `detours` times on a way so that it does arrive. A queue
+    A robot held up at a node decides again there, at most `detours` times on a route, so that it does arrive. A queue
     of n robots before a node counts as n times the time in which one clears it. Source: A* search, Hart, Nilsson and
     Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as its estimate.
 

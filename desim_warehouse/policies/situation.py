@@ -1,4 +1,4 @@
-"""What an allocation policy decides on, with the tables that most policies want: times, energies, what is allowed."""
+"""What an allocation policy decides on, with the tables that most policies need: times, energies, what is allowed."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Handling:
 
 @dataclass(frozen=True)
 class Situation:
-    """The free robots by number, the open tasks in the order of the list, and what can be known of both.
+    """The free robots by number, the open tasks in the order of the list, and what is known about both.
 
     `station(robot, task)` is the node where the robot would unload the task; `feasible(robot, task)` whether it may
-    take it: the charging policy lets it, with the energy it has, and there is room at the station. `fleet()` shows
-    all robots, also those at work; `waits()` the mean waiting time, `collisions()` the mean number of collisions per
+    take it: the charging policy allows it at this energy, and the station has a free slot. `fleet()` shows
+    all robots, busy ones too; `waits()` the mean waiting time, `collisions()` the mean number of collisions per
     passage of each edge so far, its end node included. `random()` is the policy's own numpy Generator.
     """
 

@@ -1,1 +1,1 @@
-"""What people look at: figures, report notebooks, the replay page, and files for other programs."""
+"""Output for people: figures, report notebooks, the replay page, and files for other programs."""

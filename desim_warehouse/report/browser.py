@@ -1,4 +1,4 @@
-"""Printing a page with a browser that is installed."""
+"""Printing a page with an installed browser."""
 
 from __future__ import annotations
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 Format = Literal["csv", "parquet", "trace"]
 FORMATS: tuple[str, ...] = get_args(Format)
 _STATES, _TASKS, _WAITS = 1, 2, 3
-"""The tracks of a robot, in the order in which they are shown."""
+"""The tracks of a robot, in display order."""
 _TRACKS = {_STATES: "states", _TASKS: "tasks", _WAITS: "waits"}
 _RINGS = 1
-"""The process of what concerns the whole fleet; robot n is process n + 2."""
+"""The process of fleet-wide events; robot n is process n + 2."""
 
 
 def export(run: Run, form: str, path: str | Path) -> Path:

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 FRAMES_PER_SECOND = {".gif": 12, ".mp4": 25}
 SECONDS = 20.0
-"""How long a film lasts unless a speed is given."""
+"""The length of a film unless a speed is given."""
 MOST_FRAMES = 3000
 MOST_NUMBERS, MOST_LETTERS = 30, 60
-"""Robots and nodes that are named; more would not be legible."""
+"""The most robots and nodes with labels; more would not be legible."""
 
 
 def film(

@@ -1,4 +1,4 @@
-"""Parts of a report as HTML: whatever names contain, they are shown as text."""
+"""Parts of a report as HTML; all names are escaped."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Html:
-    """A piece of HTML that Jupyter shows; pieces add up."""
+    """A piece of HTML that Jupyter shows; pieces can be added."""
 
     def __init__(self, source: str) -> None:
         self.source = source
@@ -57,8 +57,8 @@ def table(
     Args:
         head: the names of the columns.
         rows: the cells, as text.
-        words: so many columns from the left are words; all others are numbers.
-        name: what a program finds the table by, its id.
+        words: how many columns from the left are words; all others are numbers.
+        name: the table's id, for programs.
         marked: rows to set apart, such as the baseline.
     """
 
@@ -80,7 +80,7 @@ def table(
 
 
 def facts(pairs: Iterable[tuple[str, str]], name: str = "") -> Html:
-    """Names and what they stand for, one below the other."""
+    """Names and values, one pair per line."""
     rows = "".join(f"<tr><th>{escape(key)}</th><td>{escape(value)}</td></tr>" for key, value in pairs)
     found = f' id="{escape(name)}"' if name else ""
     return Html(f'<div class="wide"><table{found}><tbody>{rows}</tbody></table></div>')

@@ -1,4 +1,4 @@
-"""A model in numbers, for reports."""
+"""The key figures of a model, for reports."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def work(model: Model) -> str:
     ):
         if hasattr(goods, name):
             return text.format(words.number(getattr(goods, name)))
-    return "as the model says"
+    return "as in the model"
 
 
 def _battery(model: Model) -> str:

@@ -1,4 +1,4 @@
-"""Reports: a notebook run on a study or run folder, as one HTML page that needs nothing from outside."""
+"""Reports: a notebook run on a study or run folder, as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def report(
         out: the page; default: report.html in the folder (report.pdf with `pdf`).
         pdf: print the page with an installed Chromium or Chrome.
         code: show the notebook's code cells, too.
-        keep: write the executed notebook here, to go on with in Jupyter.
+        keep: write the executed notebook here, to continue in Jupyter.
 
     Returns:
         What was written.
@@ -72,8 +72,7 @@ def kind_of(folder: Path) -> str:
         if (folder / file).is_file():
             return kind
     raise ReportError(
-        f"{folder}: neither a study nor a run is there; desim study STUDY --out DIR or desim run MODEL --out DIR "
-        "makes one"
+        f"{folder}: neither a study nor a run there; desim study STUDY --out DIR or desim run MODEL --out DIR makes one"
     )
 
 
@@ -113,7 +112,7 @@ def executed(kind: str, folder: Path) -> NotebookNode:
 
 
 def _settings(sockets: str) -> Any:
-    """Where the system can, messages of the notebook's process go through files that are ours alone, not ports."""
+    """Where the system allows, messages of the notebook's process go through private files, not ports."""
     from traitlets.config import Config
 
     ours = {"transport": "ipc", "ip": f"{sockets}/kernel"} if os.name == "posix" else {}
@@ -121,7 +120,7 @@ def _settings(sockets: str) -> Any:
 
 
 def set_parameters(notebook: NotebookNode, values: dict[str, Any]) -> None:
-    """Give the parameters their values, as papermill does: in a cell of its own after the one that is tagged."""
+    """Set the parameters as papermill does: in a cell of their own after the tagged one."""
     from nbformat.v4 import new_code_cell
 
     tagged = [n for n, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", [])]
@@ -131,7 +130,7 @@ def set_parameters(notebook: NotebookNode, values: dict[str, Any]) -> None:
 
 
 def title_of(notebook: NotebookNode) -> str:
-    """The page's title: what the first cell's heading says."""
+    """The page's title: the heading of the first cell."""
     from html.parser import HTMLParser
 
     class Heading(HTMLParser):
@@ -162,7 +161,7 @@ def _shown(notebook: NotebookNode) -> Iterator[str]:
 
 
 def page_of(notebook: NotebookNode, title: str, *, code: bool = False) -> str:
-    """An executed notebook as one page: styles and figures inside, no script, no address outside."""
+    """An executed notebook as one page: styles and figures inside, no scripts, no external links."""
     with _quiet():
         from nbconvert import HTMLExporter
 
@@ -196,7 +195,7 @@ def _write(path: Path, text: str) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Warnings of the notebook libraries about one another concern nobody here."""
+    """Silence the notebook libraries' warnings about one another."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

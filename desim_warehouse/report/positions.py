@@ -1,9 +1,9 @@
-"""Where every robot is at any time, rebuilt from the log of a run and nothing else.
+"""Where every robot is at any time, rebuilt from the log of a run alone.
 
-A robot's way is a chain of *legs*: from one position on an edge to another, at constant speed, between two
-times; after a leg it stands. The places of a bay or station are joined to their node by short edges of their
-own, which only this module knows: a robot in a place stands at the start of one, and drives to its end in the
-time that the model gives it to come out.
+A robot's path is a chain of *legs*: from one position on an edge to another, at constant speed, between two
+times; after a leg it stands. The slots of a bay or station are joined to their node by short edges of their
+own, which only this module knows: a robot in a slot stands at the start of one, and drives to its end in the
+exit time of the model.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int64]
 
 IN_PLACE = ("idle", "charging", "empty", "returning", "queueing", "unloading")
-"""What a robot may begin to do while it is in a bay or station."""
+"""States that a robot may begin in a bay or station."""
 
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines, those of the layout first, then one for every place of a zone."""
+    """All edges as straight lines, those of the layout first, then one for every slot of a zone."""
 
     source: list[str]
-    """Where each begins: its node, or the node whose zone the place belongs to."""
+    """Where each begins: its node, or the node whose zone the slot belongs to."""
     target: list[str]
     start: Floats
     """One row for each edge: x and y of its start."""
@@ -129,18 +129,18 @@ def _edges(run: Run, places: Sequence[Zone]) -> Edges:
 
 
 class _Berths:
-    """The places of one zone: the nearest free one is taken."""
+    """The slots of one zone: the nearest free one is taken."""
 
     def __init__(self, first_edge: int, count: int) -> None:
         self.free = list(range(first_edge, first_edge + count))
         self.last = first_edge + count - 1
 
     def take(self) -> int:
-        """The edge that joins a free place to the node."""
+        """The edge that joins a free slot to the node."""
         return heapq.heappop(self.free) if self.free else self.last
 
     def leave(self, edge: int) -> None:
-        """A place is free again."""
+        """A slot is free again."""
         if edge not in self.free:
             heapq.heappush(self.free, edge)
 

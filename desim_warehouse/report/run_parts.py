@@ -22,7 +22,7 @@ _PLACES = 10
 _GANTT = 24
 """Robots in the Gantt chart."""
 _SPANS = 400
-"""States in the Gantt chart, or it cannot be read: a part of the run is shown then."""
+"""The most states in the Gantt chart; of longer runs a part is shown."""
 
 
 def heading(run: Run) -> Html:
@@ -32,7 +32,7 @@ def heading(run: Run) -> Html:
 
 
 def short(run: Run) -> Html:
-    """The run in a few sentences, what is wrong with it first."""
+    """The run in a few sentences, verdicts first."""
     kpis = run.kpis
     lines = [
         *(sentences.sentence(verdict.text) for verdict in run.verdicts),
@@ -44,13 +44,13 @@ def short(run: Run) -> Html:
             f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
             f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
         ),
-        f"{words.number(kpis['C'])} chargings after which a robot went out again.",
+        f"{words.number(kpis['C'])} charge cycles after which a robot went out again.",
     ]
     return html.bullets(lines, "answers")
 
 
 def _counted_time(run: Run) -> str:
-    """The time that the indicators count, and what came before it if anything did."""
+    """The counted time, and the warm-up before it if there is one."""
     units, counted = run.model.units, run.history.counted
     said = f"{words.number(counted)} {units.time}"
     if units.time != "s":
@@ -126,7 +126,7 @@ def account(run: Run) -> Html:
 
 
 def worst_places(run: Run) -> Html:
-    """The edges and intersections at which most was waited."""
+    """The edges and intersections with the most waiting."""
     places = [
         (f"{kind} {name}", float(row["blocked"]), int(row["waits"]), int(row["passages"]))
         for kind, table in (("on", run.edges), ("before", run.nodes))
@@ -154,11 +154,9 @@ def warm_up_figures(run: Run) -> list[Axes]:
 
 
 def warm_up(run: Run) -> Html:
-    """What to make of the figure of the warm-up."""
+    """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
-        return html.paragraph(
-            "This run ends with its work, or is too short: there is no steady state to look for.", "note"
-        )
+        return html.paragraph("This run ends with its work, or is too short: there is no steady state.", "note")
     return html.paragraph(f"Counted from {words.number(run.record.begin)} {run.model.units.time} on.", "note")
 
 

@@ -1,4 +1,4 @@
-"""Conclusions in words, from the statistics: where nothing is significant, nothing is said."""
+"""Conclusions in words, from the statistics: only what is significant is mentioned."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Comparison, Difference
 
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
-"""Indicators that rise with demand, whatever the warehouse does."""
+"""Indicators that rise with demand in any warehouse."""
 
 
 def conclusions(study: Results) -> list[str]:
-    """What the study shows: each indicator's significant falls and rises, and where more robots stop paying."""
+    """What the study shows: each indicator's significant falls and rises, and where more robots stop paying off."""
     lines = []
     for indicator in study.moving:
         comparison = study.compare_finished(indicator)
@@ -29,7 +29,7 @@ def conclusions(study: Results) -> list[str]:
 
 
 def verdicts(study: Results) -> list[str]:
-    """What is wrong, a line for each kind of verdict: said of the design where there is most of it."""
+    """What is wrong, a line for each kind of verdict, with the design that has it worst."""
     lines = []
     for code in RULES:
         found = {design: one for design, said in study.verdicts.items() for one in said if one.code == code}
@@ -42,7 +42,7 @@ def verdicts(study: Results) -> list[str]:
 
 
 def sentence(line: str) -> str:
-    """A line with a capital and a full stop."""
+    """A line as a sentence, with a capital and a full stop."""
     return f"{line[:1].upper()}{line[1:]}."
 
 
@@ -76,7 +76,7 @@ def against_baseline(study: Results, indicator: str, comparison: Comparison) -> 
 
 
 def _follows(study: Results, indicator: str, row: Difference) -> bool:
-    """Whether a difference is only that more was ordered: no finding."""
+    """Whether a difference only reflects more demand: no finding."""
     ours, base = study.models.get(str(row.design)), study.models.get(study.baseline)
     return indicator in VOLUMES and ours is not None and base is not None and ours.tasks.goods != base.tasks.goods
 
@@ -106,7 +106,7 @@ def _amount(study: Results, indicator: str, row: Difference) -> str:
 
 
 def knee_of_throughput(study: Results) -> list[str]:
-    """Where more robots stop paying, if throughput surely rises up to there."""
+    """Where more robots stop paying off, if throughput rises significantly up to there."""
     from desim_warehouse.study.statistics import knee, paired
 
     factor, indicator = "fleet.size", "throughput_per_hour"

@@ -15,6 +15,6 @@ if TYPE_CHECKING:
 
 def read_study(folder: str | Path) -> Results:
     """As `report.study_parts.read`."""
-    text = "report.source.read_study is now report.study_parts.read; this name goes with version 0.3"
+    text = "report.source.read_study is now report.study_parts.read; the old name will be removed in version 0.3"
     warnings.warn(text, DeprecationWarning, stacklevel=2)
     return read(folder)

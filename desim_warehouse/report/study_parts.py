@@ -53,7 +53,7 @@ def heading(study: Results) -> Html:
 
 
 def question(study: Results) -> Html:
-    """What was varied, and what was looked at."""
+    """What was varied, and which indicators are compared."""
     looked_at = _listed([words.in_sentence(name) for name in study.main])
     if not study.factors:
         return html.paragraph(f"What are {looked_at} of the model as it is?")
@@ -62,7 +62,7 @@ def question(study: Results) -> Html:
 
 
 def _said(key: str) -> str:
-    """What the schema says of a factor, as the beginning of a sentence."""
+    """The schema's description of a factor, as the beginning of a sentence."""
     meaning = words.description(key)
     return f"{meaning}; " if meaning else ""
 
@@ -92,7 +92,7 @@ def warehouse(study: Results) -> Html:
 
 
 def design(study: Results) -> Html:
-    """How many designs and runs, and by which rule."""
+    """How many designs and runs, and by which design rule."""
     failed = int(study.table["error"].notna().sum()) if "error" in study.table else 0
     rows = [
         ("Designs", f"{len(study.designs)} ({study.plan.rule.name})"),
@@ -102,12 +102,12 @@ def design(study: Results) -> Html:
         ("Random numbers", "common: replication r has the same streams at every design"),
     ]
     if study.deterministic:
-        rows[-1] = ("Random numbers", "none: the models are deterministic, one run tells all")
+        rows[-1] = ("Random numbers", "none: the models are deterministic, one run is enough")
     return html.facts(rows, "design")
 
 
 def _replications(plan: StudyPlan) -> str:
-    """How often each design is run, in words."""
+    """How many replications each design has, in words."""
     rule = plan.replications
     if isinstance(rule, int):
         return str(rule)
@@ -255,7 +255,7 @@ def busiest(study: Results) -> tuple[str, Run] | None:
     if design not in study.models:
         return None
     if any(spec.own for spec in study.models[design].policies.specs().values()):
-        return None  # opening a colleague's study must not run his code
+        return None  # opening a colleague's study must not run their code
     try:
         return design, simulate(study.models[design].replace({"log": "tasks"}), good[design][0].seed)
     except WarehouseError:
@@ -263,7 +263,7 @@ def busiest(study: Results) -> tuple[str, Run] | None:
 
 
 def congestion(study: Results, again: tuple[str, Run] | None) -> Html:
-    """Which run the map shows, and where most is waited."""
+    """Which run the map shows, and where robots wait most."""
     from desim_warehouse.report.run_parts import worst_places
 
     if again is None:

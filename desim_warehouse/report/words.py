@@ -1,4 +1,4 @@
-"""Names, units and numbers as people read them: the same in figures, tables and sentences."""
+"""Names, units and numbers for people: the same in figures, tables and sentences."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def indicator_kind(indicator: str) -> str:
 
 
 def indicator_name(indicator: str) -> str:
-    """An indicator's name for people; the column's own name if it is no indicator."""
+    """An indicator's title; the column's own name if it is no indicator."""
     known = INDICATORS.get(indicator)
     return known.title if known else _COLUMNS.get(indicator, (indicator, ""))[0]
 
@@ -94,7 +94,7 @@ def with_unit(name: str, of: str) -> str:
 
 
 def description(key: str) -> str:
-    """What the schema of model files says about a dotted key; empty where it says nothing."""
+    """The schema's description of a dotted key; empty where there is none."""
     from desim_warehouse.model.schema import Model
 
     kind: type[BaseModel] | None = Model
@@ -135,7 +135,7 @@ def design_name(design: Mapping[str, Any]) -> str:
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """A number with thousands apart: four digits that count, or so many decimals."""
+    """A number with separated thousands: four significant digits, or the given decimals."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
     if digits is None:
@@ -149,7 +149,7 @@ def number(value: float, digits: int | None = None) -> str:
 
 
 def decimals(half_width: float) -> int:
-    """Decimals at which a half-width shows two digits that count."""
+    """Decimals at which a half-width shows two significant digits."""
     if not half_width or not math.isfinite(half_width):
         return 0
     return max(0, 1 - math.floor(math.log10(abs(half_width))))

@@ -1,4 +1,4 @@
-"""Where bays and stations are drawn: places beside their node, on a side from which no edge comes."""
+"""Where bays and stations are drawn: slots beside their node, on a side without edges."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Point = tuple[float, float]
 SIDES: tuple[Point, ...] = ((0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0))
 """North, south, west, east."""
 NEAR = 3.2
-"""From a node to the middle of the first place, in radii: 40 px for the paper's robots."""
+"""From a node to the middle of the first slot, in radii: 40 px for the paper's robots."""
 PITCH = 2.6
-"""From place to place, in radii."""
+"""From slot to slot, in radii."""
 NARROW = 2
-"""Places side by side where edges or another zone are near."""
+"""Slots side by side where edges or another zone are near."""
 SPREAD = 0.85
-"""Part of the shortest edge at a node that its places may take up side by side."""
+"""Share of the shortest edge at a node that its slots may take up side by side."""
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A bay or station beside a node: the middle of every place, first the nearest to the node."""
+    """A bay or station beside a node: the middle of every slot, the nearest to the node first."""
 
     kind: str
     name: str
@@ -42,7 +42,7 @@ def robot_radii(model: Model) -> list[float]:
 
 
 def zones(model: Model, layout: Layout) -> list[Zone]:
-    """All bays, then all stations, with their places."""
+    """All bays, then all stations, with their slots."""
     start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
     result = []
@@ -56,7 +56,7 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
 
 
 def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> tuple[Point, ...]:
-    """Places in rows that grow away from the node, no wider than the space before its neighbours."""
+    """Slots in rows that grow away from the node, no wider than the space before its neighbours."""
     across, deep, free = _outward(layout, node, nth)
     here = layout.graph.nodes[node]
     x, y = here["x"], here["y"]

@@ -53,12 +53,12 @@ class Run:
 
     @property
     def C(self) -> int:  # noqa: N802 - the paper's name
-        """Chargings after which a robot went out again."""
+        """Charge cycles after which a robot went out again."""
         return int(self.kpis["C"])
 
     @cached_property
     def verdicts(self) -> list[Verdict]:
-        """What the run shows to be wrong, in words: that it cannot keep up, runs down its batteries, is jammed."""
+        """What the run shows to be wrong, in words: it cannot keep up, drains its batteries, or is jammed."""
         return verdicts.judge(self.kpis, self.model)
 
     @cached_property
@@ -68,7 +68,7 @@ class Run:
 
     @cached_property
     def robots(self) -> pd.DataFrame:
-        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, chargings."""
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charge cycles."""
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")
@@ -104,7 +104,7 @@ class Run:
         return pd.DataFrame(columns)
 
     def account(self, by: By = "robot") -> pd.DataFrame:
-        """Where the time went, down to the second: the time of each task, robot, edge, node or hour by its parts.
+        """Where the time went, to the second: the time of each task, robot, edge, node or hour, by cause.
 
         Each row adds up to its whole, in the model's time unit: a robot's to the counted time; a task's to the time
         from its release to its delivery, or to the end of the run if it is open then (tasks delivered in the warm-up
@@ -184,7 +184,7 @@ class Check:
 
 
 def check(model: Model) -> Check:
-    """Look at a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
+    """Check a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
     from desim_warehouse.feasibility import examine
     from desim_warehouse.layout import build, checks
 
@@ -207,7 +207,7 @@ def check(model: Model) -> Check:
 
 @contextmanager
 def _no_collector() -> Iterator[None]:
-    """Keep Python's cycle collector away: a run makes few cycles and millions of log rows that it would scan."""
+    """Pause Python's cycle collector: a run makes few cycles, but millions of log rows that it would scan."""
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -221,7 +221,7 @@ def simulate(model: Model, seed: int = 0) -> Run:
     """Simulate a model once; the same model and seed give the same log.
 
     Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
-    and the model does not accept, SimulationError and PolicyError for what goes wrong on the way.
+    and the model does not accept, SimulationError and PolicyError for what goes wrong during the run.
     """
     from desim_warehouse.world import World
 

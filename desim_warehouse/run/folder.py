@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 RUN, STUDY = "run.json", "study.json"
-"""The files by which the folder of a run and that of a study are known."""
+"""The files by which run folders and study folders are recognised."""
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there whole or not at all."""
+    """Write a file atomically."""
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     partial.write_text(text, encoding="utf-8")
     partial.replace(path)

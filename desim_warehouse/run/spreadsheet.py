@@ -1,4 +1,4 @@
-"""Tables as CSV that a spreadsheet may open: no cell of text is taken for a formula there."""
+"""Tables as CSV that are safe to open in a spreadsheet: no text is taken for a formula."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Point:
     places: Mapping[str, Keys]  # where each change stands in the study file
 
     def __str__(self) -> str:
-        """The design as people say it: fleet.size=3, battery.threshold=2."""
+        """The design in words: fleet.size=3, battery.threshold=2."""
         return ", ".join(f"{key}={readable(value)}" for key, value in self.labels.items()) or "the model as it is"
 
 

@@ -1,4 +1,4 @@
-"""Factors: what a study varies, and the values it takes, as people write them and as tables show them."""
+"""Factors: what a study varies, and the values it takes, as users write them and as tables show them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def label(value: Any) -> Label:
 
 
 def readable(label: Label) -> str:
-    """A label in the name of a row: lists and sections as people write them, `[M, N]` or `poisson 200`."""
+    """A label in the name of a row: lists and sections as in a model file, `[M, N]` or `poisson 200`."""
     if not isinstance(label, str) or not label.startswith(("[", "{")):
         return str(label)
     try:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class FolderLock:
-    """Held from its making until `release`, or until the process ends, even by kill -9."""
+    """Held from its creation until `release`, or until the process ends, even by kill -9."""
 
     def __init__(self, folder: Path) -> None:
         """Take the lock.
@@ -44,7 +44,7 @@ class FolderLock:
             return "another process"
 
     def release(self) -> None:
-        """Let others in."""
+        """Release the lock."""
         os.close(self.file)
 
 

@@ -1,4 +1,4 @@
-"""The plan of a study, checked: what is simulated how often, and what is looked at."""
+"""The plan of a study, checked: what is simulated, how often, and which indicators count."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def models(
 
 
 def _at_place(text: str, point: Point, places: Places | None) -> str:
-    """A problem of a changed model, said at the value of the study that causes it."""
+    """A problem of a changed model, reported at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "
         if text.startswith(begin):
@@ -105,11 +105,11 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
 
 
 def is_deterministic(model: Model) -> bool:
-    """Whether chance can play no part in a model, so that one run of it is enough.
+    """Whether a model is free of chance, so that one run of it is enough.
 
-    What a run did is in its record (`Run.deterministic`); this can be known before. Chance enters by goods that are
+    This is known before a run; what a run did is in its record (`Run.deterministic`). Chance enters by goods that are
     drawn or that arrive at random, by stations chosen at random, by batteries that start at a random level, and by
-    policies that say so (`random = True`); of policies that are not ours nothing is known.
+    policies that say so (`random = True`); about policies that are not ours nothing is known.
     """
     from desim_warehouse.policies.catalogue import find
 

@@ -1,4 +1,4 @@
-"""Questions whose answer decides which runs to do next: the best design, and the smallest that meets a target."""
+"""Procedures that choose which runs to do next: for the best design, and the smallest that meets a target."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def best(
     """Choose the best design of a study by the mean of an indicator.
 
     Designs that are clearly worse drop out early, so this needs far fewer runs than as many replications of
-    all. Runs go where `Study.run` would put them, and those that are there already are used. The confidence
+    all. Runs are stored where `Study.run` would store them, and those already there are used. The confidence
     is the study's.
 
     Args:
-        study: its designs are the candidates; runs it has already are used.
+        study: its designs are the candidates; runs that it already has are used.
         indicator: what is compared.
         delta: indifference zone in the indicator's unit: smaller differences do not matter.
         maximise: whether more is better; default: as usual for the indicator.
@@ -126,7 +126,7 @@ def _deterministic(study: Study) -> bool:
 
 
 def _more_is_better(name: str) -> bool:
-    """Whether the largest mean of an indicator is the best, if nothing is said."""
+    """Whether the largest mean of an indicator is the best by default."""
     better = find(name).better
     if better is None:
         raise StudyError(
@@ -140,10 +140,10 @@ _PERCENT = re.compile(r"([\d.]+)\s*%\s*$")
 
 
 def read_target(text: str) -> statistics.Target:
-    """A target as people write it; shares are given as 0.95 or as 95 %.
+    """A target as users write it; shares are given as 0.95 or as 95 %.
 
     Raises:
-        StudyError: no target, or one that no share can be.
+        StudyError: not a target, or a share outside 0 to 1.
     """
     percent = _PERCENT.search(text)
     goal = statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)

@@ -14,7 +14,7 @@ _REFRESH = 0.1
 
 
 class Progress:
-    """Shows finished runs of those known to be wanted; more may be wanted later."""
+    """Shows how many of the runs wanted so far are finished; more may be wanted later."""
 
     def __init__(self, name: str, *, shown: bool = True, stream: TextIO | None = None) -> None:
         self.name = name
@@ -65,7 +65,7 @@ class Progress:
         return f"{1 / self.rate:,.1f} s a run"
 
     def want(self, wanted: int, reused: int) -> None:
-        """So many more runs are wanted, and so many more are already there."""
+        """Count further runs as wanted, and runs that are already there."""
         self.total += wanted
         self.reused += reused
 
@@ -94,7 +94,7 @@ class Progress:
             self.stream.flush()
 
     def summary(self) -> str:
-        """What was done."""
+        """A summary of the runs done."""
         taken = monotonic() - self.begin
         parts = [
             f"{self.done} run{'s' * (self.done != 1)} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")

@@ -1,4 +1,4 @@
-"""From a study file, or from arguments, to a plan: every problem at once, each with its place."""
+"""From a study file, or from arguments, to a plan: all problems at once, each with its place."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, A
 
 
 def _in_set(text: str, changes: Mapping[str, Any], places: Places) -> str:
-    """A problem of the model, said where `set` makes it if it does."""
+    """A problem of the model, reported at the key of `set` that causes it, if one does."""
     for key in sorted(changes, key=len, reverse=True):
         begin = f"set {key}: "
         if text.startswith(begin):

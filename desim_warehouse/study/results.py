@@ -1,4 +1,4 @@
-"""What a study has shown so far: its finished runs by design, whoever looks at them."""
+"""The results of a study so far: its finished runs by design, and what follows from them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
 USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
-"""What is shown where neither the study nor anybody else says what; T is constant where work never ends."""
+"""What is shown by default; where work never ends T is constant."""
 _MOST_MAIN = 6
 
 
@@ -104,7 +104,7 @@ class Results:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
 
     def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
-        """The indicators to look at: those wanted, else the study's, else all that any run has.
+        """The indicators to show: those given, else the study's, else all that any run has.
 
         Raises:
             StudyError: for one that no run has.
@@ -118,7 +118,7 @@ class Results:
         return chosen
 
     def usual(self, most: int = len(USUAL)) -> list[str]:
-        """The indicators that people look at first, as far as all runs have them."""
+        """The usual indicators, as far as all runs have them."""
         lifelong = any(map(is_lifelong, (self.base, *self.models.values())))
         names = USUAL_LIFELONG if lifelong else USUAL[:most]
         return [name for name in names if all(name in row.indicators for row in self.rows if not row.outcome.error)]
@@ -152,7 +152,7 @@ class Results:
 
     @cached_property
     def deterministic(self) -> bool:
-        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        """Whether no run drew a random number or used a policy of the user's own: one replication is enough."""
         return _deterministic(self.rows)
 
     @cached_property
@@ -162,7 +162,7 @@ class Results:
 
     @cached_property
     def designs(self) -> Mapping[str, tuple[Label, ...]]:
-        """Every design with the levels of its factors as the table has them: with any text, a column is all text."""
+        """Every design with the levels of its factors as in the table: a column with any text is all text."""
         columns = [_column([point.labels[key] for point in self.points]) for key in self.factors]
         levels = zip(*columns, strict=True) if columns else [()] * len(self.points)
         found: dict[str, tuple[Label, ...]] = {}
@@ -171,7 +171,7 @@ class Results:
         return found
 
     def levels(self, factor: str) -> list[Any]:
-        """The values of a factor: numbers upwards, else in the order of the study."""
+        """The values of a factor: numbers ascending, else in the order of the study."""
         place = self.factors.index(factor)
         found = list(dict.fromkeys(levels[place] for levels in self.designs.values()))
         return sorted(found) if is_numeric(found) else found
@@ -277,7 +277,7 @@ class Results:
         return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
 
     def compare_finished(self, indicator: str) -> statistics.Comparison | None:
-        """The same for those designs that have replications in common with the baseline; None where none has."""
+        """The same for the designs that have replications in common with the baseline; None where none has."""
         base = self.values(self.baseline, indicator)
         table = {self.baseline: base}
         for design in self.designs:
@@ -293,7 +293,7 @@ class Results:
         return statistics.compare(table, base, kind, self.plan.confidence, deterministic=exact)
 
     def main_effects(self, indicator: str) -> statistics.MainEffects:
-        """What each factor does on average."""
+        """The main effect of each factor."""
         return statistics.main_effects(self.frame([indicator]), self.factors, indicator)
 
     def first_order(self, indicator: str) -> statistics.FirstOrder:
@@ -307,7 +307,7 @@ class Results:
         if plan.rule.name != "saltelli":
             raise StudyError(
                 f"Sobol indices need the design {{saltelli: 64}}, this study's is {plan.rule.name}; "
-                "first-order shares can be had from any design"
+                "first-order shares work with any design"
             )
         self.chosen([indicator])
         means = []
@@ -321,7 +321,7 @@ class Results:
 
 
 def _deterministic(rows: Sequence[Row]) -> bool:
-    """Whether chance played no part in any of the runs that were finished."""
+    """Whether all finished runs were deterministic."""
     done = [row.outcome for row in rows if row.outcome.error is None]
     return bool(done) and all(outcome.deterministic for outcome in done)
 
@@ -345,7 +345,7 @@ def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
 
 
 def _column(values: Sequence[Label]) -> list[Label]:
-    """The levels of a factor as a column of one type has them."""
+    """The levels of a factor as a column of one type."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {int, float} or kinds == {bool}:
         return list(values)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.store import Store
 
 T = TypeVar("T")
-_WRITE_EVERY = 10.0  # seconds between tables on the way
+_WRITE_EVERY = 10.0  # seconds between writes of the table
 
 
 class _MissingError(Exception):
@@ -31,7 +31,7 @@ class _MissingError(Exception):
 
 
 class StudyRunner:
-    """Runs designs by point and replication; what the store has already is not done again."""
+    """Runs designs by point and replication; runs that the store has are not repeated."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class StudyRunner:
         self.plan = plan
         self.store = store
         self.points = points
-        self.executor = executor  # None: only what is there already
+        self.executor = executor  # None: nothing is simulated
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
         if keys is None:
@@ -65,7 +65,7 @@ class StudyRunner:
         self.ask([(point.number, r) for point in self.points for r in range(counts[point.number])])
 
     def recall(self) -> None:
-        """Go through the study as far as its runs are there, so that `finished` has them."""
+        """Replay the study as far as its runs are there, so that `finished` has them."""
         executor, self.executor = self.executor, None
         try:
             self.replicate()

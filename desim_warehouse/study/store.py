@@ -1,16 +1,16 @@
-"""Finished runs on disk: a journal that only grows, so that a kill at any instant loses none of them.
+"""Finished runs on disk: an append-only journal, so that a kill at any instant loses none of them.
 
 A study folder holds
 
     runs.jsonl        the journal: a line for each finished run, with a checksum, synced to disk
     results.parquet   the table of the study, made from the journal, replaced as a whole
     study.json        the resolved study: base model, points and their models, seeds, versions
-    .lock             held while a study is at work there
+    .lock             held while a study is running there
 
 A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "values": {...}, ...}`. A run is
 known by the content of its model, its seed and our version: a study with more values or replications finds
 the runs that are already there. Lines that are damaged, such as one cut short by a kill, are not used: these
-runs are done again, and `notes` says so. The journal alone counts; results.parquet can be made again from it.
+runs are done again, and `notes` says so. Only the journal counts; results.parquet can be rebuilt from it.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 JOURNAL = "runs.jsonl"
-_SYNC = 0.5  # seconds: a power cut may lose so much, a kill nothing
+_SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
 class Entry(BaseModel, strict=True):
-    """A line of the journal; whole numbers are such as a table can hold."""
+    """A line of the journal; whole numbers fit into a table column."""
 
     model: str
     seed: int
@@ -62,7 +62,7 @@ class Store:
         """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
 
         Raises:
-            StudyError: where another study is at work there, or it cannot be used.
+            StudyError: where another study is running there, or the folder cannot be used.
         """
         self.folder = folder
         self.say = say
@@ -113,7 +113,7 @@ class Store:
             self.say = say
 
     def close(self) -> None:
-        """Put everything on disk and let others in."""
+        """Flush everything to disk and release the lock."""
         if self.file is not None:
             os.fsync(self.file)
             os.close(self.file)
@@ -198,7 +198,7 @@ class Store:
         with suppress(OSError):  # a torn line is cut off when the journal is read next
             os.truncate(self.folder / JOURNAL, self.end)
         raise StudyError(
-            f"{self.folder / JOURNAL}: cannot be written ({reason(error)}); the runs finished so far are kept: "
+            f"{self.folder / JOURNAL}: cannot be written ({reason(error)}); finished runs are kept: "
             "make room and start the study again"
         ) from error
 

@@ -97,7 +97,7 @@ class Study:
 
     @classmethod
     def of(cls, plan: StudyPlan) -> Study:
-        """A study of a plan that was read already."""
+        """A study of a given plan."""
         study = cls.__new__(cls)
         study.plan = plan
         study._start()  # noqa: SLF001 - our own
@@ -139,20 +139,20 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Study:
-        """Do the runs that are not done yet; the results are the same however many workers do them.
+        """Do the missing runs; the results are the same for any number of workers.
 
         Args:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
-            out: the study folder; runs there are used again, whatever study they were done for.
-            progress: show how far it is, on standard error.
+            out: the study folder; runs there are reused, whichever study did them.
+            progress: show progress on standard error.
 
         Returns:
             The study itself.
 
         Raises:
             StudyError: where the folder or the cluster cannot be used; finished runs are kept.
-            KeyboardInterrupt: on Ctrl-C, after what is finished was written down.
+            KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
         with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:
             runner.recall()
@@ -182,9 +182,9 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Iterator[StudyRunner]:
-        """What does the runs of this study, for procedures that choose them; arguments as in `run`.
+        """The runner of this study, for procedures that choose runs; arguments as in `run`.
 
-        However it is left, what is finished is in the folder and in `results`.
+        However the block ends, finished runs are in the folder and in `results`.
         """
         from desim_warehouse.study.execution import make_executor
         from desim_warehouse.study.execution.signals import Interrupts
@@ -202,7 +202,7 @@ class Study:
             runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
             if self.folder is not None:
                 if is_damaged(self.folder / RESULTS):
-                    self._say(shown)(f"{self.folder / RESULTS}: damaged; made anew from {JOURNAL}")
+                    self._say(shown)(f"{self.folder / RESULTS}: damaged; rebuilt from {JOURNAL}")
                 write_record(self.plan, self.points, runner.keys, self.folder)
             before = self.plan
             try:
@@ -224,7 +224,7 @@ class Study:
         return say
 
     def _write(self, rows: list[Row]) -> None:
-        """Write down the results as they are now."""
+        """Store the results as they are now."""
         from desim_warehouse.study.record import versions
 
         self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
@@ -261,7 +261,7 @@ class Study:
 
     @property
     def deterministic(self) -> bool:
-        """Whether no run drew a random number or used a policy of the user's own: one replication says it all."""
+        """Whether no run drew a random number or used a policy of the user's own: one replication is enough."""
         return self._results is not None and self._results.deterministic
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
@@ -275,7 +275,7 @@ class Study:
         return self.results.compare(indicator, baseline, method)
 
     def main_effects(self, indicator: str) -> MainEffects:
-        """What each factor does on average."""
+        """The main effect of each factor."""
         return self.results.main_effects(indicator)
 
     def first_order(self, indicator: str) -> FirstOrder:
@@ -287,5 +287,5 @@ class Study:
         return self.results.sobol(indicator)
 
     def __repr__(self) -> str:
-        """What it is, and how far."""
+        """Name, designs and finished runs."""
         return f"Study({self.plan.name}: {len(self.points)} designs, {len(self.rows)} runs)"

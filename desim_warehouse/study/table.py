@@ -1,4 +1,4 @@
-"""The table of a study: a row for each run, in the order of the design, whatever order they finished in."""
+"""The table of a study: a row for each run, in the order of the design."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[st
 
 
 def _all(rows: Iterable[Row]) -> list[str]:
-    """Every indicator that any run has, in our order, then any others."""
+    """Every indicator that any run has: ours in our order, then any others."""
     found = dict.fromkeys(name for row in rows for name in row.indicators)
     return [*(name for name in INDICATORS if name in found), *(name for name in found if name not in INDICATORS)]
 
@@ -103,7 +103,7 @@ def as_text(value: Any) -> str:
 
 
 def write_results(table: pa.Table, path: Path) -> None:
-    """Put the table in place as a whole.
+    """Write the table atomically.
 
     Raises:
         StudyError: where it cannot be written; what was there before stays.
@@ -151,7 +151,7 @@ def read_results(path: Path) -> pd.DataFrame:
 
 
 def plain(value: Any) -> Any:
-    """A value of a factor as it can be compared and sorted: a list or section read from a file as JSON text."""
+    """A value of a factor in a form that can be compared and sorted: a list or section as JSON text."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, dict | list | tuple):
@@ -161,7 +161,7 @@ def plain(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Cell:
-    """What the runs at some levels of the factors say about an indicator, and its value by replication."""
+    """The estimate of an indicator at some levels of the factors, and its value by replication."""
 
     levels: tuple[Any, ...]
     estimate: Estimate
@@ -204,7 +204,7 @@ def cells(
 
 
 def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
-    """The runs that have a value, with the factors' values as they can be compared."""
+    """The runs that have a value, with factors in a form that can be compared."""
     missing = [name for name in (*factors, indicator) if name not in table.columns]
     if missing:
         raise ReportError(f"no column {', '.join(missing)}; the table has {', '.join(map(str, table.columns))}")
@@ -225,12 +225,12 @@ def _comparable(column: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def is_numeric(values: Sequence[Any]) -> bool:
-    """Whether all levels are numbers, so that an axis can have them at scale."""
+    """Whether all levels are numbers, so that an axis can be to scale."""
     return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
 
 
 def levels(rows: pd.DataFrame, factor: str) -> list[Any]:
-    """The levels of a factor: numbers upwards, else in the order in which they come."""
+    """The levels of a factor: numbers ascending, else in order of appearance."""
     found = [plain(value) for value in dict.fromkeys(rows[factor].tolist())]
     return sorted(found) if is_numeric(found) else found
 
@@ -249,7 +249,7 @@ def _where(rows: pd.DataFrame, factors: Sequence[str], key: tuple[Any, ...]) -> 
 
 
 def _by_replication(rows: pd.DataFrame, indicator: str) -> pd.Series[float]:
-    """One value for each replication, averaged over factors that vary besides."""
+    """One value for each replication, averaged over the other factors."""
     if "replication" not in rows.columns:
         return rows[indicator].astype(float)
     groups = rows.groupby("replication", sort=True)[indicator]

@@ -66,14 +66,14 @@ def settle(
     """Find the warm-up of a lifelong model from runs over its whole length, averaged over replications.
 
     Args:
-        model: with `run.length`; its `run.warm_up` is left out of account.
+        model: with `run.length`; its `run.warm_up` is ignored.
         replications: runs that are averaged.
-        observations: equal spans of time that a run is cut into.
-        observed: deliveries per hour in each span, or the mean cycle time of those delivered in it.
+        observations: equal intervals that a run is divided into.
+        observed: deliveries per hour in each interval, or the mean cycle time of those delivered in it.
         seed: of the study.
 
     Raises:
-        StudyError: where the model ends by itself, so that it has no steady state.
+        StudyError: where the work of the model ends, so that it has no steady state.
 
     Source: MSER-5, see `statistics.mser`.
     """
@@ -101,7 +101,7 @@ def settle(
 
 
 def _spans(history: History, width: float, many: int) -> tuple[list[int], list[float]]:
-    """Deliveries and the sum of their cycle times in each span of time."""
+    """Deliveries and the sum of their cycle times in each interval."""
     counts, times = [0] * many, [0.0] * many
     for task in history.delivered:
         span = min(int(task.delivered / width), many - 1)
@@ -111,7 +111,7 @@ def _spans(history: History, width: float, many: int) -> tuple[list[int], list[f
 
 
 def _filled(counts: list[int], times: list[float]) -> list[float]:
-    """Mean cycle times; a span without a delivery has that of the span before."""
+    """Mean cycle times; an interval without a delivery has that of the one before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):
         filled.append(time / count if count else filled[-1] if filled else 0.0)

@@ -42,7 +42,7 @@ def test_run_prints_a_table_for_people():
     assert said.stdout.startswith("MultiBots: 1 robot, seed 0")
     # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
     assert lines["T"] == f"{run.T:,.1f} step ({run.T * 0.05:,.1f} s) Task time T"
-    assert lines["C"] == "3 Chargings C"
+    assert lines["C"] == "3 Charge cycles C"
     assert lines["distance"] == f"{run.kpis['distance']:,.0f} px Distance driven"
     assert lines["energy"] == f"{run.kpis['energy']:.2f} energy units Energy drawn"
     assert lines["throughput_per_hour"] == "112.9 tasks/h Throughput"
@@ -77,7 +77,7 @@ def test_check_says_what_a_planner_should_know():
         "the lanes hold 117 robots at once, the fleet has 6",
     ]
     assert any(line.startswith("ring of ") for line in lines)
-    assert "by hand, free of traffic:" in lines
+    assert "by hand, without traffic:" in lines
 
 
 def test_check_finds_errors_and_says_that_the_model_would_be_refused():

@@ -116,7 +116,7 @@ def test_a_floor_is_drawn_with_all_its_names(tmp_path):
     from desim_warehouse.layout import build
 
     assert set(build(model.layout).graph) <= words
-    assert {"MiR250", "charging", "parking", "packing", "charger", "bay place", "station place"} <= words
+    assert {"MiR250", "charging", "parking", "packing", "charger", "bay slot", "station slot"} <= words
 
 
 def test_a_picture_of_no_known_kind_is_refused(tmp_path):

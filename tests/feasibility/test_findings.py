@@ -113,7 +113,7 @@ def test_the_cause_of_a_flat_battery_names_bays_and_cures():
 
     none = why({"layout.bays.chargers.chargers": 0})
     assert none == "no bay has a charger: give layout.bays.chargers.chargers (or total_chargers) some"
-    assert "12 robots park at B, D, E, G, where no charger is" in why(DEFAULTS)
+    assert "12 robots park at B, D, E, G, without a charger" in why(DEFAULTS)
     assert "need at least 3 chargers" in why(TWO)
     assert why({}) == (
         "4 chargers (at A, C, F, H) for 12 robots, none in the bays parking (layout.bays): it waited longer than its "

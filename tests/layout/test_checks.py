@@ -79,16 +79,16 @@ ERRORS = [
     (
         {"layout__bays": {"home": {"at": ["A", "B"], "places": 1}}, "fleet__start": ["A"]},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 slots; "
             "give it more, or spread fleet.start over more nodes [BAY_CROWDED]"
         ),
     ),
     (
         {"layout__bays": {"home": {"at": ["A", "B", "C"], "places": 1}}, "fleet__size": 6},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 places; "
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 slots; "
             "give it more, or spread fleet.start over more nodes (as at B, C) [BAY_CROWDED]\n"
-            "layout.bays: 6 robots but only 3 bay places; every robot needs one [TOO_FEW_PLACES]"
+            "layout.bays: 6 robots but only 3 bay slots; every robot needs one [TOO_FEW_PLACES]"
         ),
     ),
 ]
@@ -144,9 +144,9 @@ OTHERS = [
     (
         {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
         (
-            "note: layout.stations: 1 places for 2 robots: a robot takes a task only when its station has "
+            "note: layout.stations: 1 slots for 2 robots: a robot takes a task only when its station has "
             "a place for it, "
-            "so the others stay in their bays; more places let more of them work [STATION_PLACES]"
+            "so the others stay in their bays; more slots let more of them work [STATION_PLACES]"
         ),
     ),
     (

@@ -207,7 +207,7 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
         ),
         (
             "tasks.goods={random: 1, random: 2}",
-            "--set tasks.goods: given twice (first in line 1), expected once",
+            "--set tasks.goods: given twice (first on line 1), expected once",
         ),
         ("fleet.size=!!int 3", None),
         (

@@ -69,7 +69,7 @@ def test_compare_shows_differences_and_what_they_promise(tmp_path):
 def test_a_deterministic_study_says_so(tmp_path):
     call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
     result = call("compare", tmp_path, "--indicator", "T")
-    assert "Chance plays no part" in result.stdout
+    assert "These models are deterministic" in result.stdout
     assert "exact" in result.stdout
     assert "±" not in result.stdout
 
@@ -122,10 +122,10 @@ def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
 def test_only_single_runs_are_said_to_say_little(tmp_path):
     """Several runs that happen to agree have an interval: that of a share of runs that may differ."""
     vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "rotations", "--out", tmp_path]
-    assert "One run of a design" in call("what-if", MULTIBOTS, *vary).stdout
+    assert "One run of a random model" in call("what-if", MULTIBOTS, *vary).stdout
     result = call("what-if", MULTIBOTS, *vary, "--replications", "3")
     assert "0 ± 0.7076" in result.stdout
-    assert "One run of a design" not in result.stdout
+    assert "One run of a random model" not in result.stdout
 
 
 def test_lifelong_models_show_throughput_and_no_constant_task_time(tmp_path):
@@ -220,7 +220,7 @@ def test_mistakes_of_the_command_line_are_told_at_their_option(arguments, messag
             "not in the range 2<=x<=100000",
         ),
         (["warm-up", MULTIBOTS, "--replications", "30000000"], "30000000 is not in the range 1<=x<=100000"),
-        (["size", MULTIBOTS, "--target", "T <= 9", "--range", "2,1"], "--range 2,1: not upwards"),
+        (["size", MULTIBOTS, "--target", "T <= 9", "--range", "2,1"], "--range 2,1: not ascending"),
         (["warm-up", MULTIBOTS, "--observations", "0"], "0 is not in the range x>=1"),
     ],
 )
@@ -303,7 +303,7 @@ def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
     assert "fleet.size=4: smallest T; best with 80 %" in result.stdout
     assert set(pd.read_parquet(tmp_path / "results.parquet")["seed"]) >= {run_seed(7, 0)}
     for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
-        with pytest.raises(WarehouseError, match="whose model is settled; --set is for study files"):
+        with pytest.raises(WarehouseError, match="whose model is fixed; --set is for study files"):
             call(*command, tmp_path, *GOODS)
 
 

@@ -111,7 +111,7 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
         os.kill(children(process.pid)[0], signal.SIGKILL)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0
-    assert "a worker process died; its runs are done again" in said
+    assert "a worker process died; its runs are retried" in said
     assert lines(tmp_path) == 600
     table = pd.read_parquet(tmp_path / "results.parquet")
     assert finished(table).equals(finished(study(200).run().table))
@@ -264,7 +264,7 @@ def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_pa
     made = study(5, {"policies.parking": {"named": {"good": "home", "dies": parking("fork and die", mark=str(mark))}}})
     made.run(workers=2)
     assert made.table["error"].isna().all()
-    assert set(made.notes) == {"a worker process died; its runs are done again"}  # twice if both were at it
+    assert set(made.notes) == {"a worker process died; its runs are retried"}  # twice if both were at it
     wait_for(lambda: not alive(int(mark.read_text())))
 
 

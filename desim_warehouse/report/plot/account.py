@@ -1,4 +1,4 @@
-"""Where the time went: the parts of an account, stacked."""
+"""Where the time went: the parts of an account of time, stacked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 _PLACES = 24
-"""Edges or nodes that are shown: those where most is waited."""
+"""The most edges or nodes that are shown: those with the most waiting."""
 
 
 def account(

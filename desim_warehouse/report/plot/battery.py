@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 _NAMED = 8
-"""More robots than this are drawn alike, in thin lines, with their mean level apart."""
+"""More robots than this are drawn alike, in thin lines."""
 
 
 def battery(

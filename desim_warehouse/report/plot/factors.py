@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 Kind = Literal["auto", "line", "bars", "points"]
 _MANY = 24
-"""So many levels of numbers are a sample of a range, not a list: points, not a line."""
+"""More numeric levels than this are a sample of a range, not a list: points, not a line."""
 _CROWDED = 6
-"""From so many named levels on, names are slanted."""
+"""From this many named levels on, names are slanted."""
 
 
 def by_factor(
@@ -42,7 +42,7 @@ def by_factor(
 
     Args:
         table: a row per run; columns for factors (under their model keys), replication and indicators.
-        factor: along the horizontal axis; numbers stand at scale.
+        factor: along the horizontal axis; numbers are to scale.
         indicator: along the vertical axis, in the unit of the model file.
         group: a second factor, one line or set of bars for each of its levels.
         kind: auto is lines for numbers, points for more than 24 of them, bars for names.
@@ -51,7 +51,7 @@ def by_factor(
         seconds: show times in seconds (needs `model`).
 
     The paper's Fig. 6 is `by_factor(table, "fleet.size", "T", group="tasks.goods", seconds=True, ...)`.
-    Factors that vary besides are averaged over, replication by replication.
+    Other factors are averaged over, replication by replication.
 
     Raises:
         ReportError: an unknown column, no run with a value, seconds without a model.

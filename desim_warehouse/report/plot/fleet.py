@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 _LABELLED = 24
-"""Up to so many robots or designs have a name each on the axis."""
+"""The most robots or designs that have a name each on the axis."""
 
 
 def utilisation(
@@ -83,7 +83,7 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
 
 
 def numbered(axes: Axes, labels: Sequence[str]) -> None:
-    """Names along an axis of bars, only every n-th where there are many."""
+    """Labels along an axis of bars, only every n-th where there are many."""
     step = -(-len(labels) // _LABELLED)
     axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
     axes.set_xlim(-0.6, max(len(labels), 1) - 0.4)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report.zones import Zone
 
 _NAMED = 60
-"""Up to so many nodes have their names drawn in a figure of usual size."""
+"""The most nodes that are labelled in a figure of usual size."""
 _IN_DOT = 3
 """Characters of a name that fit into the dot of a node; longer ones stand beside it."""
 _LETTER, _WIDEST = 0.1, 40.0
@@ -41,7 +41,7 @@ def layout(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The floor of a model: nodes, one-way arrows, goods, places in bays and stations with their names, chargers.
+    """The floor of a model: nodes, one-way arrows, goods, slots of bays and stations with their names, chargers.
 
     Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60.
     """
@@ -243,7 +243,7 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, unde
 
 
 def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
-    """The places of bays and stations beside their nodes, with the name of each; returns where they are."""
+    """The slots of bays and stations beside their nodes, with the name of each; returns where they are."""
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Rectangle
 
@@ -267,7 +267,7 @@ def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]
 
 
 def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) -> tuple[float, float]:
-    """The name of a bay or station beyond its places; returns a point beyond it."""
+    """The name of a bay or station beyond its slots; returns a point beyond it."""
     x, y = _at(floor, zone.node)
     dx, dy = zone.places[0][0] - x, zone.places[0][1] - y
     upright = abs(dy) >= abs(dx)
@@ -306,11 +306,11 @@ def _key(axes: Axes, floor: Layout, model: Model) -> None:
         marks.append(("good to fetch", "s", FETCHED, FETCHED))
     marks.append(("storage place", "s", "white", GOOD))
     if floor.bays:
-        marks.append(("bay place", "s", BAY, BAY))
+        marks.append(("bay slot", "s", BAY, BAY))
     if model.battery is not None and chargers_at(model, floor):
         marks.append(("charger", "s", CHARGER, CHARGER))
     if floor.stations:
-        marks.append(("station place", "s", STATION, STATION))
+        marks.append(("station slot", "s", STATION, STATION))
     handles = [
         Line2D([], [], linestyle="none", marker=mark, markerfacecolor=face, markeredgecolor=edge, label=label)
         for label, mark, face, edge in marks

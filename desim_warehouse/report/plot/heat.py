@@ -31,7 +31,7 @@ def congestion(
 
     Args:
         run: the run, at any level of log.
-        by: "blocked" colours by time waited, "waits" by waiting episodes. Wider and larger is more, too.
+        by: "blocked" colours by time waited, "waits" by waiting episodes. Width and size show it, too.
     """
     if by not in ("blocked", "waits"):
         raise ReportError(f"by {by!r}: expected blocked or waits")

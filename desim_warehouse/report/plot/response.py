@@ -39,7 +39,7 @@ def surface(
     """The mean of an indicator at each pair of levels of two factors.
 
     A grid of designs becomes a heat map, its means written in the cells; a sample of a range (Sobol points,
-    Latin hypercube) becomes filled contours between the points. Factors that vary besides are averaged over.
+    Latin hypercube) becomes filled contours between the points. Other factors are averaged over.
 
     Raises:
         ReportError: an unknown column, no run with a value, or one factor twice.

@@ -33,7 +33,7 @@ def warm_up(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """Batch means over time, the MSER statistic after each possible cut, and the cut that makes it least.
+    """Batch means over time, the MSER statistic after each possible cut, and the cut that minimises it.
 
     Args:
         source: a Run, whose cycle times are looked at in order of delivery, or equally spaced observations.

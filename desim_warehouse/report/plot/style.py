@@ -67,14 +67,14 @@ _SHRINK = 0.68
 
 @cache
 def _axes_class() -> type[Axes]:
-    """Axes that Jupyter shows as a picture, although pyplot knows nothing of them."""
+    """Axes that Jupyter shows as a picture, although pyplot does not know them."""
     from matplotlib.axes import Axes as Plain
 
     class Picture(Plain):
         """Axes of a figure of their own."""
 
         def _repr_png_(self) -> tuple[bytes, dict[str, Any]]:
-            """The whole figure, in twice the density of a screen, with words for those who cannot see it."""
+            """The whole figure, in twice the density of a screen, with an alternative text."""
             from io import BytesIO
 
             figure = self.get_figure(root=True)
@@ -97,7 +97,7 @@ def drawing(
 ) -> Iterator[Axes]:
     """Axes to draw on, the caller's or those of a new figure of `size` inches; settings are put back afterwards.
 
-    `alt` says what the figure shows, for those who cannot see it; Jupyter and the report pass it on.
+    `alt` is the alternative text; Jupyter and the report pass it on.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -133,6 +133,6 @@ def cycle(index: int) -> dict[str, Any]:
 
 
 def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> None:
-    """A legend beside the plot, where it hides nothing; none for a single entry without a name."""
+    """A legend beside the plot; none for a single entry without a name."""
     if entries > 1 or name:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
-"""What may not stand in a script of a page as it is."""
+"""Characters that must be escaped in a script of a page."""
 
 
 def page(run: Run, start: float, end: float, palette: str) -> str:
-    """One self-contained HTML page that replays a window of a run; it asks the network for nothing."""
+    """One self-contained HTML page that replays a window of a run; it needs no network."""
     header, columns = payload(run, start, end)
     index, text = pack(columns)
     home = files("desim_warehouse.report.replay")
@@ -44,7 +44,7 @@ def _colours() -> dict[str, Any]:
 
 
 def safe_json(value: Any) -> str:
-    """JSON that can stand in a script element whatever the names in it are."""
+    """JSON that is safe in a script element, whatever names it contains."""
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for character, escape in ESCAPES.items():
         text = text.replace(character, escape)

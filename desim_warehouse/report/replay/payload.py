@@ -1,7 +1,7 @@
 """What a replay page is given: a header of plain JSON values and columns of whole numbers.
 
-Lengths are counted in steps of `grain` and times in steps of `tick` from the start of the window, both so fine
-that a robot is drawn within a small part of its radius of where the log has it.
+Lengths are counted in steps of `grain` and times in steps of `tick` from the start of the window, both fine
+enough to draw a robot within a small fraction of its radius of where the log has it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ENERGY = 1000
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge; any edge, named in a column of its own; or the n-th out of the last one's end."""
 SHOWN = [*(seen(name, task=0) for name in STATES), FOR_CHARGER]
-"""States as the page shows them: a robot that waits for a charger is not at work."""
+"""States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
 _NUMBERS = {state.doing: number for number, state in enumerate(SHOWN)}
 
 Columns = dict[str, Any]

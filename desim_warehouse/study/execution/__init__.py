@@ -1,4 +1,4 @@
-"""Carrying out the runs of a study: here, in worker processes of this machine, or on a Dask cluster.
+"""Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
 The results are the same. `work` simulates runs wherever that is; `pool` has the worker processes, whose own code is
 `worker`; `batches` says which runs are handed out next; `signals` makes Ctrl-C safe.
@@ -42,12 +42,12 @@ def make_executor(
     say: Callable[[str], None],
     interrupts: Interrupts,
 ) -> Executor:
-    """The executor for designs of a base model: `cluster`, else so many worker processes, else this process.
+    """The executor for designs of a base model: `cluster`, else worker processes, else this process.
 
     `timeout` is in seconds a run; messages about workers that were lost go to `say`.
 
     Raises:
-        StudyError: where there is no such number of workers.
+        StudyError: where the number of workers is out of range.
     """
     count = worker_count(workers)
     if cluster is not None:
@@ -64,7 +64,7 @@ def make_executor(
 
 
 def worker_count(workers: int | str) -> int:
-    """The number of workers: `auto` is one for each processor that we may use."""
+    """The number of workers: `auto` is one for each processor available."""
     if workers == "auto":
         affinity = getattr(os, "sched_getaffinity", None)
         return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_WORKERS)

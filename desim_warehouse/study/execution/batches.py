@@ -1,4 +1,4 @@
-"""Which runs a worker gets next: at first one, then as many as take about a tenth of a second."""
+"""Which runs a worker gets next: one at first, then as many as take about a tenth of a second."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
 _MOST = 200
-_TRIES = 3  # workers that a run may kill until it is given up
-_DIED = Outcome({}, 0.0, "the worker process died each time it was at this run (killed, or out of memory)", final=False)
+_TRIES = 3  # workers that a run may kill before it is given up
+_DIED = Outcome({}, 0.0, "the worker process died at every attempt at this run (killed, or out of memory)", final=False)
 _RECENT = 0.2  # weight of the latest run in the mean time of a run
 
 
 class Batches:
-    """The runs still to be handed out, by position; those that were lost with a worker go out one by one.
+    """The runs still to be handed out, by position; those lost with a worker are handed out one by one.
 
     One by one, because any run of the lost batch may be the one that kills workers.
     """
@@ -37,7 +37,7 @@ class Batches:
         self.run_time = run_time  # seconds, recent mean
 
     def take(self, workers: int, seconds: float = BATCH_TIME) -> list[int]:
-        """The next runs for one of so many workers; none if all are handed out."""
+        """The next runs for one of `workers` workers; none if all are handed out."""
         if self.alone:
             return [self.alone.popleft()]
         number = 1
@@ -47,7 +47,7 @@ class Batches:
         return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
 
     def finish(self, positions: Sequence[int], outcomes: Sequence[Outcome]) -> None:
-        """These runs are finished; those without an outcome were not begun, and wait again."""
+        """These runs are finished; those without an outcome were not begun, and are put back."""
         self.waiting.extendleft(reversed(positions[len(outcomes) :]))
         for position, outcome in zip(positions, outcomes, strict=False):
             before = outcome.run_time if self.run_time is None else self.run_time
@@ -56,7 +56,7 @@ class Batches:
             self.done(position, outcome)
 
     def died(self, positions: Sequence[int]) -> None:
-        """A worker died at these runs: they are done again; one that was alone with it so often is given up."""
+        """A worker died at these runs: they are retried; a run that killed several workers alone is given up."""
         for position in positions:
             if len(positions) == 1:
                 self.deaths[position] = self.deaths.get(position, 0) + 1
@@ -66,7 +66,7 @@ class Batches:
                 self.finish([position], [_DIED])
 
     def stuck(self, positions: Sequence[int], outcome: Outcome) -> None:
-        """A worker was stuck at one of these runs: it has this outcome; if it may be another, they are done again."""
+        """A worker was stuck at one of these runs: a single one has this outcome; several are retried one by one."""
         if len(positions) == 1:
             self.finish(positions, [outcome])
         else:

@@ -24,7 +24,7 @@ _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some millise
 
 
 def make_simulator(base: bytes, version: str) -> Simulator:
-    """On a worker: made once and kept there; on other workers it is made again."""
+    """On a worker: made once and kept there; every worker makes its own."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
@@ -89,7 +89,7 @@ class Cluster:
         self.run_time = batches.run_time
 
     def close(self) -> None:
-        """Let go of the cluster; one of this machine ends."""
+        """Disconnect from the cluster; a local one is shut down."""
         for part in (self.client, self.local):
             if part is not None:
                 part.close()
@@ -104,7 +104,7 @@ class Cluster:
                 self.local = distributed.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )
-            else:  # a client of an address that is none would be left half made
+            else:  # with a bad address the client would be left half made
                 importlib.import_module("distributed.comm").resolve_address(self.address)
             self.client = distributed.Client(self.local or self.address, timeout=_WAIT, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -116,11 +116,11 @@ class Cluster:
             self.say(f"cluster {self.address}: no workers yet; waiting for them")
 
     def _threads(self) -> int:
-        """Runs that the cluster can do at a time."""
+        """How many runs the cluster can do at a time."""
         return sum(self.client.nthreads().values())
 
     def _check(self) -> None:
-        """See that the scheduler is still there."""
+        """Check that the scheduler is still there."""
         if self.client.status != "running":
             raise StudyError(
                 f"cluster {self.address}: the connection to the scheduler is lost; the runs finished so far are "
@@ -128,7 +128,7 @@ class Cluster:
             )
 
     def _finish(self, future: Any, positions: list[int], batches: Batches) -> None:
-        """Take what came out of a batch."""
+        """Take the outcomes of a batch."""
         if future.status == "finished":
             batches.finish(positions, future.result())
             return
@@ -141,5 +141,5 @@ class Cluster:
                 "is desim-warehouse installed there?"
             ) from error
         self._check()
-        self.say("workers of the cluster were lost; their runs are done again")
+        self.say("workers of the cluster were lost; their runs are retried")
         batches.died(positions)

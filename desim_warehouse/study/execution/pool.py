@@ -87,7 +87,7 @@ class Worker:
         self.process.kill()
 
     def close(self) -> None:
-        """Let go of a process that was killed."""
+        """Clean up after a process that was killed."""
         self.process.join(_END)
         self.connection.close()
 
@@ -140,7 +140,7 @@ class Pool:
                 self.workers.pop().close()
 
     def _start(self, count: int) -> None:
-        """See that there are so many processes."""
+        """Start processes until there are `count`."""
         while len(self.workers) < count:
             self.interrupts.heed()
             try:
@@ -159,7 +159,7 @@ class Pool:
                 worker.send([batches.wanted[position] for position in worker.positions])
 
     def _receive(self, worker: Worker, batches: Batches) -> None:
-        """Take what a worker says; it goes on with its next batch while the outcomes of this one are written down."""
+        """Handle a worker's message; it works on its next batch while the outcomes of this one are written down."""
         try:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
@@ -177,7 +177,7 @@ class Pool:
         batches.finish(finished, content)
 
     def _replace(self, worker: Worker, batches: Batches, *, stuck: bool = False) -> None:
-        """A process died, or is stuck: what it was at is done again by others; `run` starts a new one."""
+        """A process died, or is stuck: others retry its runs; `run` starts a new one."""
         self.workers.remove(worker)
         if not stuck:
             worker.process.join(_END)  # so that its exit status is its own
@@ -193,7 +193,7 @@ class Pool:
             text = f"time-out: not finished after {self.timeout:g} s, and its process had to be killed"
             batches.stuck(worker.positions, Outcome({}, float(self.timeout or 0), text, final=False))
         else:
-            self.say("a worker process died; its runs are done again")
+            self.say("a worker process died; its runs are retried")
             batches.died(worker.positions)
 
 
@@ -204,7 +204,7 @@ _starting = threading.Lock()
 def _inheriting_nothing() -> Iterator[None]:
     """Start a process without our main module and without Ctrl-C.
 
-    It needs our package only: so it begins sooner, and a script that runs a study needs no `if __name__ ==
+    It needs our package only, so it starts sooner, and a script that runs a study needs no `if __name__ ==
     "__main__"`. One thread at a time, so that it is the main module that comes back. Ctrl-C at a terminal goes to
     all processes; here it is only delayed.
     """

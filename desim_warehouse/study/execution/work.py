@@ -1,4 +1,4 @@
-"""Simulating runs of a study, wherever that is done: each ends with an outcome, be it an error."""
+"""Simulating runs of a study, in whatever process: each ends with an outcome, which may be an error."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
 
-ENOUGH = 1.0  # seconds after which a batch is handed in as far as it is
-_KEPT = 64  # models at hand
-_SAID = 1000  # characters of an error that are kept
+ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got
+_KEPT = 64  # models kept
+_SAID = 1000  # characters kept of an error
 
 
 class Wanted(NamedTuple):
@@ -29,7 +29,7 @@ class Wanted(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came out of a run: indicators, or an error.
+    """The outcome of a run: indicators, or an error.
 
     `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
     random stream and no policy of the user's own was used.
@@ -43,7 +43,7 @@ class Outcome(NamedTuple):
 
 
 class Simulator:
-    """A base model with the models of designs made from it: the last few are kept."""
+    """Simulates designs of a base model; keeps the last few models."""
 
     def __init__(self, base: Model) -> None:
         import numpy.random  # noqa: F401 - here, so that the first run takes no longer than others
@@ -86,7 +86,7 @@ class Simulator:
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
-        """Simulate several runs, one after the other; fewer where they take longer than was thought."""
+        """Simulate several runs, one after the other; fewer where they take longer than expected."""
         outcomes = []
         end = monotonic() + ENOUGH
         for wanted in batch:
@@ -116,7 +116,7 @@ class Serial:
             self.interrupts.heed()
 
     def close(self) -> None:
-        """Nothing is left behind."""
+        """Nothing to clean up."""
 
 
 def _since(begin: float) -> float:

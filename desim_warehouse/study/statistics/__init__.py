@@ -1,6 +1,6 @@
-"""What the runs of a study say, and how sure that is: pure functions of numbers, no simulation and no files.
+"""Statistics of the runs of a study: pure functions of numbers, no simulation and no files.
 
-| question of a planner                          | answer                                     |
+| question                                       | function                                   |
 |------------------------------------------------|--------------------------------------------|
 | what is the mean, how sure?                    | `estimate`                                 |
 | how many replications?                         | `replications_needed`, `check_precision`   |

@@ -1,4 +1,4 @@
-"""What every statistic asks of its input: finite numbers, enough of them, a confidence between 0 and 1."""
+"""Checks of input: finite numbers, enough of them, a confidence between 0 and 1."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-ROUNDING = 1e-12  # a spread below this share of the values is floating point, not randomness
+ROUNDING = 1e-12  # a spread below this share of the values is rounding, not randomness
 
 
 def finite(values: Sequence[float] | NDArray[np.float64], what: str = "values") -> NDArray[np.float64]:

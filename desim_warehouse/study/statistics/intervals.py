@@ -1,4 +1,4 @@
-"""A mean with its honest uncertainty: what kind of interval the values allow, and the one rule that all methods use."""
+"""A mean with its interval: which kind the values allow, by the one rule that all methods use."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ def estimate(
     Args:
         values: one number per replication, any unit, shape (n,).
         confidence: of the two-sided interval, between 0 and 1.
-        deterministic: the runs used no random numbers, so one replication says it all. Values that agree are not
-            taken for that: nobody knows what the next run gives.
+        deterministic: the runs used no random numbers, so one replication is enough. Values that agree are not
+            taken for that: the next run may differ.
         within: what the indicator can be at all, such as (0, 1) for a share; the interval keeps to it.
 
     Raises:
@@ -198,6 +198,6 @@ def _to_symmetric(t: float, a: float) -> float:
 
 
 def _from_symmetric(x: float, a: float) -> float:
-    """The t statistic that `_to_symmetric` makes into x: at most twice as far, whatever one value far out says."""
+    """The t statistic that `_to_symmetric` makes into x: at most twice as far, whatever an outlier says."""
     made = x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
     return min(made, 2 * x) if x > 0 else max(made, 2 * x)

@@ -1,4 +1,4 @@
-"""Where more robots stop paying: the knee of a throughput curve, and the smallest fleet near its maximum."""
+"""Where more robots stop paying off: the knee of a throughput curve, and the smallest fleet near its maximum."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Procedures that choose the next runs from the runs before: ask for a batch, be sent its values."""
+"""Sequential procedures: they ask for a batch of runs, are sent its values, and choose the next."""
 
 from __future__ import annotations
 

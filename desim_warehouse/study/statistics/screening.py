@@ -109,7 +109,7 @@ def first_order(
     average: bool = True,
     confidence: float = 0.95,
 ) -> FirstOrder:
-    """First-order Sobol indices from the runs at hand, whatever design they came from.
+    """First-order Sobol indices from the given runs, from any design.
 
     Args:
         table: a row per run; rows with a missing indicator are left out.
