@@ -64,7 +64,7 @@ class Shortest:
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest route when driving freely, node times and speed limits included; of several, `spread` of them in turn.
+    """The fastest route without traffic, node times and speed limits included; of several, `spread` of them in turn.
 
     Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
 

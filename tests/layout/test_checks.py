@@ -145,7 +145,7 @@ OTHERS = [
         {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
         (
             "note: layout.stations: 1 slots for 2 robots: a robot takes a task only when its station has "
-            "a place for it, "
+            "a slot for it, "
             "so the others stay in their bays; more slots let more of them work [STATION_PLACES]"
         ),
     ),

@@ -78,7 +78,7 @@ class App {
   }
 }
 
-// For tests and other scripts on the page. Times are the model's; `ready` is settled when the page can be used.
+// For tests and other scripts on the page. Times are the model's; `ready` is resolved when the page is ready.
 function hook(app) {
   const { header, player, scene } = app, { tracks, view, story } = scene;
   const here = () => player.time * header.tick + header.start;
