@@ -70,6 +70,7 @@ def _count(tally: str) -> Callable[[History], int]:
 
 
 def _collisions(history: History) -> int:
+    """Waiting episodes, however often a robot would stop and start in one; counted in steps S grows without limit."""
     return int(history.totals["rear_ends"] + history.totals["crossings"])
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 EPS = 1e-6
 SHOWN = 8
 SHARPEST_MERGE = math.radians(60)
+"""Below it robots that wait D before the node, one on each edge, stand closer than D."""
 PARALLEL = math.sin(math.radians(5))
 BENT = 1.05
 """An edge longer than this multiple of the straight line between its nodes is not drawn true to shape."""
@@ -80,7 +81,7 @@ def some(names: Iterable[str]) -> str:
 
 
 def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Strong connectivity of everything that is used."""
+    """Strong connectivity of everything that is used (condition 1)."""
     import networkx as nx
 
     graph = layout.graph
@@ -111,7 +112,7 @@ def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
-    """A bay slot for every robot."""
+    """A bay slot for every robot: one that leaves its work must have somewhere to go (condition 2)."""
     start = use.start or tuple(layout.bays)
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
@@ -168,7 +169,7 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Stops in a lane that keep others from passing (condition 2)."""
+    """Stops in a lane that keep others from passing: they cost throughput, but the chain of waiting never closes."""
     graph = layout.graph
     for node in dict.fromkeys(use.unload_at):
         if node not in layout.stations and graph.in_degree(node) > 1:
@@ -206,7 +207,7 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Station slots bound the number of robots on tasks."""
+    """Station slots bound the number of robots on tasks: a full station holds work back in the bays, not in lanes."""
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
@@ -351,7 +352,7 @@ def capacity(layout: Layout, contact: float) -> int:
     """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once."""
     back = {(b, a) for a, b in layout.two_way}
     return sum(
-        max(math.floor((length + EPS) / contact) - 1, 0)
+        max(math.floor((length + EPS) / contact) - 1, 0)  # the first robot stands at the stop line, D before the node
         for a, b, length in layout.graph.edges(data="length")
         if (a, b) not in back
     )

@@ -157,7 +157,11 @@ class Fleet(Part):
 
     @property
     def contact(self) -> float:
-        """D: the distance that the two largest robots keep."""
+        """D: the distance that the two largest robots keep.
+
+        One D for all: with a distance for each pair a large robot would not fit where a small one stood, and a full
+        ring could not turn.
+        """
         return 2 * max(robot.radius for robot in self.robots()) + self.robot.margin
 
 
@@ -372,6 +376,7 @@ class BatterySpec(Part):
     ] = Field(description="energy per time unit outside the charging zone")
     charge_rate: Positive = Field(description="energy per time unit at a charger")
     taper: Taper | None = Field(None, description="default: full rate until the battery is full")
+    # The paper's program lets batteries fall below 0; beyond the reserve that is an error here, not a statistic
     reserve: NotNegative = Field(
         0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
     )
@@ -398,6 +403,7 @@ class TrafficSpec(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
+    # Speeds change at once, as in the paper; the time that acceleration costs can be put into `node_time`
     node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",

@@ -165,7 +165,8 @@ class Allocation(Protocol):
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
         """Pairs (robot number, task number); robots and tasks left out stay free and open.
 
-        A further task for the same robot, or one for a robot at work, is put into that robot's queue.
+        Break ties by number, never by the order of a set: the same seed must give the same log. A further task for the
+        same robot, or one for a robot at work, is put into that robot's queue.
         """
 
 

@@ -107,6 +107,7 @@ class Until(Part):
     indicator: IndicatorName = Field(description="the name of an indicator")
     half_width: Fraction = Field(description="a share of the mean, such as 2 % or 0.02")
     confidence: Fraction = Field(0.95, description="a number between 0 and 1, such as 0.95")
+    # 30, as a start that happens to be calm would end it too early (`statistics.check_precision`)
     minimum: _Several = Field(30, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
     cap: _Several = Field(200, description=f"a whole number from 2 to {MOST_REPLICATIONS:,}")
 
@@ -181,6 +182,7 @@ class StudyFile(Part):
 
     # What is checked over several keys; a check is left out where a key that it needs is wrong
 
+    # A factor is read together with its key, so that a wrong key and a wrong value are found at once
     @field_validator("factors", mode="before")
     @classmethod
     def _with_keys(cls, given: Any) -> Any:

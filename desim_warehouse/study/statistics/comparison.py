@@ -66,7 +66,7 @@ def paired(
     """A design minus the baseline, replication by replication, with its interval (`intervals.bounds`).
 
     Replication r of both must have used the same random numbers, which makes the difference far less noisy
-    than the two means. Shapes (n,) and (n,), in the indicator's unit.
+    than the two means, as far as both designs do the same at the same time. Shapes (n,), in the indicator's unit.
     `deterministic`: the runs used no random numbers, so that one pair gives the exact difference.
 
     Raises:
