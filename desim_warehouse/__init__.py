@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.oriented import orient
+    from desim_warehouse.plants import read_layout
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.run.folder import load_run
@@ -49,6 +50,7 @@ _HOME = {
     ),
     "model": ("Model", "load"),
     "model.oriented": ("orient",),
+    "plants": ("read_layout",),
     "run": ("Run", "simulate"),
     "run.folder": ("load_run",),
     "study.results": ("Results",),
@@ -79,6 +81,7 @@ __all__ = [
     "load_run",
     "orient",
     "plot",
+    "read_layout",
     "simulate",
     "steps",
 ]

@@ -1,0 +1,92 @@
+"""`desim import`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from desim_warehouse.errors import ModelError, reason
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.plants import Remark
+
+_NAMES = 12  # in a row of the table
+
+
+@click.command("import")
+@click.argument("file")
+@click.option("-o", "--out", metavar="MODEL", help="The model file to write.  [default: standard output]")
+@click.option("--force", is_flag=True, help="Write over a model file that is there.")
+@click.option(
+    "--operation",
+    "operations",
+    multiple=True,
+    metavar="NAME=WHAT",
+    help="What robots do at locations with an operation, such as 'Pack=unload': load, unload, charge, park or none; "
+    "may be repeated.  [default: as its name sounds]",
+)
+@click.option(
+    "--fleet", "robots", type=click.IntRange(min=1), metavar="N", help="Number of robots.  [default: as many as drawn]"
+)
+def command(file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None) -> None:
+    """Make a model of FILE, a plant model of openTCS (XML).
+
+    A table says what could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
+    """
+    from desim_warehouse.plants import import_layout
+
+    made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots)
+    model, text = made.model, made.text()
+    if out is None:
+        click.echo(text, nl=False)
+    else:
+        _write(Path(out), text, force)
+        layout = model.layout
+        counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
+        parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]
+        click.echo(f"{out}: {', '.join(_counted(*part) for part in parts)}")
+    _show(made.remarks, err=out is None)
+
+
+def _operation(text: str) -> tuple[str, str]:
+    name, equals, what = text.rpartition("=")
+    if not equals:
+        raise click.BadParameter(f"{text!r}, expected NAME=WHAT such as 'Pack=unload'", param_hint="--operation")
+    return name.strip(), what.strip()
+
+
+def _write(path: Path, text: str, force: bool) -> None:
+    """Write the model whole, or not at all."""
+    try:
+        with path.open("w" if force else "x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ModelError([f"{path}: is there already; --force writes over it"]) from None
+    except (OSError, ValueError) as error:
+        raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
+
+
+def _show(remarks: Iterable[Remark], err: bool) -> None:
+    """What became of the drawing, a row for each kind."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for head in ("", "what", "why", "which"):
+        table.add_column(head)
+    for remark in remarks:
+        number, names = len(remark.names), ", ".join(remark.names[:_NAMES])
+        kind = remark.kind if remark.what == "assumed" else _counted(number, remark.kind)
+        table.add_row(remark.what, kind, remark.why, names + f" and {number - _NAMES} more" * (number > _NAMES))
+    console = Console(stderr=err, highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(stderr=err, highlight=False, markup=False, width=200)
+    console.print(table)
+
+
+def _counted(number: int, kind: str) -> str:
+    return f"{number} {kind}{'s' * (number != 1)}"

@@ -1,0 +1,306 @@
+"""From a plant to a model: the layout as drawn, and marked assumptions for all that drawings do not say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.model import Model, load
+from desim_warehouse.plants.lanes import DrawnLane, distance, lanes_of
+from desim_warehouse.plants.plant import Plant, Point, Remark, Vehicle
+from desim_warehouse.plants.stops import Stops, stops_of
+from desim_warehouse.plants.write import written
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+Content = dict[str, Any]
+Keys = tuple[str | int, ...]
+
+APART = 0.01
+"""Points drawn on one spot are moved so far from each other, in metres."""
+_SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
+_HANDLING = 15
+_SHIFT = 8 * 3600
+_LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
+_CRITICAL = 0.3
+_LONGEST = 500  # letters about what was lost, in a message
+_EQUAL = 1e-3  # lengths that differ by less are the straight distance
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A model made from a plant.
+
+    Attributes:
+        plant: what the file holds.
+        content: the model as a file has it.
+        comments: words beside its keys: what is assumed, and what storage places are called.
+    """
+
+    plant: Plant
+    content: Content
+    comments: Mapping[Keys, str]
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What could not be carried over, was changed, cannot be reached, or is assumed."""
+        return tuple(self.plant.remarks)
+
+    @cached_property
+    def model(self) -> Model:
+        """The model, checked as a file is."""
+        return load(self.content)
+
+    def text(self) -> str:
+        """The model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
+        head = [f"Made from {self.plant.source}."]
+        head += [str(remark) for remark in self.remarks if remark.what != "assumed"]
+        head.append("What the drawing does not say is marked 'assumed': look at it first.")
+        return written(self.content, self.comments, head)
+
+
+def imported(plant: Plant, operations: Mapping[str, str] | None = None, robots: int | None = None) -> Imported:
+    """Make a model of a plant.
+
+    Args:
+        plant: what a reader found; gets the remarks of this, too.
+        operations: what robots do at locations that allow an operation: load, unload, charge, park or none; by
+            default as their names sound.
+        robots: size of the fleet; default: as many as vehicles are drawn.
+
+    Raises:
+        ModelError: where robots could do nothing on such a plant, or the mapping does not fit.
+    """
+    _separate(plant)
+    lanes = lanes_of(plant)
+    reachable = _main_part(plant, lanes)
+    stops = stops_of(plant, reachable, operations or {})
+    if not stops.load or not stops.unload:
+        text = "no location in reach where robots load or unload, expected one at least"
+        raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
+    made = _Maker(plant, lanes, stops, reachable)
+    content = made.content(robots)
+    plant.note("left out", "block", [area.name for area in plant.areas], "robots there keep only their usual distance")
+    content["description"] = _summary(plant)
+    assumed = [remark for remark in plant.remarks if remark.what == "assumed"]
+    comments: dict[Keys, str] = {tuple(remark.kind.split(".")): f"assumed: {remark.why}" for remark in assumed}
+    return Imported(plant, content, {**comments, **made.named})
+
+
+def _summary(plant: Plant) -> str:
+    """The description of the model: where it comes from, and in short what it lacks."""
+    lost = [remark for remark in plant.remarks if remark.what in {"left out", "unreachable"}]
+    counts = ", ".join(f"{len(remark.names)} {remark.kind}{'s' * (len(remark.names) > 1)}" for remark in lost)
+    assumed = ", ".join(remark.kind for remark in plant.remarks if remark.what == "assumed")
+    return f"From {plant.source}. {f'Left out or unreachable: {counts}. ' if lost else ''}Assumed: {assumed}."
+
+
+def _why(plant: Plant) -> str:
+    """What was lost so far, in brackets."""
+    lost = "; ".join(str(remark) for remark in plant.remarks if remark.what in {"left out", "unreachable"})
+    return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
+
+
+def _separate(plant: Plant) -> None:
+    """Points on one spot are moved apart a little, as two nodes cannot be at one place."""
+    taken: set[tuple[float, float]] = set()
+    moved = []
+    for point in list(plant.points.values()):
+        x = point.x
+        while (round(x, 6), round(point.y, 6)) in taken:
+            x += APART
+        taken.add((round(x, 6), round(point.y, 6)))
+        if x != point.x:
+            plant.points[point.name] = Point(point.name, x, point.y, point.parking)
+            moved.append(point.name)
+    plant.note("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m beside it")
+
+
+def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
+    """The points of the largest part in which robots can drive from everywhere to everywhere."""
+    import networkx as nx
+
+    graph = nx.DiGraph()
+    graph.add_nodes_from(plant.points)
+    for lane in lanes:
+        graph.add_edge(lane.source, lane.target)
+        if lane.two_way:
+            graph.add_edge(lane.target, lane.source)
+    main: set[str] = max(
+        nx.strongly_connected_components(graph), key=lambda part: (len(part), sorted(part)), default=set()
+    )
+    if len(main) < 2:  # noqa: PLR2004 - there and back
+        text = "nowhere can robots drive from one point to another and back, expected a network of lanes"
+        raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
+    outside = [name for name in plant.points if name not in main]
+    plant.note("unreachable", "point", outside, "robots cannot get there and back")
+    return main
+
+
+class _Maker:
+    """Makes the sections of a model; `named` says what storage places are called."""
+
+    def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops, reachable: set[str]) -> None:
+        self.plant = plant
+        self.lanes = lanes
+        self.stops = stops
+        self.reachable = reachable
+        self.named: dict[Keys, str] = {}
+
+    def content(self, robots: int | None) -> Content:
+        """All sections."""
+        layout, fleet = self.layout(), self.fleet(robots)
+        layout["bays"] = self.bays(fleet["size"])
+        layout["stations"] = self.stations()
+        battery = self.battery()
+        self.plant.assume("policies", "nearest robot, shortest route, nearest free parking")
+        self.plant.assume("run.length", "a shift of 8 h")
+        return {
+            "name": self.plant.name,
+            "description": "",
+            "layout": layout,
+            "fleet": fleet,
+            "tasks": self.tasks(fleet["size"], layout["stations"]),
+            **({"battery": battery} if battery else {}),
+            "policies": {"allocation": "nearest", "routing": "shortest", "parking": "nearest"},
+            "run": {"length": _SHIFT},
+        }
+
+    # The layout
+
+    def layout(self) -> Content:
+        nodes = {point.name: [_round(point.x), _round(point.y)] for point in self.plant.points.values()}
+        return {"nodes": nodes, "edges": [self.edge(lane) for lane in self.lanes], "storage": self.storage()}
+
+    def edge(self, lane: DrawnLane) -> Content:
+        straight = distance(self.plant, lane.source, lane.target)
+        edge: Content = {"from": lane.source, "to": lane.target}
+        if abs(lane.length - straight) > _EQUAL:
+            edge["length"] = _round(lane.length)
+        if lane.speed < float("inf"):
+            edge["speed"] = _round(lane.speed)
+        edge.update({key: True for key in ("two_way", "side_by_side") if getattr(lane, key)})
+        return edge
+
+    def storage(self) -> list[Content]:
+        """A storage place before every point where robots load: on a lane that leads there."""
+        places: list[Content] = []
+        for point, names in self.stops.load.items():
+            lane = next(
+                lane
+                for lane in self.lanes
+                if (lane.target == point and lane.source in self.reachable) or (lane.two_way and lane.source == point)
+            )
+            at_end = lane.target == point
+            self.named["layout", "storage", len(places)] = " + ".join(names)
+            places.append(
+                {"edge": [lane.source, lane.target], "offset": _round(lane.length * (0.99 if at_end else 0.01))}
+            )
+        return places
+
+    def bays(self, robots: int) -> Content:
+        """Chargers and parking points; where the drawing has none, robots park at the points where they work."""
+        chargers, parks = list(self.stops.charge), [name for name in self.stops.park if name not in self.stops.charge]
+        if not chargers and not parks:
+            parks = list(dict.fromkeys([*self.stops.unload, *self.stops.load]))
+            self.plant.assume("layout.bays", "no parking is drawn, so robots park beside the points where they work")
+        places = max(-(-robots // (len(chargers) + len(parks))), 1)
+        bays: Content = {}
+        if chargers:
+            bays["chargers"] = {"at": chargers, "places": places, "chargers": 1}
+        if parks:
+            bays["parking"] = {"at": parks, "places": places, "chargers": 0}
+        if places > 1:
+            for name in bays:
+                self.plant.assume(
+                    f"layout.bays.{name}.places", f"so that {robots} robots have a place; one vehicle as drawn"
+                )
+        return bays
+
+    def stations(self) -> Content:
+        """A station beside every point where robots unload, by the names of its locations."""
+        stations: Content = {}
+        for point, names in self.stops.unload.items():
+            name = unique(" + ".join(names) or point, stations)
+            stations[name] = {"at": [point], "places": 1}
+        return stations
+
+    # Everything else
+
+    def fleet(self, robots: int | None) -> Content:
+        vehicles = self.plant.vehicles or [Vehicle("robot")]
+        shapes: dict[tuple[float, float], list[str]] = {}
+        for one in vehicles:
+            shapes.setdefault((one.length or _SIZE, one.speed or _SPEED), []).append(one.name)
+        (length, speed), _ = max(shapes.items(), key=lambda item: len(item[1]))
+        self.unsaid(vehicles)
+        fleet: Content = {
+            "size": robots or len(vehicles),
+            "robot": {"radius": _round(length / 2), "speed": _round(speed)},
+        }
+        if len(shapes) > 1 and fleet["size"] == len(vehicles):
+            fleet["kinds"] = {
+                names[0]: {"count": len(names), "radius": _round(size / 2), "speed": _round(pace)}
+                for (size, pace), names in shapes.items()
+                if (size, pace) != (length, speed)
+            }
+        if not self.plant.vehicles and robots is None:
+            self.plant.assume("fleet.size", "no vehicle is drawn")
+        elif robots not in {None, len(self.plant.vehicles)}:
+            self.plant.assume("fleet.size", f"as asked for; {len(self.plant.vehicles)} are drawn")
+        placed = [one.name for one in vehicles if one.start is not None]
+        self.plant.note("left out", "vehicle", placed, "the point where it begins: robots begin in bays")
+        return fleet
+
+    def unsaid(self, vehicles: list[Vehicle]) -> None:
+        if any(one.length is None for one in vehicles):
+            self.plant.assume("fleet.robot.radius", "the drawing has no size of vehicles")
+        if any(one.speed is None for one in vehicles):
+            self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
+
+    def tasks(self, robots: int, stations: Content) -> Content:
+        self.plant.assume("tasks.goods", "always as many tasks open as there are robots: what the plant can do at most")
+        self.plant.assume("tasks.station_choice", "any station, drawn for every task")
+        for key in ("tasks.load_time", "tasks.unload_time"):
+            self.plant.assume(key, f"{_HANDLING:g} s")
+        return {
+            "goods": {"saturated": robots},
+            "unload_at": [name if name not in self.plant.points else item["at"][0] for name, item in stations.items()],
+            "station_choice": "random",
+            "load_time": _HANDLING,
+            "unload_time": _HANDLING,
+        }
+
+    def battery(self) -> Content | None:
+        if not self.stops.charge:
+            self.plant.assume("battery", "no chargers in reach, so robots never need charging")
+            return None
+        critical = max((one.critical for one in self.plant.vehicles if one.critical), default=None)
+        if critical is None or not 0 < critical < 1:
+            self.plant.assume("battery.threshold", "30 %")
+        self.plant.assume("battery.consumption", "a full battery lasts for 8 h")
+        self.plant.assume("battery.charge_rate", "an empty battery is full in 2 h")
+        return {
+            "capacity": 100,
+            "threshold": _round(100 * (critical if critical and critical < 1 else _CRITICAL)),
+            "consumption": _round(100 / _LASTS, 5),
+            "charge_rate": _round(100 / _CHARGES, 5),
+        }
+
+
+def unique(name: str, taken: Mapping[str, Any]) -> str:
+    """The name, or with a number if it is taken."""
+    number, tried = 1, name
+    while tried in taken:
+        number += 1
+        tried = f"{name} ({number})"
+    return tried
+
+
+def _round(value: float, digits: int = 4) -> float | int:
+    """As it is written: no more digits than a drawing means."""
+    rounded = round(value, digits)
+    return int(rounded) if rounded.is_integer() else rounded

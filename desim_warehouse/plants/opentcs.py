@@ -1,0 +1,152 @@
+"""Plant models of openTCS: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
+
+Source: the XML schemas of openTCS and its user's guide. A path with a reverse velocity is used in both directions, as
+are two paths that join the same points; a velocity of 0 forbids a direction, and locked paths are not used at all.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import got
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Point, Vehicle
+from desim_warehouse.plants.xml import Element, read_xml
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+EXPECTED = "a plant model of openTCS (XML)"
+_MM = 0.001
+_NEWEST = 7
+_START = ("loopback:initialPosition", "tcs:initialPosition")
+_RULES = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
+
+
+def read(path: Path) -> Plant:
+    """Read a plant model; raises ModelError with the line where it cannot be."""
+    root = read_xml(path, EXPECTED)
+    if root.tag != "model":
+        root.refuse(f"not a plant model, expected {EXPECTED} with the root element model")
+    version = root.text("version")
+    if not version.split(".")[0].isdecimal() or int(version.split(".")[0]) > _NEWEST:
+        root.refuse(f"version {got(version)} is not known, expected 0.0.2 to {_NEWEST}.x")
+    plant = Plant(root.attributes.get("name", path.stem), f"{path.name} (openTCS plant model, version {version})")
+    _points(root, plant)
+    _paths(root, plant)
+    types = {item.text("name"): item for item in root.all("locationType")}
+    _locations(root, plant, types)
+    plant.vehicles = [_vehicle(item, plant) for item in root.all("vehicle")]
+    _blocks(root, plant)
+    _losses(root, plant)
+    return plant
+
+
+def _points(root: Element, plant: Plant) -> None:
+    for item in root.all("point"):
+        name = item.text("name")
+        if name in plant.points:
+            item.refuse("a point of this name stands before, expected every name once")
+        x, y = item.number("positionX", "xPosition", default=0.0), item.number("positionY", "yPosition", default=0.0)
+        parking = item.attributes.get("type") == "PARK_POSITION"
+        plant.points[name] = Point(name, x * _MM, -y * _MM if y else 0.0, parking)
+
+
+def _paths(root: Element, plant: Plant) -> None:
+    locked: list[str] = []
+    closed: list[str] = []
+    names: set[str] = set()
+    for item in root.all("path"):
+        name, ends = item.text("name"), (item.text("sourcePoint"), item.text("destinationPoint"))
+        if name in names:
+            item.refuse("a path of this name stands before, expected every name once")
+        names.add(name)
+        for end in ends:
+            if end not in plant.points:
+                item.refuse(f"leads to no point of the plant (got {got(end)}), expected the name of a point")
+        length = item.number("length", default=0.0) * _MM
+        speeds = [_speed(item, "maxVelocity"), _speed(item, "maxReverseVelocity")]
+        if item.attributes.get("locked") == "true":
+            locked.append(name)
+        elif not any(speeds):
+            closed.append(name)
+        else:
+            plant.links.append(Link(name, *ends, length if length > 0 else None, *speeds))
+    plant.note("left out", "path", locked, "locked")
+    plant.note("left out", "path", closed, "closed in both directions by a velocity of 0")
+
+
+def _speed(item: Element, name: str) -> float:
+    speed = item.number(name, default=0.0) * _MM
+    if speed < 0:
+        item.refuse(f"{name}: below 0 (got {got(item.attributes[name])}), expected 0 or more")
+    return speed
+
+
+def _locations(root: Element, plant: Plant, types: Mapping[str, Element]) -> None:
+    locked: list[str] = []
+    peripheral: list[str] = []
+    unlinked: list[str] = []
+    for item in root.all("location"):
+        name, kind = item.text("name"), item.text("type")
+        if kind not in types:
+            item.refuse(f"of a type that the plant does not have (got {got(kind)}), expected the name of one")
+        usual = _operations(types[kind])
+        operations = {}
+        for link in item.all("link"):
+            point = link.text("point")
+            if point not in plant.points:
+                item.refuse(f"linked to no point of the plant (got {got(point)}), expected the name of a point")
+            operations[point] = _operations(link) or usual
+        if item.attributes.get("locked") == "true":
+            locked.append(name)
+        elif not operations:
+            (unlinked if usual else peripheral).append(name)
+        else:
+            plant.locations.append(Location(name, operations))
+    plant.note("left out", "location", locked, "locked")
+    plant.note("left out", "location", peripheral, "a peripheral device, at which no vehicle stops")
+    plant.note("left out", "location", unlinked, "no link to a point, so no vehicle gets there")
+
+
+def _operations(item: Element) -> tuple[str, ...]:
+    return tuple(one.text("name") for one in item.all("allowedOperation"))
+
+
+def _vehicle(item: Element, plant: Plant) -> Vehicle:
+    boxes = [item, *item.all("boundingBox")]
+    sizes = [box.number(side, default=0.0) * _MM for box in boxes for side in ("length", "width")]
+    properties = {one.attributes.get("name"): one.attributes.get("value") for one in item.all("property")}
+    start = next((properties[name] for name in _START if properties.get(name) in plant.points), None)
+    return Vehicle(
+        item.text("name"),
+        max(sizes) or None,
+        item.number("maxVelocity", default=0.0) * _MM or None,
+        start,
+        item.number("energyLevelCritical", default=0.0) / 100 or None,
+    )
+
+
+def _blocks(root: Element, plant: Plant) -> None:
+    empty = []
+    for item in root.all("block"):
+        members = tuple(one.text("name") for one in item.all("member"))
+        rule = item.attributes.get("type", "SINGLE_VEHICLE_ONLY")
+        if rule not in _RULES:
+            item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(_RULES)}")
+        if members:
+            plant.areas.append(Area(item.text("name"), members, "one-robot" if "SINGLE" in rule else "one-direction"))
+        else:
+            empty.append(item.text("name"))
+    plant.note("left out", "block", empty, "no members")
+
+
+def _losses(root: Element, plant: Plant) -> None:
+    """What models cannot say."""
+    doors = [item.text("name") for item in root.all("path") if any(item.all("peripheralOperation"))]
+    plant.note("left out", "peripheral operation", doors, "a device such as a door on a path, which takes no time here")
+    angle, height = "vehicleOrientationAngle", ("positionZ", "zPosition")
+    turned = [item.text("name") for item in root.all("point") if item.attributes.get(angle, "NaN") not in {"NaN", ""}]
+    plant.note("left out", "vehicle angle", turned, "robots may stand at a point in any direction")
+    raised = [item.text("name") for item in root.all("point") if item.number(*height, default=0.0)]
+    plant.note("left out", "height", raised, "all points are on one floor")

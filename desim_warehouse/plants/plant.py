@@ -1,0 +1,111 @@
+"""A plant as its drawing says, in metres and seconds, y downwards: what every reader of a format fills in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+Role: TypeAlias = Literal["load", "unload", "charge", "park"]
+"""What robots do at a place."""
+What: TypeAlias = Literal["left out", "changed", "unreachable", "assumed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Where links meet and robots can stop; `parking`: where idle robots are sent."""
+
+    name: str
+    x: float
+    y: float
+    parking: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A way between two points.
+
+    `speed` and `speed_back` are the limits there and back: 0 where robots may not drive in that direction, inf where
+    there is no limit. `length` is None where the drawing does not say: the straight distance.
+    """
+
+    name: str
+    source: str
+    target: str
+    length: float | None = None
+    speed: float = math.inf
+    speed_back: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Where robots do something: by the points from which they reach it, the operations that are allowed there."""
+
+    name: str
+    operations: dict[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A robot as drawn; `start`: the point at which it begins."""
+
+    name: str
+    length: float | None = None
+    speed: float | None = None
+    start: str | None = None
+    critical: float | None = None
+    """The part of a full battery at which it has to charge."""
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """Points and links that robots use one at a time, or in one direction at a time."""
+
+    name: str
+    members: tuple[str, ...]
+    rule: Literal["one-robot", "one-direction"]
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """What became of parts of a drawing that a model does not hold as they are, or where it holds more.
+
+    Attributes:
+        what: left out, changed, unreachable, or assumed.
+        kind: the kind of thing, such as "path"; for what is assumed, the key of the model.
+        names: which ones.
+        why: why, and what to do about it.
+    """
+
+    what: What
+    kind: str
+    names: tuple[str, ...]
+    why: str
+
+    def __str__(self) -> str:
+        number, names = len(self.names), f": {', '.join(self.names)}" if self.names else ""
+        kind = self.kind if self.what == "assumed" else f"{number} {self.kind}{'s' * (number > 1)}"
+        return f"{self.what}: {kind}: {self.why}{names}"
+
+
+@dataclass(slots=True)
+class Plant:
+    """All that a reader found in a file; `source` says what file and format."""
+
+    name: str
+    source: str
+    points: dict[str, Point] = field(default_factory=dict)
+    links: list[Link] = field(default_factory=list)
+    locations: list[Location] = field(default_factory=list)
+    vehicles: list[Vehicle] = field(default_factory=list)
+    areas: list[Area] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
+
+    def note(self, what: What, kind: str, names: list[str] | tuple[str, ...], why: str) -> None:
+        """Keep a remark, if it is about anything."""
+        if names:
+            self.remarks.append(Remark(what, kind, tuple(names), why))
+
+    def assume(self, key: str, why: str, names: list[str] | tuple[str, ...] = ()) -> None:
+        """Keep in mind that the drawing does not say what a key of the model needs."""
+        self.remarks.append(Remark("assumed", key, tuple(names), why))

@@ -1,0 +1,139 @@
+"""XML from strangers: elements with their lines, and nothing that a parser could be led astray by.
+
+Document types are refused, and with them all entities but XML's own five, so that nothing is expanded and nothing else
+is opened; size, depth and the number of elements are limited.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from io import BytesIO
+from typing import TYPE_CHECKING, NoReturn
+from xml.parsers import expat
+
+from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.fields import LIMITS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
+
+
+@dataclass(slots=True)
+class Element:
+    """An element with its attributes and children; `file` and `line` say where it stands."""
+
+    tag: str
+    attributes: dict[str, str]
+    file: str
+    line: int
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """The children with a tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def text(self, *names: str) -> str:
+        """An attribute that must be there, under the first of its names that is."""
+        for name in names:
+            if name in self.attributes:
+                return self.attributes[name]
+        near = nearest(names[0], self.attributes)
+        return self.refuse(f"no {names[0]}, expected one" + (f"; did you mean '{near}'?" if near else ""))
+
+    def number(self, *names: str, default: float | None = None) -> float:
+        """An attribute that is a number, under the first of its names that is there."""
+        if default is not None and not any(name in self.attributes for name in names):
+            return default
+        text = self.text(*names)
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not abs(value) <= LIMITS["number"][0]:
+            self.refuse(f"{names[0]}: not a number (got {got(text)}), expected one")
+        return value
+
+    def refuse(self, text: str) -> NoReturn:
+        """Raise the error that something is wrong here."""
+        name = self.attributes.get("name")
+        raise ModelError([f"{self.file}:{self.line}: {self.tag}{f' {got(name)}' if name else ''}: {text}"]) from None
+
+
+def read_xml(path: Path, expected: str) -> Element:
+    """The root element of a file.
+
+    Args:
+        path: the file.
+        expected: what it should hold, for messages.
+
+    Raises:
+        ModelError: where it cannot be read, is not XML, has a document type, or is too large.
+    """
+    return _Reader(str(path), expected).read(content_of(path, expected))
+
+
+def content_of(path: Path, expected: str) -> bytes:
+    """The bytes of a foreign file, up to the limit of all files; raises ModelError."""
+    most = LIMITS["bytes"][0]
+    try:
+        regular = path.is_file() or not path.exists()  # a pipe or a device may never end
+        with path.open("rb") if regular else BytesIO() as file:
+            content = file.read(most + 1)
+    except FileNotFoundError:
+        raise ModelError([f"{path}: no such file, expected {expected}"]) from None
+    except (OSError, ValueError) as error:
+        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected {expected}"]) from None
+    if not regular:
+        raise ModelError([f"{path}: not a file, expected {expected}"])
+    if len(content) > most:
+        raise ModelError([f"{path}: too large, expected {expected} of at most {most:,} bytes"])
+    return content
+
+
+class _Reader:
+    """Builds the elements of one file as the parser finds them."""
+
+    def __init__(self, file: str, expected: str) -> None:
+        self.file = file
+        self.expected = expected
+        self.count = 0
+        self.open: list[Element] = []
+        self.root: Element | None = None
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.StartDoctypeDeclHandler = self.doctype
+
+    def read(self, content: bytes) -> Element:
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            text = f"not XML ({expat.ErrorString(error.code)}), expected {self.expected}"
+            raise ModelError([f"{self.file}:{error.lineno}:{error.offset + 1}: {text}"]) from None
+        except (ValueError, LookupError) as error:  # an encoding that Python does not know
+            raise ModelError([f"{self.file}:1: not XML ({reason(error)}), expected {self.expected}"]) from None
+        assert self.root is not None
+        return self.root
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.count += 1
+        element = Element(tag, attributes, self.file, self.parser.CurrentLineNumber)
+        if self.count > _MOST:
+            element.refuse(f"too many elements, expected {_MOST:,} at most")
+        if len(self.open) >= _DEEPEST:
+            element.refuse(f"too many elements inside one another, expected {_DEEPEST} at most")
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def end(self, _: str) -> None:
+        self.open.pop()
+
+    def doctype(self, *_: object) -> None:
+        text = "a document type, which may define entities, expected none"
+        raise ModelError([f"{self.file}:{self.parser.CurrentLineNumber}: {text}"])
