@@ -82,11 +82,11 @@ def network(kind, draw):
 class Slots:
     """Robots with slots off the lanes at the nodes of a network."""
 
-    def __init__(self, kind, seed, *, rule="avoid", trips=10, recalls=True, patience=300.0):
+    def __init__(self, kind, seed, *, rule="avoid", trips=10, recalls=True, patience=300.0, robots=None):
         self.draw = random.Random(f"{kind} {seed}")
         self.graph = network(kind, self.draw)
         nodes = list(self.graph)
-        count = self.draw.randint(2, min(50, 3 * len(nodes)))
+        count = robots or self.draw.randint(2, min(50, 3 * len(nodes)))
         self.free = dict.fromkeys(nodes, 0)
         for _ in range(count + self.draw.choice([1, 2, count])):
             self.free[self.draw.choice(nodes)] += 1

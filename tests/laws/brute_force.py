@@ -1,0 +1,151 @@
+"""Every state of a small fleet on two-way lanes searched: whether all can still come home, by any moves whatever.
+
+Shares no code with the rule but the routes that robots have declared and where they stand.
+"""
+
+from __future__ import annotations
+
+import math
+
+import networkx as nx
+
+from desim_warehouse.world.avoidance import Avoidance
+from desim_warehouse.world.lane import Lane
+
+
+class Watched(Avoidance):
+    """Keeps the answers of the rule, with the state that each step asked for would have led to.
+
+    Robots are out on the rest of their routes, which end in slots off the lanes. A state is by stand (a node or a
+    lane): the robots there, those ahead first, each with what it has still to use, where it stands included.
+    """
+
+    unsafe: list
+    safe: list
+
+    def watch(self, most):
+        self.most, self.unsafe, self.safe, self.compared = most, [], [], 0
+        return self
+
+    def admits(self, robot, node, onward):
+        stand = node if onward is None else onward.lane_of_both
+        asked = robot not in self._witness  # else it is the answer that was given before
+        before = self.state_after(robot, stand)
+        answer = super().admits(robot, node, onward)
+        if asked and sum(map(len, before.values())) <= self.most:
+            (self.safe if answer else self.unsafe).append(before)
+        return answer
+
+    def _cycle(self, robot):
+        found = super()._cycle(robot)
+        assert (found is not None) == self.has_cycle(), "not what a search of the whole relation says"
+        self.compared += 1
+        return found
+
+    def has_cycle(self):
+        """The relation from scratch: j stands on what i has still to use, or ahead of i on its lane."""
+        relation = nx.DiGraph()
+        lines = self.lines()
+        for i, plan in self._plans.items():
+            if plan.stands is None:
+                continue
+            ahead = lines[plan.stands][: lines[plan.stands].index(i)]
+            for j, other in self._plans.items():
+                if j is not i and (other.stands in plan.trail[plan.at + 1 :] or j in ahead):
+                    relation.add_edge(i, j)
+        return not nx.is_directed_acyclic_graph(relation)
+
+    def lines(self):
+        """The robots on every stand, those ahead first; those on their way in stand there already."""
+        lines = {}
+        for robot, plan in self._plans.items():
+            if plan.stands is not None:
+                lines.setdefault(plan.stands, []).append(robot)
+        for stand, robots in lines.items():
+            if isinstance(stand, Lane):
+                inside = [robot for robot in robots if robot.lane is not None and robot.lane.lane_of_both is stand]
+                inside.sort(key=lambda robot: -robot.pos)
+                order = []
+                head = next((robot for robot in inside if robot.ahead is None), None)
+                while head is not None:
+                    order.append(head)
+                    head = head.behind
+                on_way = [robot for robot in robots if robot not in order]
+                lines[stand] = [robot for robot in order if robot in robots] + on_way
+        return lines
+
+    def state_after(self, robot, stand):
+        lines = {place: [other for other in line if other is not robot] for place, line in self.lines().items()}
+        lines.setdefault(stand, []).append(robot)
+        state = {}
+        for place, line in lines.items():
+            if line:
+                state[place] = tuple(tuple(self.rest(other, robot, stand)) for other in line)
+        return state
+
+    def rest(self, robot, mover, stand):
+        plan = self._plans[robot]
+        return plan.trail[plan.trail.index(stand, plan.at + 1) :] if robot is mover else plan.trail[plan.at :]
+
+
+def all_come_home(state, most=30_000):
+    """Whether all robots of a state can come home by some order of moves; None: too many states to tell.
+
+    A move takes the first robot of a stand any number of stands further, over free ones, to one with room.
+    """
+    routes = [route for line in state.values() for route in line]
+    number = iter(range(len(routes)))
+    start = tuple(sorted(((id(stand), tuple(next(number) for _ in line)) for stand, line in state.items())))
+    stands = {id(stand): stand for route in routes for stand in route}
+    seen = {(start, (0,) * len(routes))}
+    left = list(seen)
+    while left:
+        lines, done = left.pop()
+        if not lines:
+            return True
+        taken = dict(lines)
+        for stand, line in lines:
+            for following in moves(stand, line[0], taken, done, routes, stands):
+                if following not in seen:
+                    if len(seen) >= most:
+                        return None
+                    seen.add(following)
+                    left.append(following)
+    return False
+
+
+def moves(stand, mover, taken, done, routes, stands):
+    """The states that follow if the first robot of a stand drives on."""
+    route = routes[mover]
+    rest = dict(taken)
+    rest[stand] = rest[stand][1:]
+    if not rest[stand]:
+        del rest[stand]
+    for at in range(done[mover] + 1, len(route) + 1):
+        after = (*done[:mover], at, *done[mover + 1 :])
+        if at == len(route):
+            yield tuple(sorted(rest.items())), after
+            return
+        place, line = id(route[at]), taken.get(id(route[at]), ())
+        if not may_stand(route, at):
+            if line:
+                return
+            continue
+        if not line or has_room(stands[place], line, mover, at, done, routes):
+            yield tuple(sorted({**rest, place: (*line, mover)}.items())), after
+        if line:
+            return
+
+
+def may_stand(route, at):
+    """Robots stand on lanes, and on nodes only where the next lane is too short to stand on (trails leave it out)."""
+    return isinstance(route[at], Lane) or (at + 1 < len(route) and not isinstance(route[at + 1], Lane))
+
+
+def has_room(stand, line, mover, at, done, routes):
+    """Whether a robot may follow others onto a lane: in their direction, while it holds so many."""
+    if not isinstance(stand, Lane):
+        return False
+    room = math.floor(stand.length / stand.headway + 1e-9) - 1
+    first = line[0]
+    return len(line) < room and routes[first][done[first] + 1] is routes[mover][at + 1]
