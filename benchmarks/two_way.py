@@ -28,7 +28,7 @@ from desim_warehouse.layout.layout import Layout
 from desim_warehouse.log import Log
 from desim_warehouse.plants import import_layout
 from desim_warehouse.world.avoidance import Avoidance
-from desim_warehouse.world.body import Body
+from desim_warehouse.world.body import Body, NoDriver
 from desim_warehouse.world.traffic import Traffic
 
 HOUR = 3600.0
@@ -39,6 +39,17 @@ PLANTS = {
     "xxx": {2: 82, 10: 382, 20: 596},
 }
 """Plants of others, by robots: trips an hour of the trial of the same rule that the design rests on (one seed)."""
+
+
+class Tenant(NoDriver):
+    """Gives its slot back as it leaves it."""
+
+    def __init__(self, free: dict[str, int]) -> None:
+        self.free = free
+        self.slot = ""
+
+    def left_bay(self) -> None:
+        self.free[self.slot] += 1
 
 
 class Trips:
@@ -72,7 +83,7 @@ class Trips:
         self.robots = []
         for number, at in enumerate(places[:robots]):
             self.free[at] -= 1
-            robot = Body(number, 1.0, self.traffic.nodes[at])
+            robot = Body(number, 1.0, self.traffic.nodes[at], Tenant(self.free))
             self.robots.append(robot)
             self.env.process(self.life(robot, at))
 
@@ -98,17 +109,13 @@ class Trips:
             if self.guard is not None:
                 self.guard.declare(robot, route)
             self.out += 1
-            self.free_when_gone(at)
+            robot.driver.slot = at  # type: ignore[attr-defined]
             yield from self.traffic.drive(robot, route)
             self.traffic.into_bay(robot)
             self.out -= 1
             self.done += 1
             at = goal
             yield self.env.timeout(self.random.uniform(10, 30))
-
-    def free_when_gone(self, at: str) -> None:
-        """Its slot is free for others from the time it sets out."""
-        self.free[at] += 1
 
     def run(self, until: float = HOUR) -> Trips:
         """Drive until a time, which no robot reaches if all are stuck."""

@@ -68,13 +68,17 @@ class Audit(Nodes, Work):
                 self.trains[robot].add(time)
 
     def check(self):
+        self.check_traffic()
+        self.check_work()
+        return self.problems
+
+    def check_traffic(self):
         self.rebuild()
         edges = self.by_edge()
         for visits in edges.values():
             self.check_lane(visits)
         self.check_two_way(edges)
         self.check_nodes()
-        self.check_work()
         return self.problems
 
     def fault(self, time, text):
@@ -165,13 +169,28 @@ class Audit(Nodes, Work):
                     break
 
     def check_two_way(self, edges):
-        """A two-way lane is used in one direction at a time."""
+        """A two-way lane is used in one direction at a time, and nobody stands on it nearer than D to a node.
+
+        As robots are D apart there, too, it never holds more than floor(length / D) - 1 that stand.
+        """
         for a, b in self.run.layout.two_way:
+            for visit in (*edges.get((a, b), ()), *edges.get((b, a), ())):
+                self.check_clear_of_nodes(visit)
             for visit in edges.get((a, b), ()):
                 for other in edges.get((b, a), ()):
                     begin, end = max(visit.enter, other.enter), min(visit.leave, other.leave)
                     if visit.robot != other.robot and end > begin + self.delay:
                         self.fault(begin, f"robots {visit.robot} and {other.robot} meet head-on between {a} and {b}")
+
+    def check_clear_of_nodes(self, visit):
+        length = self.graph.edges[visit.edge]["length"]
+        if length < 2 * self.contact - TOL:
+            return
+        stands = zip(visit.times, visit.places, [*visit.times[1:], visit.leave], [*visit.places[1:], None], strict=True)
+        for begin, place, end, then in stands:
+            near = min(place, length - place)
+            if then in {place, None} and end > begin + self.delay and self.slack < near < self.contact - self.slack:
+                self.fault(begin, f"robot {visit.robot} stands on {visit.edge}, {near:g} from a node")
 
 
 def audit(run):

@@ -81,7 +81,7 @@ def imported(plant: Plant, operations: Mapping[str, str] | None = None, robots: 
     if not stops.load or not stops.unload:
         text = "no location in reach where robots load or unload, expected one at least"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
-    made = _Maker(plant, lanes, stops, reachable)
+    made = _Maker(plant, lanes, stops)
     content = made.content(robots)
     plant.note("left out", "block", [area.name for area in plant.areas], "robots there keep only their usual distance")
     content["description"] = _summary(plant)
@@ -143,11 +143,10 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
 class _Maker:
     """Makes the sections of a model; `named` says what storage places are called."""
 
-    def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops, reachable: set[str]) -> None:
+    def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops) -> None:
         self.plant = plant
         self.lanes = lanes
         self.stops = stops
-        self.reachable = reachable
         self.named: dict[Keys, str] = {}
 
     def content(self, robots: int | None) -> Content:
@@ -186,20 +185,10 @@ class _Maker:
         return edge
 
     def storage(self) -> list[Content]:
-        """A storage place before every point where robots load: on a lane that leads there."""
-        places: list[Content] = []
-        for point, names in self.stops.load.items():
-            lane = next(
-                lane
-                for lane in self.lanes
-                if (lane.target == point and lane.source in self.reachable) or (lane.two_way and lane.source == point)
-            )
-            at_end = lane.target == point
-            self.named["layout", "storage", len(places)] = " + ".join(names)
-            places.append(
-                {"edge": [lane.source, lane.target], "offset": _round(lane.length * (0.99 if at_end else 0.01))}
-            )
-        return places
+        """A storage place at every point where robots load."""
+        for rank, names in enumerate(self.stops.load.values()):
+            self.named["layout", "storage", rank] = " + ".join(names)
+        return [{"node": point} for point in self.stops.load]
 
     def bays(self, robots: int) -> Content:
         """Chargers and parking points; where the drawing has none, robots park at the points where they work."""

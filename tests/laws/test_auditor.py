@@ -55,6 +55,25 @@ JOINED = {
 }
 
 
+SPUR = {
+    # two robots on a spur with the good at its tip: one direction at a time
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [40, 0]},
+        "edges": [{"from": "A", "to": "B", "two_way": True}, {"from": "B", "to": "C", "two_way": True}],
+        "storage": [{"edge": ["B", "C"], "offset": 10}],
+        "bays": {"home": {"at": ["A"], "places": 2}},
+        "stations": {"pack": {"at": ["A"], "places": 2}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 1, "speed": 1}},
+    "tasks": {"goods": [0, 0], "unload_at": ["A"], "load_time": 5, "unload_time": 3},
+}
+
+
+@pytest.fixture(scope="module")
+def spur():
+    return dw.simulate(dw.load(SPUR))
+
+
 @pytest.fixture(scope="module")
 def ring():
     return dw.simulate(dw.load(RING))
@@ -113,6 +132,24 @@ def test_too_close(ring):
     assert rows[at][6] == 8
     rows[at] = change(rows[at], value=9.0, until=rows[at][7] + 1)
     finds(altered(ring, rows), r"robots 0 and 1 are 1 apart on \('A', 'B'\)")
+
+
+def test_two_robots_head_on_in_a_two_way_lane(spur):
+    assert audit(spur) == []
+    rows = list(spur.record.rows)
+    # robot 1 enters the spur while robot 0, which came first, is on its way back there
+    back = first(rows, "enter", robot=0, edge=("B", "A"))
+    mine = first(rows, "enter", robot=1, edge=("A", "B"))
+    rows[mine] = change(rows[mine], time=rows[back][0] + 1)
+    finds(altered(spur, rows), r"robots \d and \d meet head-on between A and B")
+
+
+def test_a_robot_that_stands_on_a_two_way_lane_near_a_node(spur):
+    rows = list(spur.record.rows)
+    at = first(rows, "drive", robot=0, edge=("B", "C"))
+    assert rows[at][6] == 10  # at the good; let it be nearer than D to C
+    rows[at] = change(rows[at], value=19.0, until=rows[at][7] + 3)
+    finds(altered(spur, rows), r"robot 0 stands on \('B', 'C'\), 1 from a node")
 
 
 def test_overtaking(ring):

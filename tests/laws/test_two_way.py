@@ -54,30 +54,38 @@ def model(kind, seed):
     }
 
 
+def all_come_home(kind, seeds):
+    for seed in seeds:
+        slots = Slots(kind, seed).run()
+        assert not slots.stalled, seed
+        assert slots.problems == [], seed
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_robots_on_two_way_lanes_all_come_home(kind):
-    for seed in range(12):
-        assert not Slots(kind, seed).run().stalled, seed
+    """200 networks with 2 to 50 robots; what happened is held against the log, too."""
+    all_come_home(kind, range(50))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("first", range(12, 1250, 62))
+@pytest.mark.parametrize("first", range(50, 1250, 60))
 def test_robots_on_thousands_of_networks_all_come_home(kind, first):
-    for seed in range(first, first + 62):
-        assert not Slots(kind, seed).run().stalled, seed
+    all_come_home(kind, range(first, first + 60))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_the_rule_they_are_stuck(kind):
-    """So the law says something: rings of robots that would have to swap places."""
+    """So the law says something: where there are five robots or more, nearly all fleets end face to face (146 of 160)."""
+    runs = [Slots(kind, seed, rule="stop", recalls=False, trips=40) for seed in range(40)]
+    runs = [run for run in runs if len(run.robots) >= 5]
     stuck = 0
-    for seed in range(8):
+    for run in runs:
         try:
-            stuck += Slots(kind, seed, rule="stop", recalls=False).run().stalled
+            stuck += run.run().stalled
         except dw.SimulationError:
             stuck += 1
-    assert stuck > 0
+    assert stuck >= 0.7 * len(runs)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -9,14 +9,16 @@ from __future__ import annotations
 import math
 import random
 from itertools import pairwise
+from types import SimpleNamespace
 
 import networkx as nx
 import simpy
 
 from desim_warehouse.layout.layout import Layout
 from desim_warehouse.log import Log
-from desim_warehouse.world.body import Body
+from desim_warehouse.world.body import Body, NoDriver
 from desim_warehouse.world.traffic import Traffic
+from tests.auditor import Audit
 
 
 def tree(_, draw, street):
@@ -79,6 +81,17 @@ def network(kind, draw):
     return graph
 
 
+class Tenant(NoDriver):
+    """Gives its slot back as it leaves it."""
+
+    def __init__(self, free):
+        self.free = free
+        self.slot = None
+
+    def left_bay(self):
+        self.free[self.slot] += 1
+
+
 class Slots:
     """Robots with slots off the lanes at the nodes of a network."""
 
@@ -111,7 +124,7 @@ class Slots:
         for number in range(count):
             at = self.draw.choice([node for node in nodes if self.free[node]])
             self.free[at] -= 1
-            robot = Body(number, 1.0, self.traffic.nodes[at])
+            robot = Body(number, 1.0, self.traffic.nodes[at], Tenant(self.free))
             self.robots.append(robot)
             self.env.process(self.life(robot, at, trips))
 
@@ -133,6 +146,7 @@ class Slots:
         self.home += 1
 
     def trip(self, robot, at, goal):
+        robot.driver.slot = at
         route = self.way(at, goal)
         if self.guard is not None:
             self.guard.declare(robot, route)
@@ -158,14 +172,23 @@ class Slots:
                         goal, route, done = other, new, 0
             if (yield from self.traffic.drive(robot, route[done:])):
                 break
-        self.free[at] += 1
+        self.log.event(self.env.now, "parked", robot.number, -1, goal, None)
         self.traffic.into_bay(robot)
         robot.recall_at = math.inf
         return goal
 
     def run(self):
         self.env.run()
+        self.log.close(self.env.now)
         return self
+
+    @property
+    def problems(self):
+        """What cannot have happened, by the log."""
+        robot = SimpleNamespace(radius=0.5, speed=1.0, margin=0.0)
+        fleet = SimpleNamespace(kinds={}, size=len(self.robots), robot=robot)
+        model = SimpleNamespace(fleet=fleet, traffic=SimpleNamespace(collision_angle=30.0))
+        return Audit(SimpleNamespace(model=model, layout=self.layout, record=self.log)).check_traffic()
 
     @property
     def stalled(self):

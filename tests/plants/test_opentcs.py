@@ -63,7 +63,7 @@ def test_places_are_known_by_their_operations():
     assert model.layout.stations["table 1"].at == ("pack",)
     assert model.layout.bays["chargers"].at == ("plug",)
     assert model.layout.bays["parking"].at == ("100",)
-    assert [place.edge for place in model.layout.storage] == [("A", "B"), ("C", "D")]
+    assert [place.node for place in model.layout.storage] == ["B", "D"]
     assert model.tasks.unload_at == ("pack",)
 
 
@@ -105,7 +105,7 @@ def test_the_model_is_written_as_a_readable_file(tmp_path):
     assert "# unreachable: 1 location: robots cannot get to its points and back: rack on the roof" in lines
     assert "    - {from: B, to: C, length: 9.5, speed: 1}" in lines
     assert '    "100": [0, -12]' in lines
-    assert "    - {edge: [A, B], offset: 9.9}  # rack north" in lines
+    assert "    - {node: B}  # rack north" in lines
     for remark in made.remarks:  # all that is assumed is marked
         if remark.what == "assumed":
             assert sum(f"assumed: {remark.why}" in line for line in lines) >= 1
@@ -136,7 +136,7 @@ def test_operations_mean_what_they_are_mapped_to():
     made = import_layout(YARD, operations={"weigh": "unload", "Load cargo": "none"})
     assert set(made.model.layout.stations) == {"table 1", "scales"}
     # so there is none to load, and all but the charger are taken for one
-    assert {place.edge[1] for place in made.model.layout.storage} == {"A", "B", "D", "pack"}
+    assert {place.node for place in made.model.layout.storage} == {"A", "B", "D", "pack"}
     assert "layout.storage" in {remark.kind for remark in made.remarks if remark.what == "assumed"}
 
 
@@ -306,9 +306,10 @@ def test_plants_of_others_can_be_driven_on(name):
         outside,
     )
     assert found == FOREIGN[name]
-    run = dw.simulate(model.replace({"run.length": 3600}))
-    assert run.kpis["tasks"] > 0
-    assert audit(run) == []
+    for fleet in (model, dw.read_layout(plant_file(name), robots=12)):
+        run = dw.simulate(fleet.replace({"run.length": 3600}))
+        assert run.kpis["tasks"] > 0
+        assert audit(run) == []
 
 
 @needs_plants
