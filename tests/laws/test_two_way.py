@@ -76,7 +76,7 @@ def test_robots_on_thousands_of_networks_all_come_home(kind, first):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_the_rule_they_are_stuck(kind):
-    """So the law says something: where there are five robots or more, nearly all fleets end face to face (146 of 160)."""
+    """So the law says something: of fleets of five and more nearly all end face to face (146 of 160)."""
     runs = [Slots(kind, seed, rule="stop", recalls=False, trips=40) for seed in range(40)]
     runs = [run for run in runs if len(run.robots) >= 5]
     stuck = 0
