@@ -25,6 +25,8 @@ CODES: dict[str, Code] = {
     "BAY_CROWDED": Code("error", "more robots start at a node than its bay has slots"),
     "TOO_FEW_PLACES": Code("error", "all bays together have fewer slots than there are robots"),
     "ROTATE_TWO_WAY": Code("error", "`traffic.gridlock: rotate` on a layout with two-way lanes"),
+    "START_ON_LANES": Code("error", "a robot cannot stand where it starts on the lanes"),
+    "START_STUCK": Code("error", "robots start on two-way lanes in each other's way, so that none could ever move"),
     "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),

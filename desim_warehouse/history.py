@@ -219,10 +219,10 @@ class History:
         """For each robot all its states in order of time, also those of zero length; at the start it is idle."""
         batteries = self.model.battery is not None
         levels = energy.start_levels(self.model, Streams(self.seed))
-        homes = self.model.fleet.homes(self.layout.bays)
+        starts = self.model.fleet.starts(self.layout.bays)
         now = [
-            StateSpan(robot, "idle", 0.0, 0.0, NONE, level if batteries else None, home)
-            for robot, (level, home) in enumerate(zip(levels, homes, strict=True))
+            StateSpan(robot, "idle", 0.0, 0.0, NONE, level if batteries else None, start.node)
+            for robot, (level, start) in enumerate(zip(levels, starts, strict=True))
         ]
         found: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
@@ -247,7 +247,7 @@ class History:
     @cached_property
     def waits(self) -> list[Wait]:
         """All waiting episodes, in the order in which they ended; needs `log: all`."""
-        on: list[Edge | None] = [None] * self.model.fleet.size
+        on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
         found = []
         for row in self.rows("drive", "enter", "parked", "docked", "collision"):
             if row.kind == "collision":
@@ -260,8 +260,9 @@ class History:
 
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:
-        """For each robot where it is, in order of time; it starts in its home bay. Needs `log: moves` or `all`."""
-        found = [[Whereabouts(0.0, None, home)] for home in self.model.fleet.homes(self.layout.bays)]
+        """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
+        starts = self.model.fleet.starts(self.layout.bays)
+        found = [[Whereabouts(0.0, start.edge, start.node)] for start in starts]
         for row in self.rows("enter", "parked", "docked"):
             found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
         return found

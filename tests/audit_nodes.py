@@ -69,8 +69,12 @@ class Nodes:
             for before, visit in pairwise([None, *visits]):
                 start, end = of[visit.edge[0]], of[visit.edge[1]]
                 follows = before is not None and abs(before.leave - visit.enter) <= TOL
+                if before is None and visit.enter < 0:  # it starts on the edge
+                    stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
+                    found[end].append(stay)
+                    continue
                 if stay is None or not follows:  # out of a bay
-                    stay = Stay(begin=visit.enter)
+                    stay = Stay(begin=self.comes_out(before, visit))
                     found[start].append(stay)
                 if start == end and self.length(visit) < 2 * self.contact - TOL:
                     stay.inside.append(visit)
@@ -83,6 +87,16 @@ class Nodes:
         for robot, node, begin, end in self.loads_on_nodes():
             self.add_load(found[of[node]], robot, begin, end)
         return found
+
+    def comes_out(self, before, visit):
+        """When a robot is on the node from which it enters an edge: at the start of the run one that starts there."""
+        places = self.run.model.fleet.start_on_lanes[visit.robot : visit.robot + 1]
+        if before is not None or not any(hasattr(place, "node") for place in places):
+            return visit.enter
+        mine = (
+            row for row in self.run.record.rows if row[2] == visit.robot and row[1] in {"parked", "docked", "enter"}
+        )
+        return 0.0 if next(mine)[1] == "enter" else visit.enter
 
     def add_load(self, stays, robot, begin, end):
         """A robot that came out of a bay is on the node from the time at which it loads there, or longer."""

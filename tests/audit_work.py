@@ -102,7 +102,9 @@ class Work:
             ("parked", node): homes[node] if bay.places is None else bay.places for node, bay in layout.bays.items()
         }
         room |= {("docked", node): station.places for node, station in layout.stations.items()}
-        inside = {number: ("parked", start[number % len(start)]) for number in range(fleet.size)}
+        inside = {
+            number: ("parked", start[number % len(start)]) for number in range(len(fleet.start_on_lanes), fleet.size)
+        }
         for time, rows in groupby(self.rows, key=lambda row: row[0]):
             for _, kind, robot, _, node, edge, *_ in rows:
                 if kind in {"parked", "docked"}:

@@ -89,6 +89,10 @@ class Audit(Nodes, Work):
     def rebuild(self):
         rows = sorted(self.run.record.rows, key=lambda row: row[0])
         where = {}
+        for robot, place in enumerate(self.run.model.fleet.start_on_lanes):
+            if hasattr(place, "edge"):  # it has been there for ever
+                where[robot] = Visit(robot, place.edge, -math.inf, times=[0.0], places=[place.offset])
+                self.visits[robot].append(where[robot])
         for time, kind, robot, _, node, edge, value, until, _ in rows:
             if kind == "enter":
                 self.enters(where, time, robot, edge)
@@ -138,9 +142,18 @@ class Audit(Nodes, Work):
                 if abs(visit.at(time) - self.graph.edges[visit.edge]["length"]) <= TOL:
                     found.add(visit.edge[1])
         if last is None:
-            found.add(self.run.model.fleet.homes(self.run.layout.bays)[robot])
+            found.add(self.starts()[robot])
         elif last.leave < time:
             found.add(last.edge[1])
+        return found
+
+    def starts(self):
+        """The node at which each robot starts, in a bay or on the node, or to which the edge leads on which it does."""
+        fleet = self.run.model.fleet
+        homes = fleet.start or tuple(self.run.layout.bays)
+        found = [homes[number % len(homes)] for number in range(fleet.size)]
+        for robot, place in enumerate(fleet.start_on_lanes):
+            found[robot] = place.node if hasattr(place, "node") else place.edge[1]
         return found
 
     def by_edge(self):
@@ -149,7 +162,7 @@ class Audit(Nodes, Work):
             for visit in visits:
                 edges[visit.edge].append(visit)
         for visits in edges.values():
-            visits.sort(key=lambda visit: visit.enter)
+            visits.sort(key=lambda visit: (visit.enter, -visit.places[0]))
         return edges
 
     # Lanes: D apart, in order

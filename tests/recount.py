@@ -72,7 +72,11 @@ class Recount:
 
     def measure_driving(self):
         """Distance: a robot drives at a steady speed from one position to the next."""
-        position = {}
+        position = {
+            (robot, place.edge): place.offset
+            for robot, place in enumerate(self.model.fleet.start_on_lanes)
+            if hasattr(place, "edge")
+        }
         for time, kind, robot, _, _, edge, value, until, _ in self.rows:
             if kind == "enter":
                 position[robot, edge] = 0.0

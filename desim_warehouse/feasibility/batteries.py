@@ -105,7 +105,8 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     if not begins or not is_lifelong(model):
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
-    reach = least_costs(times, draws.empty, dict.fromkeys(begins, out))
+    on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
+    reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
     own = zip(listed(model), own_destinations(model, layout), strict=True)

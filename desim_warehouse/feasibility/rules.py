@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility import batteries, starts
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
@@ -29,6 +29,7 @@ HOUR = 3600.0
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses; the layout has no errors of its own."""
+    yield from starts.errors(model, layout)
     yield from _width(model)
     if model.battery is not None:
         yield from batteries.errors(model, layout)

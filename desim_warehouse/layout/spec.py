@@ -212,30 +212,32 @@ _EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
 
+def _of_the_layout(edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
+    edges = known(info).edges
+    if edges and edge not in edges:
+        turned = ", such as the opposite one" if edge[::-1] in edges else ""
+        raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
+    return edge
+
+
+def _on_the_edge(offset: float, info: ValidationInfo) -> float:
+    length = known(info).edges.get(info.data.get("edge", ("", "")))
+    if length is not None and offset >= length:
+        expected = f"an offset below the edge's length, {got(length)}"
+        raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
+    return offset
+
+
+EdgeName = Annotated[tuple[Name, Name], AfterValidator(_of_the_layout)]
+Offset = Annotated[Length, AfterValidator(_on_the_edge)]
+
+
 class Storage(Part):
     """A storage place beside an edge, `offset` from the edge's start; its number is its rank in the list."""
 
-    edge: tuple[Name, Name] = Field(description="[from, to]: the edge it is picked from")
-    offset: Length = Field(description="distance from the edge's start")
+    edge: EdgeName = Field(description="[from, to]: the edge it is picked from")
+    offset: Offset = Field(description="distance from the edge's start")
     popularity: NotNegative = Field(1.0, description="relative demand")
-
-    @field_validator("edge")
-    @classmethod
-    def _known(cls, edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
-        edges = known(info).edges
-        if edges and edge not in edges:
-            turned = ", such as the opposite one" if edge[::-1] in edges else ""
-            raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
-        return edge
-
-    @field_validator("offset")
-    @classmethod
-    def _on_the_edge(cls, offset: float, info: ValidationInfo) -> float:
-        length = known(info).edges.get(info.data.get("edge", ("", "")))
-        if length is not None and offset >= length:
-            expected = f"an offset below the edge's length, {got(length)}"
-            raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
-        return offset
 
 
 class NodeStorage(Part):
@@ -253,8 +255,9 @@ class NodeStorage(Part):
         return value
 
 
-def _storage_form(value: Any) -> str | None:
-    at_node = isinstance(value, NodeStorage) or (isinstance(value, Mapping) and "node" in value)
+def edge_or_node(value: Any) -> str | None:
+    """The form of a place: on an edge or at a node."""
+    at_node = "node" in value if isinstance(value, Mapping) else hasattr(value, "node")
     return ("\0node" if at_node else "\0edge") if isinstance(value, SECTION) else None
 
 
@@ -349,7 +352,7 @@ class LayoutSpec(Part):
         tuple[
             Annotated[
                 Annotated[Storage, form("edge")] | Annotated[NodeStorage, form("node")],
-                Forms("a section with edge and offset, or with node", pick=_storage_form),
+                Forms("a section with edge and offset, or with node", pick=edge_or_node),
             ],
             ...,
         ],

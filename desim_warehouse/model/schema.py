@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -44,7 +44,16 @@ from desim_warehouse.fields import (
     wrong,
 )
 from desim_warehouse.findings import Acceptable
-from desim_warehouse.layout.spec import LayoutSpec, NodeOrStation, NodesOfBays, NodesOfStations
+from desim_warehouse.layout.spec import (
+    EdgeName,
+    LayoutSpec,
+    NodeName,
+    NodeOrStation,
+    NodesOfBays,
+    NodesOfStations,
+    Offset,
+    edge_or_node,
+)
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.units import METRES, UnitNames
@@ -99,12 +108,46 @@ class SpreadEnergy(Part):
         return uniform
 
 
+class OnEdge(Part):
+    """Where a robot stands at the start: on an edge, `offset` from the edge's start."""
+
+    edge: EdgeName = Field(description="[from, to]; of a two-way lane the direction in which it goes on")
+    offset: Offset = Field(description="distance from the edge's start: at least D, and at least D before its end")
+
+
+class OnNode(Part):
+    """Where a robot stands at the start: on a node."""
+
+    node: NodeName = Field(description="the node")
+
+
+class Start(NamedTuple):
+    """Where a robot is at the start: in a bay at `node`, on the node (`on_lanes`), or on an `edge` that leads there."""
+
+    node: str
+    on_lanes: bool = False
+    edge: tuple[str, str] | None = None
+    offset: float = 0.0
+
+
 class Fleet(Part):
     """The robots and where they start."""
 
     size: Annotated[Count, limited("robots")] = Field(description="number of robots")
     start: NodesOfBays = Field(
         (), description="nodes with bays, or names of bays, assigned round-robin; default: all nodes with bays"
+    )
+    start_on_lanes: tuple[
+        Annotated[
+            Annotated[OnEdge, form("edge")] | Annotated[OnNode, form("node")],
+            Forms("a section with edge and offset, or with node", pick=edge_or_node),
+        ],
+        ...,
+    ] = Field(
+        (),
+        description="where robots stand at the start, from robot 0 on; the others are in their bays, and each has a "
+        "place in its bay",
+        json_schema_extra=LATER,
     )
     robot: RobotSpec
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
@@ -125,6 +168,14 @@ class Fleet(Part):
     def _size(cls, size: int, info: ValidationInfo) -> int:
         known(info).robots = size
         return size
+
+    @field_validator("start_on_lanes")
+    @classmethod
+    def _not_more(cls, places: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+        size = info.data.get("size", math.inf)
+        if len(places) > size:
+            raise wrong(f"{len(places)} places for fleet.size, {size}, expected at most one for each robot")
+        return places
 
     @field_validator("kinds")
     @classmethod
@@ -154,6 +205,17 @@ class Fleet(Part):
         """The node beside which every robot starts, by number, given the nodes with bays."""
         start = self.start or tuple(bays)
         return [start[number % len(start)] for number in range(self.size)]
+
+    def starts(self, bays: Iterable[str]) -> list[Start]:
+        """Where every robot is at the start, by number, given the nodes with bays."""
+        found = [Start(home) for home in self.homes(bays)]
+        for number, place in enumerate(self.start_on_lanes):
+            found[number] = (
+                Start(place.node, on_lanes=True)
+                if isinstance(place, OnNode)
+                else Start(place.edge[1], on_lanes=True, edge=place.edge, offset=place.offset)
+            )
+        return found
 
     @property
     def contact(self) -> float:

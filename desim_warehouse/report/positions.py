@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.log import LogRow
+    from desim_warehouse.model.schema import Start
     from desim_warehouse.run import Run
 
     Floats = NDArray[np.float64]
@@ -168,8 +169,11 @@ class _Follower:
 
     def legs(self) -> Legs:
         """All legs of the run."""
-        for robot, home in enumerate(self.run.model.fleet.homes(self.run.layout.bays)):
-            self._settle(0.0, robot, "bay", home)
+        for robot, start in enumerate(self.run.model.fleet.starts(self.run.layout.bays)):
+            if start.on_lanes:
+                self._stand(robot, start)
+            else:
+                self._settle(0.0, robot, "bay", start.node)
         for row in self.run.history.rows("drive", "enter", "parked", "docked", *IN_PLACE):
             if row.kind == "drive":
                 self._drive(row)
@@ -184,6 +188,12 @@ class _Follower:
             else:
                 self.resting[row.robot] = row.time
         return self._sorted()
+
+    def _stand(self, robot: int, start: Start) -> None:
+        """A robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
+        edge = start.edge or next(iter(self.run.layout.graph.out_edges(start.node)))
+        self.on[robot], self.position[robot] = self.number[edge], start.offset
+        self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
 
     def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
         """A robot is in a bay or station from now on."""

@@ -66,10 +66,16 @@ class Avoidance:
     # Routes
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
-        """The whole route of a robot that is in a bay or station and about to set out."""
-        plan = DeclaredRoute(trail_of(robot.at, route))
+        """The whole route of a robot that is in a bay or station and about to set out, or on the lanes at the start."""
+        lane = robot.lane
+        if lane is not None:
+            plan = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
+        else:
+            plan = DeclaredRoute(trail_of(robot.at, route))
+        if robot.is_on_lanes:
+            plan.at, plan.stands = 0, plan.trail[0]
         self._plans[robot] = plan
-        self._count(robot, plan.trail, 1)
+        self._count(robot, plan.trail[plan.at + 1 :], 1)
 
     def change(self, robot: Body, route: Sequence[Lane]) -> bool:
         """Change the route of a robot that is out, if that is safe; it begins at the node it stands on or comes to.

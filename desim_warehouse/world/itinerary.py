@@ -6,6 +6,7 @@ are declared before it leaves its bay or station, and changed on the way only if
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -93,6 +94,13 @@ class Itinerary:
                 return False
         self.legs = list(legs)
         return True
+
+    def start(self, way: Sequence[str]) -> None:
+        """On the lanes at the start of a run: over these nodes to the bay, until there is a task or another bay."""
+        route = [self.lanes[edge] for edge in pairwise(way)]
+        if self.guard is not None:
+            self.guard.declare(self.body, route)
+        self.legs = [route]
 
     def leg(self, node: str, goal: str) -> list[Lane]:
         """The next leg, from `node` to `goal`."""

@@ -180,6 +180,17 @@ class Lane:
         robot.moves += 1
         robot.pace = robot.pace_on(self)
 
+    def place(self, robot: Body, position: float) -> None:
+        """A robot stands here at the start of a run, as the last."""
+        robot.ahead = self.last
+        if self.last is not None:
+            self.last.behind = robot
+        self.last = robot
+        robot.lane = self
+        robot.pos = robot.target = robot.goal = position
+        robot.driven = -position
+        robot.pace = robot.pace_on(self)
+
     def leave(self, robot: Body, out: float) -> None:
         """Take a robot off the queue; it leaves the lane's end at the time `out`."""
         front, behind = robot.ahead, robot.behind

@@ -18,12 +18,14 @@ from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
 from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.forecast import time_to_node
 from desim_warehouse.world.itinerary import Itinerary
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
+    from desim_warehouse.model.schema import Start
     from desim_warehouse.policies import Levels, Task
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.drive import Drive
@@ -86,12 +88,24 @@ class Robot:
         self.waited_before = 0.0
         self.time_in = dict.fromkeys(STATES, 0.0)
 
+    def stand(self, start: Start) -> None:
+        """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""
+        world = self.world
+        world.traffic.stand(self.body, start)
+        if start.edge is None:
+            self.parked_at = start.node
+        world.bays.leave(self)
+        world.out += 1
+
     # The story
 
     def life(self) -> Steps:
         """Work as long as there is any; rest and charge in a bay in between."""
         exit_time = self.world.model.fleet.first_exit_time
-        if not self.battery.is_full(self.env.now):
+        if self.body.is_on_lanes:
+            yield from self.begin_on_lanes()
+            exit_time = self.world.model.fleet.exit_time
+        elif not self.battery.is_full(self.env.now):
             yield from self.charge()
         while True:
             end = yield from self.rest()
@@ -110,6 +124,15 @@ class Robot:
             exit_time = self.world.model.fleet.exit_time
             yield from self.go_to_bay()
             yield from self.charge()
+
+    def begin_on_lanes(self) -> Steps:
+        """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
+        yield self.world.dispatcher.ask(self)
+        self.enter("empty" if self.job is not None else "returning")
+        yield from self.work()
+        self.reserve_bay()
+        yield from self.go_to_bay()
+        yield from self.charge()
 
     def work(self) -> Steps:
         """Task after task, until there is none or the battery calls it back."""
@@ -370,7 +393,7 @@ class Robot:
     @property
     def at_charger(self) -> bool:
         """Whether it stands in a bay with chargers."""
-        return self.body.lane is None and self.bay is not None and self.bay.chargers is not None
+        return not self.body.is_on_lanes and self.bay is not None and self.bay.chargers is not None
 
     @property
     def is_at_good_edge(self) -> bool:
@@ -392,7 +415,9 @@ class Robot:
         """What policies see of it: by default as a robot that is free where it is."""
         spec = self.battery.spec
         fleet, tasks = self.world.model.fleet, self.world.model.tasks
-        if free_in is None:
+        if free_in is None and self.state == "idle" and self.body.is_on_lanes:  # where it stands at the start
+            free_in = time_to_node(self, self.env.now, self.world.model.traffic.node_time)
+        elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
         return RobotView(
             self.number,

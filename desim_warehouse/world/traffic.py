@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
+    from desim_warehouse.model.schema import Start
     from desim_warehouse.world.body import Body
 
 
@@ -59,6 +60,15 @@ class Traffic:
         To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`).
         """
         return Drive(self.rules, robot, route, None if stop is None else route[-1].clear_stop(stop))
+
+    def stand(self, robot: Body, start: Start) -> None:
+        """Put a robot onto the lanes at the start of a run; on one lane those farther ahead come first."""
+        if start.edge is None:
+            node = self.nodes[start.node]
+            node.grant(robot, None)
+            robot.at = node
+        else:
+            self.lanes[start.edge].place(robot, start.offset)
 
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""

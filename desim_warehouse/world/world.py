@@ -131,6 +131,16 @@ class World:
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
+        self._stand_on_lanes()
+
+    def _stand_on_lanes(self) -> None:
+        """Robots that start there; each is to go to its home until there is a task for it."""
+        starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
+        for number, start in sorted(starts, key=lambda item: -item[1].offset):
+            self.robots[number].stand(start)
+        for number, start in starts:
+            robot = self.robots[number]
+            robot.itinerary.start(self.travel.way(start.node, robot.home))
 
     # The run
 

@@ -1,12 +1,19 @@
-"""What plants have beside the paper's floor, put into any random model: picks at nodes, destinations of tasks."""
+"""What plants have beside the paper's floor, put into any random model.
+
+Picks at nodes, destinations of tasks, robots that start on the lanes.
+"""
 
 from __future__ import annotations
 
+import math
 import random
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility import errors
 
 
 def wider(mapping, seed):
-    """A copy of a model with some of its goods at nodes and, of a list, some tasks with a place of their own to go."""
+    """A copy of a model with goods at nodes, tasks with destinations, and robots on the lanes at the start."""
     draw = random.Random(f"wider {seed}")
     layout, tasks = dict(mapping["layout"]), dict(mapping["tasks"])
     nodes = list(layout.get("nodes", ()))
@@ -15,7 +22,37 @@ def wider(mapping, seed):
         goals = [*nodes, *layout["stations"]]
         if isinstance(tasks["goods"], list):
             tasks["goods"] = [with_goal(draw, item, goals) if draw.random() < 0.4 else item for item in tasks["goods"]]
-    return {**mapping, "layout": layout, "tasks": tasks}
+    made = {**mapping, "layout": layout, "tasks": tasks}
+    return with_starts(draw, made) if nodes else made
+
+
+def with_starts(draw, mapping):
+    """Robots on the lanes, few or as many as there is room for; as many of them as can move at all."""
+    fleet, layout = mapping["fleet"], mapping["layout"]
+    contact = 2 * fleet["robot"]["radius"] + fleet["robot"].get("margin", 0)
+    edges = [({"from": e[0], "to": e[1]} if isinstance(e, list) else e) for e in layout["edges"]]
+    lengths = {(e["from"], e["to"]): e["length"] for e in edges}
+    stands, used, facing = [], set(), {}
+    for node in layout["nodes"]:
+        close = (pair for pair, length in lengths.items() if node in pair and length < contact + 1e-5)
+        near = {node}.union(*close)
+        if not near & used:
+            stands.append({"node": node})
+            used.add(node)
+    for (a, b), length in lengths.items():
+        for place in range(math.floor(length / contact) - 1 if (b, a) not in facing else 0):
+            facing[a, b] = True
+            offset = contact * (place + 1) * (1 + 1e-9)
+            if length - offset >= contact:
+                stands.append({"edge": [a, b], "offset": offset})
+    draw.shuffle(stands)
+    stands = stands[: draw.choice((0, 1, 3, fleet["size"]))][: fleet["size"]]
+    while stands:
+        made = {**mapping, "fleet": {**fleet, "start_on_lanes": stands}}
+        if not [item for item in errors(dw.load(made)) if item.code == "START_STUCK"]:
+            return made
+        stands.pop()
+    return mapping
 
 
 def at_node(draw, nodes):

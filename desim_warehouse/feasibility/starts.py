@@ -1,0 +1,126 @@
+"""Whether robots can stand where they start on the lanes, and drive home from there.
+
+Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
+clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.avoidance`) the start must be safe,
+too: nobody stands, by way of others, in his own way home. Full rings of one-way lanes turn, however they came about.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.findings import Finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Start
+
+EPS = 1e-6
+Stand = frozenset[str]
+"""What one robot, or robots of one direction, can stand on: the nodes of an intersection, the two ends of a lane."""
+
+
+def errors(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What is wrong with fleet.start_on_lanes."""
+    starts = {number: start for number, start in enumerate(model.fleet.starts(layout.bays)) if start.on_lanes}
+    if not starts:
+        return
+    joined = _intersections(layout, model.fleet.contact)
+    found = list(_places(layout, starts, joined, model.fleet.contact))
+    yield from found
+    if not found and (model.traffic.gridlock == "avoid" or (model.traffic.gridlock == "auto" and layout.two_way)):
+        yield from _stuck(model, layout, starts, joined)
+
+
+def _finding(number: int, start: Start, text: str, cure: str) -> Finding:
+    return Finding("START_ON_LANES", f"fleet.start_on_lanes.{number}", f"robot {number} {_where(start)} {text}", cure)
+
+
+def _where(start: Start) -> str:
+    return f"on node {start.node}" if start.edge is None else f"on {'>'.join(start.edge)} at {start.offset:g}"
+
+
+def _intersections(layout: Layout, contact: float) -> dict[str, Stand]:
+    """The nodes that are one intersection with each node: joined by edges shorter than D."""
+    import networkx as nx
+
+    near = nx.Graph((a, b) for a, b, length in layout.graph.edges(data="length") if length < contact - EPS)
+    near.add_nodes_from(layout.graph)
+    return {node: frozenset(part) for part in nx.connected_components(near) for node in part}
+
+
+def _lane(layout: Layout, edge: Edge) -> tuple[Stand, str]:
+    """The lane of an edge: both directions of a two-way one are the same."""
+    two_way = layout.graph.edges[edge].get("two_way")
+    return frozenset(edge), "" if two_way else ">".join(edge)
+
+
+def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], contact: float) -> Iterator[Finding]:
+    on_node: dict[Stand, int] = {}
+    on_lane: dict[tuple[Stand, str], list[int]] = {}
+    for number, start in starts.items():
+        if start.edge is None:
+            other = on_node.setdefault(joined[start.node], number)
+            if other != number:
+                text = f"is on the same intersection as robot {other} {_where(starts[other])}"
+                yield _finding(number, start, text, "one robot an intersection; start one of them elsewhere")
+            continue
+        length = layout.length(start.edge)
+        if not contact - EPS <= start.offset <= length - contact + EPS:
+            cure = f"an offset from {contact:g} to {length - contact:g}"
+            if length < 2 * contact - EPS:
+                cure = "start it on a node, or on an edge of at least 2 D"
+            yield _finding(number, start, f"is nearer than {contact:g} (D) to a node", cure)
+            continue
+        for other in on_lane.setdefault(_lane(layout, start.edge), []):
+            if starts[other].edge != start.edge:
+                text = f"faces robot {other} {_where(starts[other])}"
+                yield _finding(number, start, text, "a lane has one direction at a time; turn one of them")
+                break
+            if abs(starts[other].offset - start.offset) < contact - EPS:
+                text = f"is nearer than {contact:g} (D) to robot {other} {_where(starts[other])}"
+                yield _finding(number, start, text, f"offsets that are {contact:g} apart")
+                break
+        on_lane[_lane(layout, start.edge)].append(number)
+
+
+def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
+    """Robots that could never move again: each stands in the way home of the next."""
+    import networkx as nx
+
+    travel = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).travel
+    homes = model.fleet.homes(layout.bays)
+    stands: dict[int, object] = {}
+    routes: dict[int, set[object]] = {}
+    for number, start in starts.items():
+        way = travel.way(start.node, homes[number])
+        stands[number] = joined[start.node] if start.edge is None else _lane(layout, start.edge)
+        routes[number] = {_lane(layout, edge) for edge in pairwise(way)} | {joined[node] for node in way[1:]}
+        if start.edge is not None:
+            routes[number].add(joined[start.node])
+    in_the_way = nx.DiGraph(
+        (one, other)
+        for one in starts
+        for other in starts
+        if one != other
+        and (
+            stands[other] in routes[one] or (stands[one] == stands[other] and starts[other].offset > starts[one].offset)
+        )
+    )
+    try:
+        ring = [one for one, _ in nx.find_cycle(in_the_way)]
+    except nx.NetworkXNoCycle:
+        return
+    named = ", ".join(f"{number} {_where(starts[number])}" for number in ring)
+    yield Finding(
+        "START_STUCK",
+        f"fleet.start_on_lanes.{ring[0]}",
+        f"robots {named} stand in each other's way home, where lanes are two-way, so none of them could ever move",
+        "start one of them elsewhere, or turned round",
+    )
