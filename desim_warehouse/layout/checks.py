@@ -98,17 +98,20 @@ def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
         **{node: f"bay {bay.zone}" for node, bay in layout.bays.items()},
         **{node: f"station {station.zone}" for node, station in layout.stations.items()},
     }
+    advice = "add or turn edges so that every node can be reached from every other"
+    unused: dict[str, list[str]] = {}
     for name in graph:
         if name in main:
             continue
         cannot = " and ".join(word for word, ok in (("reached", name in reached), ("left", name in leaving)) if not ok)
-        where = f"layout: node {name}"
-        advice = "add or turn edges so that every node can be reached from every other"
         if name in used:
-            yield Finding("UNREACHABLE", where, f"cannot be {cannot}, but {used[name]} is there", advice)
+            text = f"cannot be {cannot}, but {used[name]} is there"
+            yield Finding("UNREACHABLE", f"layout: node {name}", text, advice)
         else:
-            text = f"cannot be {cannot}; nothing is there, so no robot will go"
-            yield Finding("UNREACHABLE_UNUSED", where, text, advice)
+            unused.setdefault(cannot, []).append(name)
+    for cannot, names in unused.items():
+        where = f"layout: node{'s' if len(names) > 1 else ''} {some(names)}"
+        yield Finding("UNREACHABLE_UNUSED", where, f"cannot be {cannot}; nothing is there, so no robot will go", advice)
 
 
 def _bays(layout: Layout, use: Use) -> Iterator[Finding]:

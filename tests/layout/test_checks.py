@@ -114,6 +114,13 @@ OTHERS = [
         ),
     ),
     (
+        with_edges(["A", "E"], ["A", "F"], E=[-20, 0], F=[-20, 20]),
+        (
+            "warning: layout: nodes E, F: cannot be left; nothing is there, so no robot will go; "
+            f"{ADVICE} [UNREACHABLE_UNUSED]"
+        ),
+    ),
+    (
         with_edges(["B", "A"], ["D", "C"]),
         (
             "note: layout: edges: 2 lanes are two-way, used in one direction at a time: A-B, C-D; a robot takes a step "
