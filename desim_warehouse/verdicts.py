@@ -13,10 +13,20 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
 from desim_warehouse.layout import build
 from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.past_knee import (
+    FEWER,
+    LEAST_GAIN,
+    LEAST_WAITING,
+    LEAST_WINDOWS,
+    STANDARD_ERRORS,
+    TASKS_A_WINDOW,
+    past_knee,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from desim_warehouse.history import History
     from desim_warehouse.model import Model
 
 ERRORS_OF_ARRIVALS = 3
@@ -51,13 +61,14 @@ class Verdict:
 class VerdictRule:
     """When there is a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
 
-    `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times.
+    `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times. Without `size` only the
+    log of a run says it (`judge_run`).
     """
 
     mark: str
     text: str
     when: str
-    size: Callable[[Mapping[str, float], Model], float | None]
+    size: Callable[[Mapping[str, float], Model], float | None] | None
     scale: float = 1.0
 
 
@@ -126,6 +137,16 @@ RULES = {
         _jammed,
         scale=100,
     ),
+    "PAST_KNEE": VerdictRule(
+        "past the knee",
+        "past the knee: a cap of {} robots under way (traffic.most_out) would do more than {} do",
+        "of a run alone, where its log shows it: in the counted time the number of robots under way changes, and at "
+        f"least {LEAST_WINDOWS} windows of time with fewer of them (up to {10 * FEWER} % of the most) get more done on "
+        f"average than at least {LEAST_WINDOWS} with the most, by {100 * LEAST_GAIN:g} % and {STANDARD_ERRORS} "
+        f"standard errors; a window lasts as long as a robot takes for {TASKS_A_WINDOW} tasks, and the robots wait for "
+        f"at least {100 * LEAST_WAITING:g} % of their time",
+        None,
+    ),
 }
 """By code, in the order in which verdicts are listed."""
 
@@ -134,9 +155,18 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
     """The verdicts on a run, from its indicators, or on a design, from the means of its runs."""
     found = []
     for code, rule in RULES.items():
-        size = rule.size(kpis, model)
+        size = None if rule.size is None else rule.size(kpis, model)
         if size is not None:
             found.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
+    return found
+
+
+def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
+    """The verdicts on a run, also those that only its log shows."""
+    found, past = judge(kpis, history.model), past_knee(history)
+    if past is not None:
+        code = "PAST_KNEE"
+        found.append(Verdict(code, RULES[code].text.format(past.cap, past.many), past.gain))
     return found
 
 

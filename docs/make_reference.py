@@ -322,7 +322,7 @@ def verdicts() -> str:
     from desim_warehouse.verdicts import RULES
 
     rows = (
-        (f"`{code}`", f"`{rule.mark}`", rule.text.format("…"), rule.when[:1].upper() + rule.when[1:])
+        (f"`{code}`", f"`{rule.mark}`", rule.text.format("…", "…"), rule.when[:1].upper() + rule.when[1:])
         for code, rule in RULES.items()
     )
     return table(("code", "mark", "verdict", "when"), rows)

@@ -71,10 +71,11 @@ def command(
     more = None if sense is None else sense == "maximise"
     with interruptible(study, execution.out):
         found = best(study, indicator, delta, maximise=more, first=first, cap=cap, **execution.where())
-    _show(study, found)
+    show_best(study, found)
 
 
-def _show(study: Study, found: Best) -> None:
+def show_best(study: Study, found: Best) -> None:
+    """Print the candidates and the answer."""
     from rich.table import Table
 
     selection = found.selection

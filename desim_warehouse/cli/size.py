@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.best import show_best
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -22,6 +23,10 @@ from desim_warehouse.cli.tables import number, runs, show
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Sizing
 
+MORE_MAY_BE_WORSE = ("traffic.most_out",)
+"""Keys of which the right value lies between too little and too much."""
+ALIKE = 0.01
+"""Part of the most by which values may differ in what they do and still be alike."""
 NONE_MEETS = 3
 """Exit status where no value was shown to meet the target."""
 
@@ -30,13 +35,15 @@ NONE_MEETS = 3
 @click.argument("model")
 @click.option("--key", default="fleet.size", show_default=True, help="The key whose smallest value is sought.")
 @click.option("--range", "values", required=True, metavar="VALUES", help="Its values, ascending, such as 1..60.")
-@click.option("--target", required=True, help="The target, such as 'throughput_per_hour >= 220'.")
+@click.option(
+    "--target",
+    help="The target, such as 'throughput_per_hour >= 220'.  [default: the largest throughput_per_hour]",
+)
 @click.option(
     "--search",
     type=click.Choice(["bisection", "scan"]),
-    default="bisection",
-    show_default=True,
-    help="scan: every value from the first on, where more need not be better.",
+    help="scan: every value from the first on, where more need not be better.  "
+    "[default: bisection; for traffic.most_out scan]",
 )
 @with_first_and_cap(320)
 @with_question
@@ -45,8 +52,8 @@ def command(
     model: str,
     key: str,
     values: str,
-    target: str,
-    search: str,
+    target: str | None,
+    search: str | None,
     first: int,
     cap: int,
     question: ModelOptions,
@@ -54,14 +61,27 @@ def command(
 ) -> None:
     """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to meet it.
 
-    Example: desim size MODEL --key fleet.size --range 1..60 --target "throughput_per_hour >= 220"
+    Without a target: the smallest value with which most is done, within 1 %. Examples: desim size MODEL --key
+    fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out --range
+    100..800..100
     """
-    from desim_warehouse.study.procedures import size
+    from desim_warehouse.study.procedures import most, size
 
     study = question.study(model, {key: _read_range(values)}, "size", execution, f"--range {values} --key")
     study.plan = study.plan.unreplicated()
     searched = [point.labels[key] for point in study.points]
     _see_upwards(values, searched)
+    if target is None:
+        if search is not None:
+            raise click.UsageError("--search is for a --target: without one every value is looked at")
+        with interruptible(study, execution.out):
+            best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
+        show_best(study, best)
+        click.echo(
+            f"{key}: {best.first.labels[key]} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
+        )
+        return
+    search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.out):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     _show(key, found)

@@ -55,6 +55,7 @@ class HandCalculation:
         metre: the length unit in metres; None where its name does not say.
         lanes_hold: robots that can stand in the lanes at once.
         robots: size of the fleet; `at_work` of them can be on a task, as station places allow.
+        most_out: robots that may be under way at once; None: all.
         cycle: the mean task, over robots of different speeds.
         rate: tasks per time unit demanded; None where the demand is a list, or saturated.
         charging: time that a robot charges for each task, None without battery or where it never has to.
@@ -85,6 +86,7 @@ class HandCalculation:
     knee: float | None
     limit: str
     power: Power | None
+    most_out: int | None = None
 
     @property
     def capacity(self) -> float:
@@ -123,6 +125,8 @@ class HandCalculation:
         robots = f"{self.robots} robot{'s' * (self.robots > 1)}"
         if self.at_work < self.robots:
             robots = f"{self.at_work} of {robots} (the stations have no slots for more)"
+        if self.most_out is not None:
+            robots += f", at most {self.most_out} of them under way,"
         text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"
@@ -170,7 +174,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         cycle,
         rate,
         charging,
-        at_work / total if total else math.inf,
+        _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time),
         None if rate is None else rate * total,
         stations,
         crossing,
@@ -178,8 +182,17 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         None,
         "",
         balance,
+        model.traffic.most_out,
     )
     return _with_knee(found, total)
+
+
+def _fleet_capacity(at_work: int, total: float, most_out: int | None, cycle: float) -> float:
+    """Tasks per time unit: robots do one after another, charging in between; a cap holds while they drive."""
+    capacity = at_work / total if total else math.inf
+    if most_out is None or not cycle:
+        return capacity
+    return min(capacity, most_out / cycle)
 
 
 def _extent(layout: Layout) -> tuple[float, float]:
@@ -259,6 +272,8 @@ def _with_knee(found: HandCalculation, total: float) -> HandCalculation:
     ]
     if found.crossing is not None and found.crossing_capacity is not None:
         limits.append((found.crossing_capacity * total, f"the intersection {found.crossing}"))
+    if found.most_out is not None and found.cycle.time:
+        limits.append((found.most_out / found.cycle.time * total, "traffic.most_out"))
     if found.at_work < found.robots:
         limits.append((found.at_work + 0.0, "the number of slots at the stations"))
     knee, limit = min(limits)

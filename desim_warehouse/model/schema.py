@@ -472,6 +472,11 @@ class TrafficSpec(Part):
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
         "where a lane is two-way, else rotate",
     )
+    most_out: Annotated[Count, limited("robots")] | None = Field(
+        None,
+        description="most robots under way to or at work at once, from bay to bay; default: all",
+        json_schema_extra=LATER,
+    )
 
 
 class RunSpec(Part):

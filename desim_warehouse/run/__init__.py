@@ -59,7 +59,7 @@ class Run:
     @cached_property
     def verdicts(self) -> list[Verdict]:
         """What the run shows to be wrong, in words: it cannot keep up, drains its batteries, or is jammed."""
-        return verdicts.judge(self.kpis, self.model)
+        return verdicts.judge_run(self.kpis, self.history)
 
     @cached_property
     def log(self) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from desim_warehouse.indicators import INDICATORS, find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.plan import is_deterministic, models
+from desim_warehouse.study.statistics.procedure import request
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
@@ -28,6 +29,11 @@ class Best:
     indicator: str
     maximise: bool
     selection: statistics.Selection
+
+    @property
+    def first(self) -> Point:
+        """The first in the study of the best and those that are less than delta worse."""
+        return min((self.point, *self.within), key=lambda point: point.number)
 
 
 def best(
@@ -80,6 +86,61 @@ def best(
         deterministic=fixed,
     )
     selection = study.follow(steps, indicator, **where)
+    tied = tuple(study.points[number] for number in selection.within)
+    return Best(study.points[selection.best], tied, indicator, more, selection)
+
+
+def most(
+    study: Study,
+    indicator: str = "throughput_per_hour",
+    *,
+    share: float = 0.01,
+    first: int = 10,
+    cap: int = 1000,
+    **where: Any,
+) -> Best:
+    """Find the value of a study's factor with which most is done, where more of it need not do more.
+
+    As `best`, with an indifference zone of `share` of the largest mean of the first replications.
+
+    Args:
+        study: with one factor, its values upwards.
+        indicator: what is done.
+        share: a smaller difference, as a part of the largest mean, does not matter.
+        first: replications of every design before any drops out.
+        cap: most replications of a design.
+        where: workers, cluster, out, progress, as of `Study.run`.
+
+    Raises:
+        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+    """
+    more, fixed = _more_is_better(indicator), _deterministic(study)
+    designs = len(study.points)
+    if designs < 2:  # noqa: PLR2004
+        raise StudyError("most of one design: expected a factor with several values")
+    if fixed:
+        first, cap = 2, 2
+
+    def steps() -> statistics.Procedure[statistics.Selection]:
+        means = []
+        for design in range(designs):
+            values = yield from request([(design, replication) for replication in range(first)])
+            means.append(sum(values) / first)
+        delta = max(share * max(abs(mean) for mean in means), LEAST_DELTA)
+        return (
+            yield from statistics.kn_steps(
+                designs,
+                delta,
+                study.plan.confidence,
+                first,
+                maximise=more,
+                cap=cap,
+                ahead=_AHEAD,
+                deterministic=fixed,
+            )
+        )
+
+    selection = study.follow(steps(), indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
     return Best(study.points[selection.best], tied, indicator, more, selection)
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
     from desim_warehouse.world.ask import Situations
     from desim_warehouse.world.bays import Bays
+    from desim_warehouse.world.departures import Departures
     from desim_warehouse.world.reach import Reach
     from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.stations import Stations
@@ -51,6 +52,7 @@ class Dispatcher:
         robots: Sequence[Robot],
         stations: Stations,
         bays: Bays,
+        departures: Departures,
         reach: Reach,
         situations: Situations,
         on_assigned: Callable[[int], None],
@@ -63,6 +65,7 @@ class Dispatcher:
         self.robots = robots
         self.stations = stations
         self.bays = bays
+        self.departures = departures
         self.reach = reach
         self.situations = situations
         self.on_assigned = on_assigned
@@ -164,7 +167,7 @@ class Dispatcher:
         self._decides_at = math.inf
         if self.queues:
             self._next_of_queues()
-        if not (self.open and self.free):
+        if not (self.open and self._able()):
             self._pass()
         elif self.allocation is None:
             self.waiting = True
@@ -176,13 +179,21 @@ class Dispatcher:
 
     def situation(self) -> Situation:
         """What the allocation policy decides on now."""
-        return self.situations.now([self.free[number][0].view() for number in sorted(self.free)], self._fleet)
+        return self.situations.now([self.free[number][0].view() for number in self._able()], self._fleet)
+
+    def _able(self) -> list[int]:
+        """The free robots, by number; with as many under way as may be not those in bays."""
+        if self.departures.is_full:
+            return sorted(self.free.keys() & self.departures.under_way)
+        return sorted(self.free)
 
     def _fleet(self) -> list[RobotView]:
-        """All robots, by number; those at work where, and about when, they will be free."""
-        now = self.env.now
+        """All robots that may be given work, by number; those at work where, and about when, they will be free."""
+        now, free, may_work = self.env.now, self.free, self.departures.may_work
         return [
-            robot.view() if robot.number in self.free else busy_view(robot, self.reach, now) for robot in self.robots
+            robot.view() if robot.number in free else busy_view(robot, self.reach, now)
+            for robot in self.robots
+            if robot.number not in free or may_work(robot.number)
         ]
 
     def decide(self, pairs: Iterable[Any]) -> None:
@@ -246,7 +257,7 @@ class Dispatcher:
             self.open.move_to_end(task.number, last=False)
             if queue:
                 self.queues[number] = queue
-            if self.reach.feasible(self.free[number][0].view(), task):
+            if self.reach.feasible(self.free[number][0].view(), task) and self.departures.may_work(number):
                 self._assign(number, task.number)
             elif queue:
                 self._put_back(number)
@@ -254,6 +265,8 @@ class Dispatcher:
 
     def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
         """Give a free robot a task; `first`: no other pair of this decision has been given a station's slot before."""
+        if not self.departures.may_work(number):
+            return  # as many as may be under way are: robot and task wait for the next decision
         robot, event = self.free[number]
         task, view = self.open[task_number], robot.view()
         node = self.stations.choose(view, task)
@@ -272,6 +285,7 @@ class Dispatcher:
         robot.job = task
         robot.must_charge = False
         robot.body.task = task.number
+        self.departures.under_way.add(number)
         robot.record("assigned")
         event.succeed()
         self.on_assigned(len(self.open))

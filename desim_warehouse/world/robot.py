@@ -148,7 +148,7 @@ class Robot:
             self.body.recall_at = math.inf
             self.enter("returning")
             yield from self.go_to_bay()
-            world.out += 1
+            world.departures.under_way.add(self.number)
             self.enter("empty")
             self._take_task()
         _, stop = self.itinerary.pick or (None, None)
@@ -237,7 +237,7 @@ class Robot:
             self.enter_bay(self.bay.node)
         self.last_bay = self.bay.node
         self.record("parked")
-        self.world.came_home()
+        self.world.came_home(self)
 
     def go_out(self, exit_time: float) -> Steps:
         """From the bay to standing at its node."""
@@ -245,7 +245,7 @@ class Robot:
             self.record("recharged")
             self.has_charged = False
             self.recharged += 1
-        self.world.out += 1
+        self.world.departures.under_way.add(self.number)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, exit_time)
 

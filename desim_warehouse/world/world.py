@@ -22,6 +22,7 @@ from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
+from desim_warehouse.world.departures import Departures
 from desim_warehouse.world.dispatch import Dispatcher
 from desim_warehouse.world.events import happened
 from desim_warehouse.world.reach import Reach
@@ -59,7 +60,7 @@ class World:
         self.layout = layout = floor.build(model.layout)
         self.log = Log(model.log)
         self.finished = simpy.Event(env)
-        self.out = 0
+        self.departures = Departures(model.traffic.most_out)
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
@@ -112,6 +113,7 @@ class World:
             robots=self.robots,
             stations=self.stations,
             bays=self.bays,
+            departures=self.departures,
             reach=self.reach,
             situations=Situations(
                 env,
@@ -197,10 +199,13 @@ class World:
         self.log.begin = self.env.now
         self._before = tallies(self.robots, self.traffic, self.env.now)
 
-    def came_home(self) -> None:
+    def came_home(self, robot: Robot) -> None:
         """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
-        self.out -= 1
-        if not self.out and self.dispatcher.done == self.demand.total:
+        departures = self.departures
+        if departures.is_full:
+            self.dispatcher.call()
+        departures.under_way.discard(robot.number)
+        if not departures.under_way and self.dispatcher.done == self.demand.total:
             self.finished.succeed()
 
     def _stalled(self) -> str:
