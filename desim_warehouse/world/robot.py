@@ -95,7 +95,7 @@ class Robot:
         if start.edge is None:
             self.parked_at = start.node
         world.bays.leave(self)
-        world.out += 1
+        world.departures.under_way.add(self.number)
 
     # The story
 
