@@ -1,6 +1,6 @@
 """A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
 
-What is not given is worked out by the hand calculation of `desim check`, so that the model can do the work.
+Whatever is not given is worked out by the hand calculation of `desim check`, so that the fleet can do the work.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ PLACE = 1.2
 AISLE = 3.0
 """Width in metres of aisles whose number is not given, and the least of cross aisles."""
 DEPTH = 15.0
-"""Length in metres of a block, about: every so many metres there is a cross aisle."""
+"""Approximate length of a block in metres, the distance between cross aisles."""
 UNLOAD_TIME, LOAD_TIME = 20, 10
 """Seconds."""
 BUSY = 0.75
-"""Part of their time that stations and robots may be busy, by hand, where their number is not given."""
+"""Share of their time that stations and robots may be busy by the hand calculation, where their number is not given."""
 MOST_ROBOTS = 1000
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
@@ -33,7 +33,7 @@ NARROWEST = 1.0
 
 @dataclass(frozen=True)
 class Draft:
-    """A warehouse in a few words: lengths in metres, orders an hour, due so many minutes after release.
+    """A warehouse in a few words: lengths in metres, orders an hour, due in minutes after release.
 
     None: worked out. `aisles` run north to south; storage lies between them, stations at their south ends, bays at
     their north ends.
@@ -53,7 +53,7 @@ def draft(words: Draft) -> str:
     """The text of a model file, with comments, that `check`, `run` and `plan` take as it is.
 
     Raises:
-        ModelError: what cannot be, with the option that says so.
+        ModelError: what is impossible, with the option at fault.
     """
     return _text(_worked_out(words))
 
@@ -100,7 +100,7 @@ class _Floor:
 
 
 def _floor(words: Draft) -> _Floor:
-    """As many aisles as asked for, or as fit; what storage leaves of the floor is theirs."""
+    """The given number of aisles, or as many as fit; they share the width that storage leaves."""
     width, height = words.size
     aisles = words.aisles or max(math.floor((width + 2 * PLACE) / (2 * PLACE + AISLE)), 2)
     problems = []
@@ -167,13 +167,13 @@ def _by_hand(words: Draft) -> HandCalculation:
 
 
 def _spread(names: tuple[str, ...], count: int) -> list[str]:
-    """So many of these names, at even distances."""
+    """A number of these names, evenly spaced."""
     step = len(names) / count
     return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
 
 
 def _text(words: Draft) -> str:
-    """The model file of a draft that says everything."""
+    """The model file of a complete draft."""
     assert words.robots is not None and words.chargers is not None and words.stations is not None  # noqa: PT018
     floor = _floor(words)
     rows = block_nodes(floor.aisles - 1, floor.blocks_down)

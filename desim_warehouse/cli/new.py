@@ -24,8 +24,10 @@ _WORKED_OUT = "worked out by hand"
 @click.option("--stations", type=int, metavar="N", help="Packing stations.  [default: as many as the orders need]")
 @click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
 @click.option("--chargers", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
-@click.option("--due", type=float, default=15, show_default=True, metavar="MINUTES", help="Orders are due so soon.")
-@click.option("--force", is_flag=True, help="Write over a file that is there.")
+@click.option(
+    "--due", type=float, default=15, show_default=True, metavar="MINUTES", help="Minutes from an order to its due time."
+)
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(file: str | None, *, force: bool, **given: Any) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 
@@ -38,7 +40,7 @@ def command(file: str | None, *, force: bool, **given: Any) -> None:
             raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
         file, given = _asked(given)
     if Path(file).exists() and not force:
-        raise ModelError([f"{file}: it is there already; choose another name, or write over it with --force"])
+        raise ModelError([f"{file}: the file exists; choose another name, or overwrite it with --force"])
     text = draft(_words(given))
     try:
         Path(file).write_text(text, encoding="utf-8")
@@ -55,7 +57,7 @@ def _words(given: dict[str, Any]) -> Draft:
 
 
 def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The same words, asked for one by one; nothing said: what stands in brackets."""
+    """The same words, prompted for one by one; Enter alone takes the default in brackets."""
     file = click.prompt("Model file to write", default="warehouse.yaml")
     words = dict(given)
     words["size"] = click.prompt("Floor in metres, width x height", default=given["size"])
@@ -68,7 +70,7 @@ def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def _number(name: str, otherwise: str) -> int | None:
-    """How many; None where nothing is said."""
+    """How many; None by default."""
     while True:
         said = click.prompt(f"How many {name}", default=otherwise)
         if said == otherwise:

@@ -22,7 +22,7 @@ _SHOWN = 12
 @click.argument("model")
 @click.option("-o", "--out", required=True, metavar="FILE", help="The model file to write.")
 @click.option("--runs", type=click.IntRange(0), default=5, show_default=True, help="Of either floor, to compare them.")
-@click.option("--force", is_flag=True, help="Write over a file that is there.")
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(model: str, out: str, runs: int, *, force: bool) -> None:
     """Make the two-way lanes of MODEL one-way where the floor stays connected; bridges stay two-way.
 
@@ -33,7 +33,7 @@ def command(model: str, out: str, runs: int, *, force: bool) -> None:
 
     target = Path(out)
     if target.exists() and not force:
-        raise ModelError([f"{out}: it is there already; choose another name, or write over it with --force"])
+        raise ModelError([f"{out}: the file exists; choose another name, or overwrite it with --force"])
     base = load_model(model, ())
     found = orientation(base)
     text = oriented_text(Path(model), base, found)
@@ -69,7 +69,7 @@ def _compared(two_way: Model, one_way: Model, runs: int) -> str:
     kpis = [[simulate(floor, seed).kpis[key] for seed in range(runs)] for floor in (one_way, two_way)]
     gain = paired(kpis[0], kpis[1])
     interval = gain.interval or (gain.mean, gain.mean)
-    verdict = "no difference that can be told from chance"
+    verdict = "no significant difference"
     if interval[1] < 0:
         verdict = "one-way does better"
     elif interval[0] > 0:

@@ -26,7 +26,7 @@ _TRIALS = 2000
 
 @dataclass(frozen=True)
 class Orientation:
-    """Which direction is left of every two-way lane: `kept`, and the `bridges`, which stay two-way.
+    """The direction that every two-way lane keeps (`kept`), and the `bridges`, which stay two-way.
 
     `stretch` is the mean trip between the flows' ends over the one on the two-way floor.
     """

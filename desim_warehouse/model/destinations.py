@@ -1,4 +1,4 @@
-"""Where goods are unloaded: at the nodes for all of them, or where a task of the list says."""
+"""Where goods are unloaded: at the nodes for all tasks, or at those of the task itself."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def account(run: Run) -> Html:
     parts, count = table.sum(), len(table)
     name, whole = str(parts.idxmax()), float(parts.sum())
     if not whole:
-        return html.paragraph("No time passed that counts.", "note")
+        return html.paragraph("No time was counted.", "note")
     doing = (OF_TASKS if by == "task" else OF_ROBOTS)[name].doing
     said = (
         f"The largest part of a {by}'s time is {doing}: {words.number(float(parts[name]) / count)} of "
@@ -165,7 +165,7 @@ def method(run: Run, folder: str) -> Html:
     from desim_warehouse import __version__
 
     rows = [
-        ("Again, in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})"),
+        ("To repeat it in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})"),
         ("Seed", str(run.seed)),
         ("Model", f"{run.model.name}, SHA-256 {run.model.digest()}"),
         ("desim-warehouse", __version__),

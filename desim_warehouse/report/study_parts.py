@@ -279,7 +279,7 @@ def congestion(study: Results, again: tuple[str, Run] | None) -> Html:
 def method(study: Results) -> Html:
     """How to get the same numbers again, and which runs failed."""
     rows = [
-        ("Again, in Python", f"dw.Study.open({str(study.folder)!r}).run(out=DIR)"),
+        ("To repeat it in Python", f"dw.Study.open({str(study.folder)!r}).run(out=DIR)"),
         ("Study seed", str(study.plan.seed)),
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
         *((name, version) for name, version in study.versions.items()),

@@ -22,7 +22,7 @@ _AHEAD = 4  # replications of each design that are asked for at a time: enough t
 
 @dataclass(frozen=True)
 class Best:
-    """The best design, those shown to be less than delta worse, and how the race went."""
+    """The best design, those shown to be less than delta worse, and the history of the elimination."""
 
     point: Point
     within: tuple[Point, ...]

@@ -88,7 +88,7 @@ def test_a_file_that_is_there_stays_as_it_is(tmp_path):
     file.write_text("mine", encoding="utf-8")
     status, _, message = pages.run_desim(f"desim new {file}")
     assert (status, file.read_text(encoding="utf-8")) == (2, "mine")
-    assert message == f"{file}: it is there already; choose another name, or write over it with --force\n"
+    assert message == f"{file}: the file exists; choose another name, or overwrite it with --force\n"
     assert pages.run_desim(f"desim new {file} --force")[0] == 0
     assert dw.load(file).fleet.size > 1
 

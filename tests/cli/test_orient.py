@@ -87,7 +87,7 @@ def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file: Path) -> N
         assert isinstance(done.exception, dw.ModelError)
         return str(done.exception)
 
-    assert "it is there already" in refused("orient", str(file), "-o", str(file))
+    assert "the file exists" in refused("orient", str(file), "-o", str(file))
     out = file.with_name("one-way.yaml")
     assert "no two-way lane" in refused("orient", "models/multibots.yaml", "-o", str(out))
     file.write_text(FLOOR.replace("    - {from: E, to: dock, two_way: true}", "    - [E, dock]"), encoding="utf-8")

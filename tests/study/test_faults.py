@@ -272,7 +272,7 @@ def test_a_dead_worker_is_noticed_though_a_copy_of_it_holds_its_pipe_open(tmp_pa
 def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monkeypatch, main, limit, status):
     monkeypatch.setattr("desim_warehouse.study.execution.pool._START", limit)
     monkeypatch.setattr("desim_warehouse.study.execution.worker.main", main)
-    said = rf"^worker processes end before they can begin \(exit status {status}\); try --workers 1$"
+    said = rf"^worker processes end before they are ready \(exit status {status}\); try --workers 1$"
     with pytest.raises(dw.StudyError, match=said):
         study(1).run(workers=2, out=tmp_path)
     assert not children(os.getpid())

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 _CONTEXT = multiprocessing.get_context("spawn")  # a process of many threads, such as a notebook, must not be forked
 _POLL = 0.1  # seconds between looks at Ctrl-C, time-outs and dead processes
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
-_START = 120.0  # seconds that a process may take to begin
-_STARTS = 3  # processes in a row that may end before they begin
+_START = 120.0  # seconds that a process may take to start
+_STARTS = 3  # processes in a row that may end before they are ready
 _END = 2.0  # seconds that a dying process may take to end
 
 
@@ -65,11 +65,11 @@ class Worker:
     def send(self, message: Any) -> None:
         """Send what it is waiting for."""
         self.since = monotonic()
-        with suppress(OSError):  # it is dead, which is noticed in time
+        with suppress(OSError):  # it is dead, which `run` notices
             self.connection.send(message)
 
     def late(self, timeout: float | None) -> bool:
-        """Whether it does not begin, or the run it is at can neither end nor be interrupted."""
+        """Whether it does not start, or its run can neither end nor be interrupted."""
         taken = monotonic() - self.since
         if not self.begun:
             return taken > _START
@@ -79,7 +79,7 @@ class Worker:
         return taken > before + timeout + _GRACE
 
     def kill(self) -> None:
-        """End the process at once, and those that policies started in it."""
+        """Kill the process, and those that policies started in it."""
         assert self.process.pid
         if hasattr(os, "killpg"):
             with suppress(OSError):  # it may have no group of its own yet
@@ -105,7 +105,7 @@ class Pool:
         self.interrupts = interrupts
         self.workers: list[Worker] = []
         self.run_time: float | None = None
-        self.false_starts = 0  # processes that ended before they began, since the last that began
+        self.false_starts = 0  # processes that ended before they were ready, since the last that was
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
         """Simulate every wanted run.
@@ -187,7 +187,7 @@ class Pool:
             self.false_starts += 1
             if self.false_starts == _STARTS:
                 status = worker.process.exitcode
-                raise StudyError(f"worker processes end before they can begin (exit status {status}); try --workers 1")
+                raise StudyError(f"worker processes end before they are ready (exit status {status}); try --workers 1")
         if stuck and worker.begun:
             self.say("a run did not end and could not be interrupted; its process was killed")
             text = f"time-out: not finished after {self.timeout:g} s, and its process had to be killed"

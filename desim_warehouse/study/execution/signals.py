@@ -1,4 +1,4 @@
-"""Ctrl-C ends a study wherever it strikes."""
+"""Ctrl-C ends a study at any point."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def interrupt(number: int, _frame: FrameType | None) -> NoReturn:
 class Interrupts:
     """Remembers Ctrl-C: Python drops what is raised while it closes a generator, as it does after every run.
 
-    Only signals that raise KeyboardInterrupt anyway are taken over: SIGINT, and SIGTERM where its handler is
-    `interrupt`. Both belong to the main thread; a study in another thread takes over nothing.
+    Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is
+    `interrupt`. Both belong to the main thread; a study in another thread handles none.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class Interrupts:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Within it Ctrl-C waits for `heed`: a process half started, or a module half imported, cannot be mended."""
+        """Defers Ctrl-C until `heed`: a half-started process or a half-imported module cannot be repaired."""
         before, self.holding = self.holding, True
         try:
             yield
@@ -67,7 +67,7 @@ class Interrupts:
             self.holding = before
 
     def _dropped(self, what: sys.UnraisableHookArgs) -> None:
-        """Ctrl-C was dropped: nothing to say, the study ends after this run."""
+        """Ctrl-C was dropped by Python: the study ends after this run."""
         if self.struck is None or what.exc_type is not KeyboardInterrupt:
             self.hook(what)
 

@@ -17,10 +17,10 @@ class TimeOutError(BaseException):
 
 
 class TimeLimit:
-    """Raises TimeOutError in its thread when what is done within it takes longer than so many seconds.
+    """Raises TimeOutError in its thread when the block takes longer than the given seconds.
 
-    Works in any thread and on every system, as a Dask worker needs, which signals do not. Code that does not come
-    back to Python is interrupted when it does.
+    Works in any thread and on every system, as a Dask worker needs, which signals do not. Code that does not return
+    to Python is interrupted when it does.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -47,6 +47,6 @@ class TimeLimit:
             seconds = _AGAIN
 
     def _raise(self, what: type[BaseException] | None) -> None:
-        """Raise this in the thread, or (None) take back what was raised and has not arrived."""
+        """Raise an exception in the thread, or (None) withdraw one that has not arrived yet."""
         error = None if what is None else ctypes.py_object(what)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error)

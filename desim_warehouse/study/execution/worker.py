@@ -1,4 +1,4 @@
-"""What a worker process does. A study waits for its workers, so they begin as fast as they can."""
+"""The code of a worker process. A study waits for its workers, so they start as fast as possible."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 def main(parent: Connection[Any, Any]) -> None:
     """Take the base model and the time-out, then answer batches until the parent ends.
 
-    What is sent: ("hello", None) when it waits for the model, which may be too long to be sent to a process that
+    It sends ("hello", None) when it waits for the model, which may be too long to be sent to a process that
     does not read; ("ready", []); ("done", outcomes) after each batch; ("failed", text) for an error of ours.
     """
     _prepare()
@@ -47,8 +47,8 @@ def _prepare() -> None:
     """Before our code and numpy are imported.
 
     Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On
-    Linux it ends when a parent is killed, too; elsewhere when it next speaks to it. No garbage is collected while
-    modules are read, and numerical libraries start no threads of their own: there is a worker for every processor.
+    Linux it ends when a parent is killed, too; elsewhere at the next message. No garbage is collected while modules
+    are imported, and numerical libraries start no threads of their own: there is a worker for every processor.
     """
     gc.disable()
     for library in ("OPENBLAS", "OMP", "MKL"):

@@ -128,7 +128,7 @@ def first_order(
     with equally many runs this is exact. Elsewhere chance differences between the classes are subtracted, as
     in Kelley's ε² (1935), and intervals are normal ones with the delete-half jackknife's error (Shao & Wu 1989,
     A general theory for jackknife variance estimation, Annals of Statistics 17(3), 1176-1197).
-    Assumes: factors independent of one another. Total indices cannot be had this way: see `saltelli_design`.
+    Assumes: factors independent of one another. Total indices need another design: see `saltelli_design`.
     """
     check_confidence(confidence)
     rows, left_out = _clean(table, factors, indicator)
@@ -171,7 +171,7 @@ def _errors(y: NDArray[np.float64], columns: Sequence[pd.Series[Any]], bins: int
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:
     """The rows that have the indicator, and how many have not."""
     if not factors:
-        raise StudyError("no factors: nothing was varied, so nothing can matter")
+        raise StudyError("no factors: nothing was varied")
     missing = [name for name in (*factors, indicator) if name not in table.columns]
     if missing:
         names = ", ".join(map(str, table.columns))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stage:
-    """The designs still in the race after `replications` of each; recorded whenever one drops out."""
+    """The designs not yet eliminated after `replications` of each; recorded whenever one is eliminated."""
 
     replications: int
     survivors: tuple[int, ...]
@@ -31,7 +31,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Selection:
-    """The design chosen, and how the race went; designs by number from 0, `means` in the indicator's unit.
+    """The design chosen, and the history of the elimination; designs by number from 0, `means` in the indicator's unit.
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
@@ -72,11 +72,11 @@ def kn(
         k: number of designs, at least 2.
         delta: indifference zone, in the indicator's unit: a smaller difference does not matter to the user.
         confidence: probability of a right choice, more than 1/k.
-        n0: replications of every design in the first stage, at least 2; 10 or more is advised.
+        n0: replications of every design in the first stage, at least 2; 10 or more are recommended.
         maximise: the largest mean is best, or else the smallest.
         cap: most replications of one design; `guaranteed` is False when it ends the race.
-        ahead: replications of each survivor to ask for at a time. More keeps many workers busy at the price
-            of some runs too many; the choice is the same.
+        ahead: replications of each survivor to request at a time. More keep many workers busy at the price
+            of some superfluous runs; the choice is the same.
         deterministic: the models use no random numbers: differences are exact.
 
     Raises:
@@ -106,7 +106,7 @@ def kn_constants(k: int, confidence: float, n0: int) -> tuple[float, float]:
     if k < 2 or n0 < 2:  # noqa: PLR2004
         raise StudyError(f"selection among {k} designs from {n0} replications: expected at least 2 of each")
     if confidence <= 1.0 / k:
-        raise StudyError(f"confidence {confidence:g}: expected more than 1/{k}, which drawing lots gives")
+        raise StudyError(f"confidence {confidence:g}: expected more than 1/{k}, the confidence of a random choice")
     eta = 0.5 * ((2.0 * (1.0 - confidence) / (k - 1)) ** (-2.0 / (n0 - 1)) - 1.0)
     return eta, 2.0 * eta * (n0 - 1)
 
@@ -155,7 +155,7 @@ def kn_steps(
 
 
 class _Race:
-    """The designs still in, what they have returned, and when the others dropped out."""
+    """The surviving designs, their values, and when the others were eliminated."""
 
     def __init__(self, k: int, sign: float) -> None:
         self.sign = sign  # +1: the largest mean is best, -1: the smallest
@@ -168,7 +168,7 @@ class _Race:
         self.eliminated_at: list[int | None] = [None] * k
 
     def run(self, more: int, ahead: int = 1) -> Generator[list[RunNumber], Sequence[float], None]:
-        """Judge the survivors on `more` further replications, asking for runs where none are in hand."""
+        """Judge the survivors on `more` further replications, requesting runs that are missing."""
         have, want = len(self.data[self.alive[0]]), self.r + more
         if have < want:
             runs = [(i, rep) for rep in range(have, have + max(more, ahead)) for i in self.alive]
@@ -182,7 +182,7 @@ class _Race:
     def difference_variances(self, level: float) -> NDArray[np.float64]:
         """S²_il of the paper: variances (divisor n0-1) of paired differences, shape (k, k).
 
-        Differences that agree so far: as if the share that may differ with `level` did, as far as it may.
+        Differences that agree so far: as if the share that may still differ (`level`) did, by as much as it may.
         """
         first = np.array(self.data)
         result = np.zeros((len(first), len(first)))
@@ -230,9 +230,9 @@ class _Race:
 
 
 def _note(guaranteed: bool, deterministic: bool, race: _Race, delta: float, confidence: float) -> str:
-    """What the choice promises, in one sentence."""
+    """The guarantee of the choice, in one sentence."""
     if not guaranteed:
         return f"cap of {race.r} replications, {len(race.alive)} designs left: best mean, no guarantee"
     if deterministic:
-        return "chance plays no part: compared as exact numbers"
+        return "deterministic: compared as exact numbers"
     return f"best with {100 * confidence:g} % if it leads by at least {delta:g} (KN, Kim & Nelson 2001)"

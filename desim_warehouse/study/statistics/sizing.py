@@ -25,7 +25,7 @@ Verdict = Literal["meets", "fails", "undecided"]
 
 @dataclass(frozen=True)
 class DesignVerdict(Generic[V]):
-    """What was found out about one design.
+    """The verdict on one design.
 
     `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
     are `deterministic` and the mean is exact.
@@ -43,7 +43,7 @@ class DesignVerdict(Generic[V]):
 
 @dataclass(frozen=True)
 class Sizing(Generic[V]):
-    """The answer, every design looked at in the order of the search, and what may be wrong with it.
+    """The answer, every design examined in the order of the search, and caveats.
 
     `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour:
     that it "fails" makes the answer the smallest; "undecided" says so in `note`; None if there is no
@@ -84,14 +84,14 @@ def smallest_meeting(
         cap: most replications of a design; a mean not clear by then is "undecided" and taken as not meeting.
         search: "bisection", or "scan" through the values from the smallest, which needs no monotone response.
         deterministic: the models use no random numbers: one run of a design is exact.
-        within: what the indicator can be at all, such as (0, 1) for a share.
+        within: the range of the indicator, such as (0, 1) for a share.
 
     Raises:
         StudyError: no or repeated values, arguments out of range, a bad target, a run whose value is not
             finite.
 
-    Source: one-sided bounds (`intervals.bounds`), exact for values of 0 and 1. Looking several times and at
-    several designs would add up the chances to err, so each bound is held at 1 - α / (designs on the path ·
+    Source: one-sided bounds (`intervals.bounds`), exact for values of 0 and 1. Several looks at
+    several designs would accumulate errors, so each bound has confidence 1 - α / (designs on the path ·
     looks), Bonferroni.
     Assumes: as `bounds`; for "bisection" that a larger design never does worse (congestion breaks this: see
     `Sizing.falls`); that a mean lies off the target: one exactly on it stays undecided, and so does a target
@@ -158,7 +158,7 @@ def _looks(n0: int, cap: int) -> list[int]:
 def _judged(
     value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Interval
 ) -> DesignVerdict[V]:
-    """What the runs of one design say: it meets the target if even its worse bound does."""
+    """The verdict on one design: it meets the target if even its worse bound does."""
     mean = float(np.mean(data))
     if deterministic:
         return DesignVerdict(
@@ -186,13 +186,13 @@ def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list
 def _note(
     target: Target, smallest: V | None, below: DesignVerdict[V] | None, falls: tuple[tuple[V, V], ...], search: str
 ) -> str:
-    """The answer in words, with every reservation."""
+    """The answer in words, with its caveats."""
     if smallest is None:
         parts = [f"no design was shown to meet {target}"]
     else:
         parts = [f"{smallest} is the smallest shown to meet {target}"]
     if below is not None and below.verdict == "undecided":
-        parts.append(f"{below.value} is too close to tell after {below.n} replications")
+        parts.append(f"{below.value} is too close to call after {below.n} replications")
     if falls and search == "bisection":
         pairs = ", ".join(f"{a} to {b}" for a, b in falls)
         parts.append(f"the response is not monotone (worse from {pairs}): repeat with the search 'scan'")

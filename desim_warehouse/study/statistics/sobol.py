@@ -118,8 +118,8 @@ def saltelli_indices(
         seed: draws the bootstrap samples.
 
     Raises:
-        StudyError: the wrong number of values, or one that is not finite (a failed run leaves a hole that
-            cannot be filled: repeat it).
+        StudyError: the wrong number of values, or one that is not finite (a failed run leaves a gap:
+            repeat it).
 
     Source: Saltelli et al. (2010), as `scipy.stats.sobol_indices` computes them; percentile bootstrap over
     base points.

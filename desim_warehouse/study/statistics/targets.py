@@ -1,4 +1,4 @@
-"""What a planner wants reached, as in "throughput_per_hour >= 220"."""
+"""A planner's target, as in "throughput_per_hour >= 220"."""
 
 from __future__ import annotations
 

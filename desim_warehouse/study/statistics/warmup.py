@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-TAIL = 5  # batches that a cut must leave: the spread of fewer means nothing
+TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,7 +83,7 @@ def test_a_mean_on_the_target_stays_undecided_and_the_answer_says_so():
     result = smallest_meeting(noisy(lambda v: 10.0 * v), range(1, 9), "throughput_per_hour >= 50", cap=40)
     assert result.smallest == 6
     assert (result.below.value, result.below.verdict, result.below.n) == (5, "undecided", 40)
-    assert "5 is too close to tell after 40 replications" in result.note
+    assert "5 is too close to call after 40 replications" in result.note
 
 
 def test_less_can_be_better():
