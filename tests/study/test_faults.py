@@ -181,7 +181,7 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     _, said = process.communicate(timeout=30)
     assert process.returncode == 143
     count = lines(tmp_path)
-    assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command goes on\n"
+    assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command resumes\n"
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == count
     assert not any(alive(pid) for pid in workers)
 
@@ -217,7 +217,7 @@ def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, p
     finally:
         signal.signal(signal.SIGTERM, before)
     assert done.exit_code == 143
-    assert done.stderr == f"stopped: 0 finished runs are kept in {tmp_path / 'out'}; the same command goes on\n"
+    assert done.stderr == f"stopped: 0 finished runs are kept in {tmp_path / 'out'}; the same command resumes\n"
     assert not children(os.getpid())
 
 
@@ -339,7 +339,7 @@ def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, t
     errors = made.table.set_index(["policies.parking", "replication"])["error"]
     assert errors["good"].isna().all()
     assert errors["once"].isna().all()
-    assert errors["deadly"].str.startswith("the worker process died each time it was at this run").all()
+    assert errors["deadly"].str.startswith("the worker process died at every attempt at this run").all()
 
 
 def test_a_script_needs_no_main_guard(tmp_path):

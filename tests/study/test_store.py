@@ -219,7 +219,7 @@ def test_a_damaged_table_is_made_again_from_the_journal(tmp_path):
     for content in (b"", b"not parquet", (tmp_path / "results.parquet").read_bytes()[:-40]):
         (tmp_path / "results.parquet").write_bytes(content)
         again = study(replications=2).run(out=tmp_path)
-        assert "results.parquet: damaged; made anew" in again.notes[0]
+        assert "results.parquet: damaged; rebuilt" in again.notes[0]
         assert pd.read_parquet(tmp_path / "results.parquet").equals(made.table)
 
 
