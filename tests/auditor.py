@@ -29,6 +29,7 @@ class Visit:
     leave: float = math.inf
     times: list[float] = field(default_factory=list)
     places: list[float] = field(default_factory=list)
+    into_bay: bool = False
 
     def at(self, time):
         i = bisect_right(self.times, time)
@@ -78,6 +79,7 @@ class Audit(Nodes, Work):
         for visits in edges.values():
             self.check_lane(visits)
         self.check_two_way(edges)
+        self.check_turns()
         self.check_nodes()
         return self.problems
 
@@ -100,7 +102,7 @@ class Audit(Nodes, Work):
                 self.drives(where.get(robot), time, robot, edge, value, until)
             elif kind in {"parked", "docked"} and robot in where:
                 visit = where.pop(robot)
-                visit.leave = time
+                visit.leave, visit.into_bay = time, True
                 length = self.graph.edges[visit.edge]["length"]
                 if abs(visit.at(time) - length) > TOL or visit.edge[1] != node:
                     self.fault(time, f"robot {robot} entered a bay at {node} from {visit.edge} at {visit.at(time)}")
@@ -180,6 +182,22 @@ class Audit(Nodes, Work):
                     gap = first.at(time) - then.at(time)
                     self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                     break
+
+    def check_turns(self):
+        """Between the end of an edge and the next a robot spends the time at the node, and that of its turn."""
+        traffic = self.run.model.traffic
+        heading = self.run.layout.headings
+        for visits in self.visits.values():
+            for before, visit in pairwise(visits):
+                if before.into_bay:
+                    continue
+                length = self.graph.edges[before.edge]["length"]
+                reached = next((t for t, p in zip(before.times, before.places, strict=True) if p >= length - TOL), None)
+                angle = math.degrees(abs(heading[before.edge] - heading[visit.edge]))
+                least = traffic.node_time + traffic.turn_time * min(angle, 360 - angle) / 90
+                if reached is not None and visit.enter < reached + least - self.delay:
+                    spent = visit.enter - reached
+                    self.fault(visit.enter, f"robot {visit.robot} spends {spent:g} of {least:g} at {visit.edge[0]}")
 
     def check_two_way(self, edges):
         """A two-way lane is used in one direction at a time, and nobody stands on it nearer than D to a node.

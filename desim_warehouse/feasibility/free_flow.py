@@ -63,7 +63,14 @@ class FreeFlow:
         cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
         self.own = own_destinations(model, layout)
-        self.travel = travel_on(layout, speed, node_time, cost, (*layout.bays, *layout.stations, *self.stations))
+        self.travel = travel_on(
+            layout,
+            speed,
+            node_time,
+            cost,
+            (*layout.bays, *layout.stations, *self.stations),
+            model.traffic.turn_time,
+        )
         weights = demand(model, layout)
         self.goods = np.flatnonzero(weights)
         places = [layout.storage[good] for good in self.goods]
@@ -76,11 +83,11 @@ class FreeFlow:
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to the starts of the edges (columns)."""
-        return self.travel.times(nodes, [edge[0] for edge in self.edges])
+        return self.travel.to_edges(nodes, self.edges)
 
     def from_edges(self, nodes: Sequence[str]) -> Any:
         """Times from the ends of the edges (rows) to nodes (columns)."""
-        return self.travel.times([edge[1] for edge in self.edges], nodes)
+        return self.travel.from_edges(self.edges, nodes)
 
     def station_shares(self) -> Any:
         """Which share of the goods of each edge (rows) goes to which of `stations` (columns), without queues."""

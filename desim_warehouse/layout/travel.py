@@ -14,12 +14,14 @@ from collections import OrderedDict, deque
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
+from desim_warehouse.layout.turning import Turns, last_steps, turning
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     import networkx as nx
 
-    from desim_warehouse.layout.layout import Layout
+    from desim_warehouse.layout.layout import Edge, Layout
 
 Cost = Literal["hops", "length", "time"]
 Row = tuple[Any, Any, Any, Any]
@@ -39,7 +41,13 @@ class RouteOracle:
     """
 
     def __init__(
-        self, highways: nx.DiGraph, cost: Cost, speed: float, node_time: float, hubs: Iterable[str] = ()
+        self,
+        highways: nx.DiGraph,
+        cost: Cost,
+        speed: float,
+        node_time: float,
+        hubs: Iterable[str] = (),
+        turn_time: float = 0.0,
     ) -> None:
         self.cost = cost
         self.names = list(highways)
@@ -53,6 +61,8 @@ class RouteOracle:
         ]
         self._counts = [[data.get("counts", 1.0) for data in highways[name].values()] for name in self.names]
         self._counted = cost != "hops" and any(count != 1 for row in self._counts for count in row)
+        self._turns = Turns(highways, self._every_edge(), turn_time) if turn_time else None
+        self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
         self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
@@ -77,7 +87,8 @@ class RouteOracle:
     def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
         """Nodes of the way, both ends included; empty where there is none.
 
-        Another `tie` gives another of the ways of the same length and time, where there are several.
+        Another `tie` gives another of the ways of the same length and time, where there are several; none where turns
+        take time.
         """
         forward = self._forward(origin, goal)
         row, at = self._row_of(origin, goal)
@@ -85,10 +96,56 @@ class RouteOracle:
             return []
         names, root, steps = self.names, self.index[origin if forward else goal], row[2]
         way = [names[at]]
+        if self._is_over_edges:
+            assert self._turns is not None
+            ends, size = self._turns.far_ends(forward=forward), len(names)
+            while (at := steps[at]) >= size:
+                way.append(names[ends[at - size]])
         while at != root:
-            at = self._tied(row, at, root, tie, forward=forward) if tie else steps[at]
+            tied = tie and self._turns is None
+            at = self._tied(row, at, root, tie, forward=forward) if tied else steps[at]
             way.append(names[at])
         return way[::-1] if forward else way
+
+    @property
+    def _is_over_edges(self) -> bool:
+        """Whether routes are searched for over edges, as the turns between them count."""
+        return self._turns is not None and self.cost == "time"
+
+    def beside(self, origin: str, goal: str) -> tuple[str, str]:
+        """The second and the last node but one of a way with two nodes or more, where turns count."""
+        import numpy as np
+
+        forward = self._forward(origin, goal)
+        (_, _, steps, _), at = self._row_of(origin, goal)
+        root = self.index[origin if forward else goal]
+        if (root, forward) not in self._beside:
+            self._beside[root, forward] = self._next_to(np.frombuffer(steps, dtype=np.intc), root, forward=forward)
+        near, far = (self.names[nodes[at]] for nodes in self._beside[root, forward])
+        return (far, near) if forward else (near, far)
+
+    def _next_to(self, steps: Any, root: int, *, forward: bool) -> tuple[Any, Any]:
+        """For every node the next towards the root, and the last before the root."""
+        import numpy as np
+
+        last, size, turns = last_steps(steps, root), len(self.names), self._turns
+        if not self._is_over_edges:
+            return steps, last
+        assert turns is not None
+        far, near = turns.far_ends(forward=forward), turns.far_ends(forward=not forward)
+        here = np.arange(size)
+        return (
+            np.where(steps[:size] >= size, far[steps[:size] - size], here),
+            np.where(last[:size] >= size, near[last[:size] - size], here),
+        )
+
+    def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
+        """All edges by the numbers of their nodes, with length, time and what routes are compared by."""
+        return [
+            (source, target, length, time, count * time)
+            for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
+            for (target, length, time), count in zip(edges, counts, strict=True)
+        ]
 
     def _tied(self, row: Row, at: int, root: int, tie: int, *, forward: bool) -> int:
         """The next node towards the root on one of the ways that are as cheap, as long and take as long."""
@@ -154,7 +211,7 @@ class RouteOracle:
             row = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root, forward=forward)
             self._rows[key] = row
             if len(self._rows) > self._keep:
-                self._rows.popitem(last=False)
+                self._beside.pop(self._rows.popitem(last=False)[0], None)
         elif len(self._rows) == self._keep:
             self._rows.move_to_end(key)
         return row
@@ -174,12 +231,23 @@ class RouteOracle:
                     lengths[there] = lengths[here] + length
                     times[there] = times[here] + time
                     line.append(there)
+        if self._turns is not None:
+            import numpy as np
+
+            first = self._turns.between(np.frombuffer(before, dtype=np.intc))
+            turned = _along(np.frombuffer(before, dtype=np.intc), first)
+            times = array("d", (np.frombuffer(times) + turned).tobytes())
         return lengths, times, before, lengths
 
     def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
         from scipy.sparse.csgraph import dijkstra
 
+        if self._is_over_edges:
+            assert self._turns is not None
+            found = self._turns.fastest(root, forward=forward)
+            made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", found, strict=True)]
+            return made[0], made[1], made[2], made[3]
         if self._edges is None:
             self._edges = self._matrices()
         graph, keys, columns = self._edges
@@ -197,6 +265,8 @@ class RouteOracle:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
             first[moved] = columns[what][edges]
+            if what == "time" and self._turns is not None:
+                first += self._turns.between(steps)
             return _along(steps, first)
 
         lengths, times, before = (
@@ -242,9 +312,11 @@ def _along(steps: Any, first: Any) -> Any:
 
 
 @lru_cache(maxsize=4)
-def travel_on(layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...]) -> FreeTravel:
+def travel_on(
+    layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...], turn_time: float = 0.0
+) -> FreeTravel:
     """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
-    return FreeTravel(layout.graph, speed, node_time, cost, hubs)
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time)
 
 
 class FreeTravel:
@@ -254,21 +326,80 @@ class FreeTravel:
     """
 
     def __init__(
-        self, highways: nx.DiGraph, speed: float, node_time: float, cost: Cost = "time", hubs: Iterable[str] = ()
+        self,
+        highways: nx.DiGraph,
+        speed: float,
+        node_time: float,
+        cost: Cost = "time",
+        hubs: Iterable[str] = (),
+        turn_time: float = 0.0,
     ) -> None:
         self.highways = highways
         self.speed = speed
         self.node_time = node_time
         self.cost = cost
         self.hubs = frozenset(hubs)
+        self.turn_time = turn_time
+        self._joints: dict[tuple[str, Edge, bool], float] = {}
         self._oracles: dict[str, RouteOracle] = {}
 
     def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for ways that are cheapest by a cost."""
         found = self._oracles.get(cost)
         if found is None:
-            found = self._oracles[cost] = RouteOracle(self.highways, cost, self.speed, self.node_time, self.hubs)
+            found = self._oracles[cost] = RouteOracle(
+                self.highways, cost, self.speed, self.node_time, self.hubs, self.turn_time
+            )
         return found
+
+    @property
+    def half_turn(self) -> float:
+        """The longest that a robot turns on a node."""
+        return 2 * self.turn_time
+
+    def to_edge(self, node: str, edge: Edge) -> float:
+        """Time from a node to a good's edge, the turn into it included; of a good at a node to that."""
+        return self.ways.time(node, edge[0]) + (self._joint(node, edge, first=False) if self.turn_time else 0.0)
+
+    def from_edge(self, edge: Edge, node: str) -> float:
+        """Time from the end of a good's edge to a node, the turn out of it included.
+
+        From a good at a node the turn counts if there is only one edge by which a robot can have come.
+        """
+        return self.ways.time(edge[1], node) + (self._joint(node, edge, first=True) if self.turn_time else 0.0)
+
+    def to_edges(self, nodes: Sequence[str], edges: Sequence[Edge]) -> Any:
+        """`to_edge` from every node (rows) to every edge (columns)."""
+        table = self.times(nodes, [edge[0] for edge in edges])
+        if self.turn_time:
+            table = table + [[self._joint(node, edge, first=False) for edge in edges] for node in nodes]
+        return table
+
+    def from_edges(self, edges: Sequence[Edge], nodes: Sequence[str]) -> Any:
+        """`from_edge` from every edge (rows) to every node (columns)."""
+        table = self.times([edge[1] for edge in edges], nodes)
+        if self.turn_time:
+            table = table + [[self._joint(node, edge, first=True) for node in nodes] for edge in edges]
+        return table
+
+    def _joint(self, node: str, edge: Edge, *, first: bool) -> float:
+        """Time of the turn between an edge and the route from it to a node (`first`) or to it from a node."""
+        key = node, edge, first
+        if key not in self._joints:
+            self._joints[key] = self.turn_time * self._quarters(node, edge, first=first)
+        return self._joints[key]
+
+    def _quarters(self, node: str, edge: Edge, *, first: bool) -> float:
+        end = edge[1] if first else edge[0]
+        if node == end or math.isinf(self.ways.time(*((end, node) if first else (node, end)))):
+            return 0.0
+        if edge[0] == edge[1]:
+            before = list(self.highways.predecessors(end))
+            if not first or len(before) > 1:
+                return 0.0
+            edge = before[0], end
+        second, last = self.ways.beside(*((end, node) if first else (node, end)))
+        return turning(self.highways, edge, (end, second) if first else (last, end))
 
     def along(self, edge: tuple[str, str], offset: float) -> tuple[float, float]:
         """Times from the start of a good's edge to the good, and from there to the end, its node time included."""

@@ -467,6 +467,9 @@ class TrafficSpec(Part):
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
     # Speeds change at once, as in the paper; the time that acceleration costs can be put into `node_time`
     node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
+    turn_time: Time = Field(
+        0.0, description="for every 90 degrees that a robot turns on a node, beside node_time", json_schema_extra=LATER
+    )
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "

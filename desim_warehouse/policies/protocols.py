@@ -157,6 +157,8 @@ class Roads:
     speed: float
     node_time: float
     contact: float
+    turning: Callable[[str, str, str], float] | None = None
+    """How long a robot turns on the second node that comes from the first and goes to the third; None: no time."""
 
 
 class Allocation(Protocol):

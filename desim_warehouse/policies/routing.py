@@ -147,6 +147,8 @@ class CongestionAware:
                 counts = edge.get("counts", 1.0)
                 driving = edge["length"] / min(roads.speed, edge["speed"])
                 time = least[here] + driving * counts + roads.node_time * counts + waiting
+                if roads.turning is not None and here in before:
+                    time += roads.turning(before[here], here, there)
                 if time < least.get(there, math.inf):
                     least[there] = time
                     before[there] = here

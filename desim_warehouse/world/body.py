@@ -67,6 +67,7 @@ class Body:
 
     It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
     lane (`waiting_behind`, the drive to go on with).
+    Standing on an intersection it faces its next lane at `ready_at`.
     `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
@@ -95,6 +96,7 @@ class Body:
         "out_pace",
         "pace",
         "pos",
+        "ready_at",
         "rear_ends",
         "recall_at",
         "since",
@@ -128,6 +130,7 @@ class Body:
         self.waits_for: Body | None = None
         self.delay: Delay | None = None
         self.recall_at = self.train_pace = math.inf
+        self.ready_at = -math.inf
         self.mark = 0
         self.detours = 0
         self.task = -1

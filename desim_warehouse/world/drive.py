@@ -45,7 +45,19 @@ class Drive:
     `held_up`: it is there, or has to decide or to wait for something at an intersection.
     """
 
-    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "node_time", "robot", "route", "rules", "stop")
+    __slots__ = (
+        "_ok",
+        "callbacks",
+        "env",
+        "held_up",
+        "index",
+        "node_time",
+        "robot",
+        "route",
+        "rules",
+        "stop",
+        "turn_time",
+    )
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -53,6 +65,7 @@ class Drive:
         self.rules = rules
         self.env: Any = rules.env
         self.node_time = rules.node_time
+        self.turn_time = rules.turn_time
         self.robot = robot
         self.route = route
         self.stop = stop
@@ -86,7 +99,7 @@ class Drive:
             if onward is None and self.stop is not None:
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
-            if onward is None or onward.short or robot.recall_at <= self._clear_of_node():
+            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._takes_detour():
                 yield from self._pass_when_free(onward)
@@ -107,10 +120,11 @@ class Drive:
         for callback in callbacks:
             callback(event)
 
-    def _clear_of_node(self) -> float:
+    def _clear_of_node(self, onward: Lane) -> float:
         """When a robot that sets out from the stop line now leaves the node."""
         robot, lane = self.robot, self.robot.lane
-        return float(self.env._now + (lane.length - robot.pos) / robot.pace + self.node_time)
+        clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + self.node_time)
+        return clear + lane.turn_to(onward) if self.turn_time else clear
 
     def _takes_detour(self) -> bool:
         """Whether a robot held up at an intersection takes another route from there."""
@@ -124,7 +138,7 @@ class Drive:
         """Wait at the stop line for the intersection and room beyond it, and set out; or not, if it is recalled."""
         robot = self.robot
         yield from robot.lane.end.claim(robot, onward, robot.lane)
-        clear = self._clear_of_node()
+        clear = self._clear_of_node(onward)
         if robot.recall_at > clear and robot.granted is onward:
             self.index += 1
             self._cross(onward, clear, None if self.onward else self.stop, self.env._now)
@@ -173,6 +187,8 @@ class Drive:
             onward, node, guard = self.route[index], lane.end, self.rules.guard
             # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
             clear = now + (lane.length - pos) / robot.pace + self.node_time
+            if self.turn_time:
+                clear += lane.turn_to(onward)
             if (
                 onward.short
                 or robot.recall_at <= clear
@@ -199,7 +215,8 @@ class Drive:
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
         if lane is not None:
-            lane.leave(robot, clear - self.node_time)
+            turning = lane.turn_to(onward) if self.turn_time else 0.0
+            lane.leave(robot, clear - self.node_time - turning)
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
@@ -249,14 +266,21 @@ class Drive:
                 return Departure.THERE
             self.index += 1
             halt = None if self.onward else self.stop
+            self._turn(onward)
             if not onward.short:
                 if robot.granted is not onward:
                     yield from robot.held.claim(robot, onward, robot.lane)
-                self._cross(onward, self.env._now, halt, self.env._now)
+                self._cross(onward, max(robot.ready_at, self.env._now), halt, self.env._now)
                 return Departure.UNDER_WAY
             yield from self._over_short(onward, halt)
             if halt is not None:
                 return Departure.THERE
+
+    def _turn(self, onward: Lane) -> None:
+        """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""
+        robot = self.robot
+        if self.turn_time and robot.lane is not None:
+            robot.ready_at = self.env._now + robot.lane.turn_to(onward)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
@@ -274,13 +298,14 @@ class Drive:
     def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
         """From the node it holds over a short lane whose end is granted; the drive is due there."""
         robot, node, log = self.robot, onward.start, self.rules.log
+        turning = max(robot.ready_at - now, 0.0)
         if robot.lane is not None:
             robot.lane.leave(robot, now)
         onward.enter_standing(robot)
         if log.moves:
-            log.enter(now, robot)
+            log.enter(now + turning, robot)
         robot.held = onward.end
-        onward.commit(robot, target, now)
+        onward.commit(robot, target, now, turning)
         if not onward.inside:
             node.passed(robot, onward, robot.since)
             if node.claims:
@@ -306,6 +331,7 @@ class Drive:
             self.index = index
             return False
         node.grant(robot, beyond)
+        self._turn(onward)
         self._set_out_over_short(onward, onward.length, now)
         return True
 

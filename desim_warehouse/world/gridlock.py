@@ -14,7 +14,10 @@ the intersection and waits on it; this leaves a gap behind it, and the rings on 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Literal
+
+from simpy.events import Timeout
 
 from desim_warehouse.errors import GridlockError
 from desim_warehouse.world.rules import EPS
@@ -23,6 +26,7 @@ _NAMED = 6  # robots of a ring that an error names
 
 if TYPE_CHECKING:
     from simpy import Environment
+    from simpy.events import Event
 
     from desim_warehouse.log import Log
     from desim_warehouse.world.body import Body
@@ -67,16 +71,27 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether no intersection within the ring is still closing behind a robot; if one is, it is looked at again."""
+        """Whether all in the ring can go: no intersection is still closing behind a robot, nobody is turning on one.
+
+        If not, it is looked at again.
+        """
         now: float = self.env._now
         for robot in ring:
             claim = robot.claim
+            if (
+                claim is not None and robot.held is not None and robot.ready_at > now + EPS
+            ):  # it turns on its node first
+                Timeout(self.env, robot.ready_at - now).callbacks.append(partial(self._look_again, robot))
+                return False
             if claim is None or claim.node.holder is not None:
                 continue
             if not claim.node.is_open(robot, claim.via, now):
                 claim.node.reopen_later(now)
                 return False
         return True
+
+    def _look_again(self, robot: Body, _: Event) -> None:
+        self.check(robot)
 
     def _turn(self, ring: list[Body]) -> None:
         """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself.

@@ -13,7 +13,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.world.body import Delay
-from desim_warehouse.world.rules import EPS
+from desim_warehouse.world.rules import EPS, turn
 
 if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
@@ -54,6 +54,7 @@ class Lane:
         "start",
         "stop_line",
         "tail",
+        "turns",
         "twin",
         "waits",
         "wanted",
@@ -86,6 +87,7 @@ class Lane:
         self.inside = self.short and start is end
         self.stop_line = 0.0 if self.short else length - self.headway
         self.closings: dict[tuple[Lane, float], float] = {}
+        self.turns: dict[Lane, float] = {}
         self.last: Body | None = None
         self.entering: Body | None = None
         self.twin: Lane | None = None
@@ -94,6 +96,13 @@ class Lane:
         self.out_pace = 1.0
         self.passages = self.waits = 0
         self.blocked = 0.0
+
+    def turn_to(self, onward: Lane) -> float:
+        """How long a robot that comes by this lane turns on the node before it can leave by another."""
+        time = self.turns.get(onward)
+        if time is None:
+            time = self.turns[onward] = self.rules.turn_time * turn(self.heading, onward.heading) / (math.pi / 2)
+        return time
 
     # Room
 
@@ -208,9 +217,9 @@ class Lane:
             behind.ahead = front
             robot.behind = None
 
-    def commit(self, robot: Body, target: float, now: float) -> None:
-        """Let a robot drive on to `target`, and all set off who gain by it."""
-        self._set_off(robot, target, now)
+    def commit(self, robot: Body, target: float, now: float, delay: float = 0.0) -> None:
+        """Let a robot drive on to `target`, after a delay, and all set off who gain by it."""
+        self._set_off(robot, target, now + delay)
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:

@@ -163,14 +163,16 @@ class Reach:
 
     def need(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
         """Energy that a task and the way to a charger after it draw from where and when the robot is free."""
-        driven = self.travel(robot.speed).ways.time(robot.node, task.edge[0])
+        travel = self.travel(robot.speed)
+        driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
         return self.rates["empty"] * (
             robot.free_in + driven + self.to_charger(station, robot, choice)
         ) + self._from_edge(robot.speed, task, station)
 
     def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
         """Energy with which a robot, driving freely, does not have to give the task back on the way."""
-        driven = robot.free_in + self.travel(robot.speed).ways.time(robot.node, task.edge[0])
+        travel = self.travel(robot.speed)
+        driven = robot.free_in + (travel.half_turn + travel.to_edge(robot.node, task.edge))
         least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
         if levels.margin is not None:
             least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
@@ -186,11 +188,12 @@ class Reach:
         """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
         import numpy as np
 
-        empty, starts = self.rates["empty"], [task.edge[0] for task in tasks]
+        empty, edges = self.rates["empty"], [task.edge for task in tasks]
         driven = np.empty((len(robots), len(tasks)))
         for speed in dict.fromkeys(robot.speed for robot in robots):
             these = [i for i, robot in enumerate(robots) if robot.speed == speed]
-            driven[these] = self.travel(speed).times([robots[i].node for i in these], starts)
+            travel = self.travel(speed)
+            driven[these] = travel.half_turn + travel.to_edges([robots[i].node for i in these], edges)
         driven += np.array([robot.free_in for robot in robots])[:, None]
         low = np.array([level.critical + EPS * robot.capacity for robot, level in zip(robots, levels, strict=True)])
         table = empty * driven + low[:, None]
@@ -210,14 +213,19 @@ class Reach:
         return table
 
     def _from_edge(self, speed: float, task: Task, station: str) -> float:
-        """Energy from the start of the good's edge to being clear of the station."""
+        """Energy from the start of the good's edge to being clear of the station.
+
+        What it turns where nobody knows how it stands, before it sets out from a place in the lane or from a good at a
+        node, counts as half a turn.
+        """
         tasks, rates = self.tasks, self.rates
         travel = self.travel(speed)
         before, after = travel.along(task.edge, task.offset)
+        unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
         return float(
-            rates["empty"] * (before + tasks.clear_time)
+            rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
             + rates["loading"] * (tasks.load_time + tasks.unload_time)
-            + rates["loaded"] * (after + travel.ways.time(task.edge[1], station))
+            + rates["loaded"] * (after + (travel.from_edge(task.edge, station) + unknown))
         )
 
     # Driving times
@@ -226,7 +234,9 @@ class Reach:
         """Driving times of a robot with a speed."""
         if speed not in self._travel:
             known = self._known
-            self._travel[speed] = FreeTravel(known.highways, speed, known.node_time, known.cost)
+            self._travel[speed] = FreeTravel(
+                known.highways, speed, known.node_time, known.cost, turn_time=known.turn_time
+            )
         return self._travel[speed]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:

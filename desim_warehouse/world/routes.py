@@ -69,6 +69,7 @@ class Routes:
             speed=travel.speed,
             node_time=travel.node_time,
             contact=contact,
+            turning=self._turning if travel.turn_time else None,
         )
         self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}
@@ -103,6 +104,9 @@ class Routes:
         if stop is not None:
             other = [*other, last]
         return None if other[0] is route[index] else other
+
+    def _turning(self, before: str, node: str, after: str) -> float:
+        return self.lanes[before, node].turn_to(self.lanes[node, after])
 
     def _queued(self, edge: Edge) -> int:
         """Robots that wait on an edge now."""

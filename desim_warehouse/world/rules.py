@@ -89,7 +89,8 @@ class Rules:
 
     `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
     other's place. `theta` is the collision angle in radians; `node_time` is spent at every node reached (turning and
-    re-planning). `mixed`: robots or edges differ in speed, so that one robot can catch up with another on the way.
+    re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
+    in speed, so that one robot can catch up with another on the way.
     `exits_matter`: somebody asks when a robot leaves the end of a lane (the log of everything, or a faster follower).
     `guard` decides on every step where lanes are two-way; None: full rings of waiting robots turn instead.
     """
@@ -103,6 +104,7 @@ class Rules:
     mixed: bool
     exits_matter: bool
     guard: Avoidance | None = None
+    turn_time: float = 0.0
 
     def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
         """How far the robot that left by one lane must be before the next may come `via` another.

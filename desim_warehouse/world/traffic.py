@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class Traffic:
     """The Highways in use: lanes by edge, intersections by node.
 
-    `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for `node_time` and `mixed`);
+    `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
     `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
     `rules.guard`, which decides on every step; `patience` is its.
     """
@@ -44,13 +44,16 @@ class Traffic:
         contact: float,
         theta: float,
         node_time: float,
+        turn_time: float = 0.0,
         mixed: bool = True,
         rule: Rule = "rotate",
         patience: float = math.inf,
     ) -> None:
         self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
         guard = Avoidance(env, patience) if rule == "avoid" else None
-        self.rules = Rules(env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard)
+        self.rules = Rules(
+            env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
+        )
         self.nodes = _intersections(layout, self.rules)
         self.lanes = _lanes(layout, self.rules, self.nodes)
 

@@ -72,6 +72,7 @@ class World:
             contact=fleet.contact,
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
+            turn_time=model.traffic.turn_time,
             mixed=len(kinds) > 1 or layout.has_limits,
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
@@ -83,6 +84,7 @@ class World:
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
+            model.traffic.turn_time,
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)

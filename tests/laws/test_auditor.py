@@ -390,3 +390,12 @@ def test_loading_on_a_node_that_another_has_not_cleared(at_nodes):
     assert rows[at][0] == 2  # robot 0 has left at 0, and is D beyond
     rows[at] = change(rows[at], time=1.0)
     finds(altered(at_nodes, rows), "robot 1 came out of a bay at A, 1 from robot 0")
+
+
+def test_turning_too_fast(ring):
+    run = dw.simulate(ring.model.replace({"traffic.turn_time": 4}))
+    assert audit(run) == []
+    rows = list(run.record.rows)
+    at = first(rows, "enter", 0, ("B", "C"))
+    rows[at] = change(rows[at], time=rows[at][0] - 1)
+    finds(altered(run, rows), "robot 0 spends 3 of 4 at B")

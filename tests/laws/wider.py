@@ -1,12 +1,14 @@
 """What plants have beside the paper's floor, put into any random model.
 
-Picks at nodes, destinations of tasks, robots that start on the lanes.
+Picks at nodes, destinations of tasks, robots that start on the lanes, and that take time to turn.
 """
 
 from __future__ import annotations
 
 import math
 import random
+
+import networkx as nx
 
 import desim_warehouse as dw
 from desim_warehouse.feasibility import errors
@@ -22,7 +24,8 @@ def wider(mapping, seed):
         goals = [*nodes, *layout["stations"]]
         if isinstance(tasks["goods"], list):
             tasks["goods"] = [with_goal(draw, item, goals) if draw.random() < 0.4 else item for item in tasks["goods"]]
-    made = {**mapping, "layout": layout, "tasks": tasks}
+    turn_time = 0.0 if mapping["battery"] else draw.choice((0.0, 0.3, 2.0))  # no battery is made for it
+    made = {**mapping, "layout": layout, "tasks": tasks, "traffic": {**mapping["traffic"], "turn_time": turn_time}}
     return with_starts(draw, made) if nodes else made
 
 
@@ -32,13 +35,10 @@ def with_starts(draw, mapping):
     contact = 2 * fleet["robot"]["radius"] + fleet["robot"].get("margin", 0)
     edges = [({"from": e[0], "to": e[1]} if isinstance(e, list) else e) for e in layout["edges"]]
     lengths = {(e["from"], e["to"]): e["length"] for e in edges}
-    stands, used, facing = [], set(), {}
-    for node in layout["nodes"]:
-        close = (pair for pair, length in lengths.items() if node in pair and length < contact + 1e-5)
-        near = {node}.union(*close)
-        if not near & used:
-            stands.append({"node": node})
-            used.add(node)
+    facing = {}
+    near = nx.Graph(pair for pair, length in lengths.items() if length < contact + 1e-5)
+    near.add_nodes_from(layout["nodes"])
+    stands = [{"node": draw.choice(sorted(part))} for part in nx.connected_components(near)]
     for (a, b), length in lengths.items():
         for place in range(math.floor(length / contact) - 1 if (b, a) not in facing else 0):
             facing[a, b] = True
@@ -49,7 +49,11 @@ def with_starts(draw, mapping):
     stands = stands[: draw.choice((0, 1, 3, fleet["size"]))][: fleet["size"]]
     while stands:
         made = {**mapping, "fleet": {**fleet, "start_on_lanes": stands}}
-        if not [item for item in errors(dw.load(made)) if item.code == "START_STUCK"]:
+        try:
+            found = errors(dw.load(made))
+        except dw.ModelError:  # for another reason: it is said where it is simulated
+            return made
+        if not [item for item in found if item.code == "START_STUCK"]:
             return made
         stands.pop()
     return mapping

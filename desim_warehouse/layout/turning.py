@@ -1,0 +1,136 @@
+"""Free driving where robots take time to turn on nodes: what a route costs depends on which edges follow each other.
+
+So the fastest route is looked for over edges, not over nodes: a search towards a goal (or from an origin) whose steps
+are edges, each with the turn from the one to the next. What a robot turns before the first edge and after the last of a
+route is not in its time, as a node alone does not say where it faces there: `FreeTravel` adds it where it is known.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import networkx as nx
+
+    from desim_warehouse.layout.layout import Edge
+
+
+def turning(highways: nx.DiGraph, one: Edge, other: Edge) -> float:
+    """Quarters of a turn from the heading of one edge to that of another, drawn straight."""
+    return float(_quarters(_heading(highways, one) - _heading(highways, other)))
+
+
+def _heading(highways: nx.DiGraph, edge: Edge) -> float:
+    (x0, y0), (x1, y1) = ((highways.nodes[node]["x"], highways.nodes[node]["y"]) for node in edge)
+    return math.atan2(y1 - y0, x1 - x0)
+
+
+def _quarters(angle: Any) -> Any:
+    return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
+
+
+class Turns:
+    """The turns on all nodes of some Highways; edges are given by node numbers, with `costs` to compare routes by."""
+
+    def __init__(
+        self, highways: nx.DiGraph, edges: Sequence[tuple[int, int, float, float, float]], turn_time: float
+    ) -> None:
+        import numpy as np
+
+        self.turn_time = turn_time
+        self.size = len(highways)
+        self.at = np.array([complex(data["x"], data["y"]) for _, data in highways.nodes(data=True)])
+        self.source, self.target, self.length, self.time, self.cost = (
+            np.array(column) for column in zip(*edges, strict=True)
+        )
+        self.heading = np.angle(self.at[self.target] - self.at[self.source])
+        self._graphs: dict[bool, Any] = {}
+
+    def between(self, steps: Any) -> Any:
+        """Time of the turn between the first two edges of every chain of nodes; 0 where it ends after one."""
+        import numpy as np
+
+        here, further = np.arange(len(steps)), steps[steps]
+        one, other = np.angle(self.at[steps] - self.at[here]), np.angle(self.at[further] - self.at[steps])
+        return np.where((steps != here) & (further != steps), self.turn_time * _quarters(one - other), 0.0)
+
+    def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
+        """Lengths and times from a node to all (or to it), the steps towards it, and the costs.
+
+        Steps are over states: the nodes, then the edges. A node's is the edge that its route has at this end, an edge's
+        the edge that follows on the way to the root, and the root after the last.
+        """
+        import numpy as np
+        from scipy.sparse.csgraph import dijkstra
+
+        search: Any = dijkstra
+        costs, before = search(self._graph(forward=forward), indices=root, return_predecessors=True)
+        size, count = self.size, len(self.source)
+        here = np.arange(size + count)
+        steps = np.where(before < 0, here, before)
+        onward = steps[size:] - size
+        turn = np.where(onward >= 0, self.turn_time * _quarters(self.heading - self.heading[onward]), 0.0)
+        found = np.isfinite(costs[size:])
+        node = self.target if forward else self.source
+        order = np.lexsort((np.arange(count), costs[size:], node))
+        first = np.minimum(np.searchsorted(node[order], np.arange(size)), count - 1)
+        best = order[first]
+        has = (node[best] == np.arange(size)) & found[best] & (np.arange(size) != root)
+        steps[:size] = np.where(has, size + best, here[:size])
+        sums = []
+        for first_of in (self.length, self.time + turn):
+            along = np.concatenate([np.zeros(size), np.where(found, first_of, 0.0)])
+            sums.append(np.where(has, _sums(steps, along)[:size], np.inf))
+            sums[-1][root] = 0.0
+        costs = np.where(has, costs[size + best], np.inf)
+        costs[root] = 0.0
+        return sums[0], sums[1], steps, costs
+
+    def far_ends(self, *, forward: bool) -> Any:
+        """The node at the root's side of every edge."""
+        return self.source if forward else self.target
+
+    def _graph(self, *, forward: bool) -> Any:
+        import numpy as np
+        from scipy.sparse import csr_array
+
+        if forward not in self._graphs:
+            size, count = self.size, len(self.source)
+            begin, end = (self.source, self.target) if forward else (self.target, self.source)
+            order = np.argsort(begin, kind="stable")
+            low, high = (np.searchsorted(begin[order], end, side=side) for side in ("left", "right"))
+            one = np.repeat(np.arange(count), high - low)
+            rank = np.arange(len(one)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
+            other = order[np.repeat(low, high - low) + rank]
+            turn = self.turn_time * _quarters(self.heading[one] - self.heading[other])
+            rows = np.concatenate([begin, size + one])
+            columns = np.concatenate([size + np.arange(count), size + other])
+            values = np.concatenate([self.cost, turn + self.cost[other]])
+            self._graphs[forward] = csr_array((values, (rows, columns)), shape=(size + count, size + count))
+        return self._graphs[forward]
+
+
+def _sums(steps: Any, first: Any) -> Any:
+    """Sum of `first` along the chains of `steps`, each of which ends where it leads to itself, with 0 there."""
+    total = first.copy()
+    while True:
+        further = steps[steps]
+        total = total + total[steps]
+        if (further == steps).all():
+            return total
+        steps = further
+
+
+def last_steps(steps: Any, root: int) -> Any:
+    """The last before the root on every chain of `steps`; itself where there is none."""
+    import numpy as np
+
+    found = np.where(steps == root, np.arange(len(steps)), steps)
+    while True:
+        further = found[found]
+        if (further == found).all():
+            return found
+        found = further
