@@ -302,6 +302,8 @@ class Drive:
         if robot.lane is not None:
             robot.lane.leave(robot, now)
         onward.enter_standing(robot)
+        if turning:
+            robot.entered_at = now + turning
         if log.moves:
             log.enter(now + turning, robot)
         robot.held = onward.end
