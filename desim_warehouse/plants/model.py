@@ -205,7 +205,7 @@ class _Maker:
         if places > 1:
             for name in bays:
                 self.plant.assume(
-                    f"layout.bays.{name}.places", f"so that {robots} robots have a place; one vehicle as drawn"
+                    f"layout.bays.{name}.places", f"so that {robots} robots have a slot; one vehicle as drawn"
                 )
         return bays
 
