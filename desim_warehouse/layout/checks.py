@@ -353,11 +353,9 @@ def _cross(ends: list[complex]) -> bool:
 
 def capacity(layout: Layout, contact: float) -> int:
     """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once."""
-    back = {(b, a) for a, b in layout.two_way}
     return sum(
-        max(math.floor((length + EPS) / contact) - 1, 0)  # the first robot stands at the stop line, D before the node
-        for a, b, length in layout.graph.edges(data="length")
-        if (a, b) not in back
+        max(math.floor((layout.length(lane) + EPS) / contact) - 1, 0)  # the first stands at the stop line
+        for lane in layout.lanes
     )
 
 

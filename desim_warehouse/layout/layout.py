@@ -71,6 +71,16 @@ class Layout:
         return [(a, b) for a, b, two_way in self.graph.edges(data="two_way") if two_way and a < b]
 
     @cached_property
+    def lanes(self) -> list[Edge]:
+        """Every lane once, in the order of the edges: a two-way one by the first of its two edges."""
+        firsts: dict[frozenset[str], Edge] = {}
+        return [
+            (a, b)
+            for a, b, two_way in self.graph.edges(data="two_way")
+            if not two_way or firsts.setdefault(frozenset((a, b)), (a, b)) == (a, b)
+        ]
+
+    @cached_property
     def has_limits(self) -> bool:
         """Whether any lane has a speed limit."""
         return any(math.isfinite(speed) for *_, speed in self.graph.edges(data="speed"))

@@ -18,6 +18,7 @@ from desim_warehouse.states import seen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
     from desim_warehouse.run import Run
 
@@ -130,6 +131,7 @@ class FilmFrame:
         for number, (x, y) in zip(self.numbers, points, strict=False):
             number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
+        self._show_directions(self.positions.at(time)[0])
         done = sum(1 for task in self.history.counted_deliveries if task.delivered <= time)
         counted = sum(1 for wait in self.history.waits if self.history.counts(wait.end) and wait.end <= time)
         unit = self.run.model.units
@@ -165,9 +167,16 @@ class FilmFrame:
         axes, run, edges = self.axes, self.run, self.positions.edges
         axes.set_aspect("equal")
         axes.set_axis_off()
-        lines = [(start, end) for start, end in zip(edges.start[: edges.real], edges.end[: edges.real], strict=True)]
-        axes.add_collection(LineCollection(lines, colors=self.colours["aisle"], linewidths=0.8, zorder=1))
-        middle, way = (edges.start + edges.end)[: edges.real] / 2, (edges.end - edges.start)[: edges.real]
+        numbers = np.arange(edges.real)
+        for some, style in ((edges.twin < 0, "solid"), (edges.twin > numbers, "dashed")):
+            lines = np.stack([edges.start[: edges.real][some], edges.end[: edges.real][some]], axis=1)
+            axes.add_collection(
+                LineCollection(list(lines), colors=self.colours["aisle"], linewidths=0.8, linestyles=style, zorder=1)
+            )
+        self.used = LineCollection([], colors=self.colours["border"], linewidths=1.5, zorder=1)
+        axes.add_collection(self.used)
+        one_way = numbers[edges.twin < 0]
+        middle, way = (edges.start + edges.end)[one_way] / 2, (edges.end - edges.start)[one_way]
         angles = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
         for (x, y), angle in zip(middle, angles, strict=True):
             axes.plot(x, y, marker=(3, 0, -angle - 90), color=self.colours["border"], markersize=5, zorder=1)
@@ -182,6 +191,18 @@ class FilmFrame:
             for name, data in run.layout.graph.nodes(data=True):
                 axes.annotate(name, (data["x"], data["y"]), (6, 6), textcoords="offset points", size=8)
         self._frame(size)
+
+    def _show_directions(self, on: NDArray[np.int64]) -> None:
+        """Two-way lanes in use are solid, with an arrow in their present direction: that of the robots on them."""
+        edges = self.positions.edges
+        used = np.unique(on[on < edges.real])
+        used = used[edges.twin[used] >= 0]
+        start, way = edges.start[used], edges.end[used] - edges.start[used]
+        long = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)[:, None]
+        middle, along = start + way / 2, way / long * float(self.radii.max())
+        aside = along[:, ::-1] * (-0.7, 0.7)
+        heads = [np.stack([middle - along + side, middle + along], axis=1) for side in (aside, -aside)]
+        self.used.set_segments([*np.stack([start, start + way], axis=1), *heads[0], *heads[1]])
 
     def _frame(self, size: float) -> None:
         edges, storage = self.positions.edges, self.run.layout.storage

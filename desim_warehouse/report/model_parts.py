@@ -10,6 +10,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import html, words
 
 if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.report.html import Html
 
@@ -18,13 +19,9 @@ def model_facts(model: Model) -> Html:
     """Floor, fleet, work, batteries and policies."""
     floor = build(model.layout)
     units, fleet = model.units, model.fleet
-    graph = floor.graph
     rows = [
         ("Model", model.name),
-        (
-            "Floor",
-            f"{len(graph)} nodes, {graph.number_of_edges()} one-way edges, {len(floor.storage)} storage places",
-        ),
+        ("Floor", _floor(floor)),
         (
             "Robots",
             (
@@ -59,6 +56,12 @@ def work(model: Model) -> str:
         if hasattr(goods, name):
             return text.format(words.number(getattr(goods, name)))
     return "as in the model"
+
+
+def _floor(floor: Layout) -> str:
+    two_way = len(floor.two_way)
+    lanes = f"{len(floor.lanes) - two_way} one-way edges" + (f", {two_way} two-way lanes" if two_way else "")
+    return f"{len(floor.graph)} nodes, {lanes}, {len(floor.storage)} storage places"
 
 
 def _battery(model: Model) -> str:

@@ -47,6 +47,8 @@ class Edges:
     length: Floats
     real: int
     """How many of them are edges of the layout."""
+    twin: Ints
+    """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
 
     def points(self, edge: Ints, position: Floats) -> Floats:
         """The points at positions (length units) along edges: one row of x and y each."""
@@ -119,6 +121,8 @@ def _edges(run: Run, places: Sequence[Zone]) -> Edges:
     start, end = [at[node] for node in source], [at[node] for node in target]
     length = [float(data["length"]) for _, _, data in graph.edges(data=True)]
     real = len(length)
+    number = {edge: rank for rank, edge in enumerate(graph.edges)}
+    twin = [number[b, a] if two_way else -1 for a, b, two_way in graph.edges(data="two_way")]
     for zone in places:
         for point in zone.places:
             source.append(zone.node)
@@ -126,7 +130,9 @@ def _edges(run: Run, places: Sequence[Zone]) -> Edges:
             start.append(point)
             end.append(at[zone.node])
             length.append(math.dist(point, at[zone.node]))
-    return Edges(source, target, np.array(start, float), np.array(end, float), np.array(length), real)
+    return Edges(
+        source, target, np.array(start, float), np.array(end, float), np.array(length), real, np.array(twin, np.int64)
+    )
 
 
 class _Berths:

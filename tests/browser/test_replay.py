@@ -10,7 +10,7 @@ import pytest
 
 from desim_warehouse.report.positions import Positions
 from tests.browser.pages import Page
-from tests.report.replay.floors import RUNS, busy_run, jammed_run, paper_run
+from tests.report.replay.floors import RUNS, busy_run, jammed_run, paper_run, spurs_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,6 +67,24 @@ def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -
                 assert found == pytest.approx(colours[state], abs=30)
                 seen.add(state)
     assert seen == set(colours)
+
+
+def test_a_two_way_lane_is_one_line_with_its_present_direction(browser: Any, tmp_path: Path) -> None:
+    run = spurs_run()
+    page, where = Page(browser, run, tmp_path), Positions(run)
+    # those of the trunk, not the two lanes side by side
+    pairs = [[where.edges.source[edge] for edge in pair] for pair in page.ask("page.header.two_way")]
+    assert sorted(pairs) == [["a", "b"], ["b", "c"], ["b", "shelf"], ["c", "pack"]]
+    edges, seen = list(run.layout.graph.edges), set()
+    for time in np.linspace(20, run.record.end, 60):
+        page.seek(float(time))
+        on = [edges[edge] for edge in where.at(float(time))[0] if edge < len(edges)]
+        used = {edge for edge in on if run.layout.graph.edges[edge]["two_way"]}
+        assert {tuple(edge) for edge in page.ask("page.directions()")} == used
+        assert not any(edge[::-1] in used for edge in used)
+        seen |= used
+    assert len(seen) == 8  # every lane in both directions, at one time or another
+    assert "two-way lane, free" in page.text("legend")
 
 
 def test_playing_moves_robots_and_pausing_stops_them(page: Page) -> None:

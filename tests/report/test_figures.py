@@ -11,7 +11,9 @@ import desim_warehouse as dw
 from desim_warehouse.account import OF_TASKS
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
+from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import compare, mser
+from tests.report.replay.floors import spurs_run
 
 plot = dw.plot
 HALF_WIDTH = 4.302652729911275 / np.sqrt(3)
@@ -259,6 +261,27 @@ def test_the_layout_shows_nodes_arrows_goods_and_bays(model):
     assert [len(c.get_paths()) for c in patches] == [70, 10, 1, 1, 1, 1, 1, 1]  # goods, those fetched, six bays
     low, high = ax.get_ylim()
     assert low > high  # y grows downwards, as in the model file
+
+
+def lines_of(ax):
+    return next(c for c in ax.collections if isinstance(c, mpl.collections.LineCollection))
+
+
+def test_a_two_way_lane_is_drawn_and_coloured_as_one():
+    run = spurs_run()
+    # four two-way lanes, and two lanes side by side; an arrow for each direction
+    drawn = plot.layout(run)
+    ends = {tuple(map(tuple, line)) for line in lines_of(drawn).get_segments()}
+    assert len(ends) == 6
+    assert ((0, 0), (12, 0)) in ends  # in the middle of the aisle
+    assert ((24, 0), (36, 0)) not in ends  # beside the lane back
+    assert len(next(c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)).U) == 10
+    driven, values = run.edges["passages"], edge_values(run, "passages")
+    assert len(values) == 6
+    assert values["a", "b"] == driven["a>b"] + driven["b>a"] > 0
+    assert values["c", "d"] == driven["c>d"]
+    assert sum(values.values()) == driven.sum()
+    assert len(lines_of(plot.congestion(run)).get_segments()) == 6
 
 
 def test_the_warm_up_is_cut_where_mser_says(lifelong):

@@ -16,7 +16,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.film import FilmFrame, film
 from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.positions import Positions
-from tests.report.replay.floors import busy, busy_run, paper_run
+from tests.report.replay.floors import busy, busy_run, paper_run, spurs_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,6 +39,25 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
         picture.show(moment)
         assert picture.moods(moment)[robot] == mood
         assert to_hex(picture.goods.get_facecolor()[good]) == colour
+
+
+def test_a_two_way_lane_has_an_arrow_in_its_present_direction() -> None:
+    run = spurs_run()
+    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run)
+    edges, graph = list(run.layout.graph.edges), run.layout.graph
+    counts = set()
+    for time in np.linspace(20, run.record.end, 40):
+        picture.show(float(time))
+        on = {edges[edge] for edge in where.at(float(time))[0] if edge < len(edges)}
+        used = [edge for edge in edges if edge in on and graph.edges[edge]["two_way"]]
+        drawn = picture.used.get_segments()
+        assert len(drawn) == 3 * len(used)  # a line and the two sides of an arrow head
+        for (source, target), line, head in zip(used, drawn, drawn[len(used) :], strict=False):
+            start, end = (np.array([graph.nodes[node]["x"], graph.nodes[node]["y"]]) for node in (source, target))
+            assert line == pytest.approx(np.stack([start, end]))
+            assert np.dot(head[1] - head[0], end - start) > 0  # it points ahead
+        counts.add(len(used))
+    assert len(counts) > 1
 
 
 def test_the_caption_counts_as_the_run_does() -> None:

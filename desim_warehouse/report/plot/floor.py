@@ -1,4 +1,4 @@
-"""The warehouse drawn: nodes, one-way edges, goods, bays and stations."""
+"""The warehouse drawn: nodes, lanes, goods, bays and stations."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def layout(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The floor of a model: nodes, one-way arrows, goods, slots of bays and stations with their names, chargers.
+    """The floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with their names, chargers.
 
     Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60.
     """
@@ -132,9 +132,9 @@ def _at(floor: Layout, node: str) -> tuple[float, float]:
 
 
 def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The two ends of an edge as drawn: beside its opposite direction where both are there."""
+    """The two ends of an edge as drawn: beside its opposite direction where that is a lane of its own."""
     (x0, y0), (x1, y1) = _at(floor, edge[0]), _at(floor, edge[1])
-    if not floor.graph.has_edge(edge[1], edge[0]):
+    if not floor.graph.has_edge(edge[1], edge[0]) or floor.graph.edges[edge].get("two_way"):
         return (x0, y0), (x1, y1)
     length = math.dist((x0, y0), (x1, y1)) or 1.0
     by = 0.03 * step / length
@@ -166,12 +166,12 @@ def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> Non
 
 
 def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """A line for each one-way edge, its arrow in the middle."""
+    """A line for each lane, with an arrow in its middle; a two-way lane has one each way."""
     from matplotlib.collections import LineCollection
 
-    lines = [ends(floor, edge, step) for edge in floor.graph.edges]
+    lines = [ends(floor, edge, step) for edge in floor.lanes]
     axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.0, zorder=2))
-    arrows(axes, lines, colour)
+    arrows(axes, [ends(floor, edge, step) for edge in floor.graph.edges], colour)
 
 
 def arrows(axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float]]], colour: str) -> None:

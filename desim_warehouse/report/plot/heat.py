@@ -50,9 +50,12 @@ def congestion(
 
 
 def edge_values(run: Run, by: By) -> dict[tuple[str, str], float]:
-    """Waiting on each edge, behind other robots."""
-    column = run.edges[by]
-    return {edge: float(column[">".join(edge)]) for edge in run.layout.graph.edges}
+    """Waiting on each lane, behind other robots; in both directions of a two-way one."""
+    column, edges = run.edges[by], run.layout.graph.edges
+    return {
+        (a, b): float(column[f"{a}>{b}"] + (column[f"{b}>{a}"] if edges[a, b].get("two_way") else 0))
+        for a, b in run.layout.lanes
+    }
 
 
 def node_values(run: Run, by: By) -> dict[str, float]:
@@ -80,7 +83,7 @@ def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: flo
     from matplotlib.collections import LineCollection
 
     lines = [plan.ends(run.layout, edge, step) for edge in values]
-    plan.arrows(axes, lines, palette.FAINT)
+    plan.arrows(axes, [plan.ends(run.layout, edge, step) for edge in run.layout.graph.edges], palette.FAINT)
     shown = LineCollection(lines, cmap=_map(), zorder=2)
     shown.set_array(list(values.values()))
     shown.set_clim(0, top)

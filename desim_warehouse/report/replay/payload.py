@@ -105,6 +105,7 @@ def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
         "target": [number[node] for node in edges.target],
         "length": edges.length.tolist(),
         "real": edges.real,
+        "two_way": [[edge, back] for edge, back in enumerate(edges.twin.tolist()) if edge < back],
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),

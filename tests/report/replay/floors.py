@@ -92,4 +92,37 @@ def drawn_run() -> Run:
     return dw.simulate(dw.load(model), seed=1)
 
 
-RUNS = {"paper": paper_run, "tired": tired_run, "busy": busy_run, "jammed": jammed_run, "drawn": drawn_run}
+@cache
+def spurs_run() -> Run:
+    """A two-way trunk with spurs, beside it a loop with one lane in each direction."""
+    nodes = {"a": [0.0, 0.0], "b": [12.0, 0.0], "c": [24.0, 0.0], "d": [36.0, 0.0], "shelf": [12.0, 9.0]}
+    two_way = ["a b", "b c", "b shelf", "c pack"]
+    edges: list[Any] = [{"from": pair.split()[0], "to": pair.split()[1], "two_way": True} for pair in two_way]
+    edges += [{"from": "c", "to": "d", "side_by_side": True}, {"from": "d", "to": "c"}]
+    layout = {
+        "nodes": nodes | {"pack": [24.0, 9.0]},
+        "edges": edges,
+        "storage": [{"node": "shelf"}, {"edge": ["a", "b"], "offset": 6.0}, {"edge": ["d", "c"], "offset": 6.0}],
+        "bays": {"home": {"at": ["a", "d"], "places": 3}},
+        "stations": {"pack": {"at": ["pack"], "places": 2}},
+    }
+    model = busy(
+        name="spurs",
+        layout=layout,
+        fleet={"size": 5, "robot": {"radius": 0.5, "speed": 1.0}},
+        tasks={"goods": {"random": 20}, "unload_at": ["pack"], "load_time": 5.0, "unload_time": 8.0},
+        battery=None,
+        policies={"routing": "shortest"},
+    )
+    del model["run"]
+    return dw.simulate(dw.load(model), seed=1)
+
+
+RUNS = {
+    "spurs": spurs_run,
+    "paper": paper_run,
+    "tired": tired_run,
+    "busy": busy_run,
+    "jammed": jammed_run,
+    "drawn": drawn_run,
+}

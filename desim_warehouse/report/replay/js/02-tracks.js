@@ -13,6 +13,8 @@ class Edges {
     this.dy = new Float64Array(count);
     this.heading = new Float64Array(count);
     this.out = header.nodes.map(() => []);
+    this.twin = new Int32Array(count).fill(-1); // of a two-way lane: its other direction
+    for (const [edge, back] of header.two_way) [this.twin[edge], this.twin[back]] = [back, edge];
     for (let i = 0; i < count; i++) {
       const from = i < this.real ? header.nodes[this.source[i]].slice(1) : header.places[i - this.real];
       const to = header.nodes[this.target[i]].slice(1);
@@ -21,6 +23,11 @@ class Edges {
       this.heading[i] = Math.atan2(this.dy[i], this.dx[i]);
       if (i < this.real) this.out[this.source[i]].push(i);
     }
+  }
+
+  // The edge that stands for a lane: of a two-way one the first of its two.
+  lane(edge) {
+    return this.twin[edge] >= 0 ? Math.min(edge, this.twin[edge]) : edge;
   }
 }
 

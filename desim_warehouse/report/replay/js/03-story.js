@@ -117,11 +117,12 @@ class Story {
   }
 }
 
-// Waiting per edge from the start of the window, or from the end of the warm-up if that is later; in ticks, kept up as
+// Waiting per lane from the start of the window, or from the end of the warm-up if that is later; in ticks, kept up as
 // time goes on.
 class Heat {
   constructor(story, edges) {
     this.story = story;
+    this.edges = edges;
     this.sum = new Float64Array(edges.real);
     this.next = 0;
     this.most = 0;
@@ -136,8 +137,9 @@ class Heat {
     for (; this.next < waitTime.length && waitTime[this.next] <= time; this.next++) {
       const edge = waitEdge[this.next];
       if (edge < 0 || waitTime[this.next] < Math.max(0, this.story.from - 1e-9)) continue;
-      this.sum[edge] += waitLength[this.next];
-      this.most = Math.max(this.most, this.sum[edge]);
+      const lane = this.edges.lane(edge);
+      this.sum[lane] += waitLength[this.next];
+      this.most = Math.max(this.most, this.sum[lane]);
     }
     return this.sum;
   }

@@ -147,19 +147,29 @@ class Floor {
     }
   }
 
+  // One-way lanes have arrows; two-way ones are dashed, as their direction changes.
   aisles(ctx, view, colours) {
+    const every = [...this.edges.twin.slice(0, this.edges.real).keys()];
+    this.lines(ctx, view, colours.aisle, every.filter((i) => this.edges.twin[i] < 0), true);
+    ctx.setLineDash([7, 5]);
+    this.lines(ctx, view, colours.aisle, every.filter((i) => this.edges.twin[i] > i), false);
+    ctx.setLineDash([]);
+  }
+
+  lines(ctx, view, colour, some, arrows) {
     const { edges } = this, s = view.scale;
-    ctx.strokeStyle = ctx.fillStyle = colours.aisle;
+    ctx.strokeStyle = ctx.fillStyle = colour;
     ctx.lineWidth = Math.min(Math.max(this.radius * s * 0.12, 0.6), 2.5);
     ctx.beginPath();
-    for (let i = 0; i < edges.real; i++) {
+    for (const i of some) {
       ctx.moveTo(edges.x[i] * s + view.x, edges.y[i] * s + view.y);
       ctx.lineTo((edges.x[i] + edges.dx[i]) * s + view.x, (edges.y[i] + edges.dy[i]) * s + view.y);
     }
     ctx.stroke();
+    if (!arrows) return;
     const size = Math.min(Math.max(this.radius * s * 0.55, 3), 9);
     ctx.beginPath();
-    for (let i = 0; i < edges.real; i++) {
+    for (const i of some) {
       const long = Math.hypot(edges.dx[i], edges.dy[i]) * s;
       if (long < 4 * size) continue;
       const count = Math.min(Math.max(Math.round(long / 150), 1), 4);

@@ -35,6 +35,7 @@ class Scene {
     ctx.drawImage(this.floor.sheet, 0, 0);
     ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     this.goods(time, colours);
+    this.floor.lines(ctx, view, colours.soft, this.directions(), true);
     if (this.showHeat) this.heatMap(time, colours);
     this.deliveries(time, colours);
     this.sort(time);
@@ -44,6 +45,12 @@ class Scene {
     this.bars(time, colours);
     this.numbers(colours);
     this.mark(colours);
+  }
+
+  // The two-way lanes in use, each in its present direction: that of the robots on it.
+  directions() {
+    const { tracks, edges } = this;
+    return [...new Set(tracks.on)].filter((edge) => edges.twin[edge] >= 0);
   }
 
   // Goods that are there: released and not yet loaded.

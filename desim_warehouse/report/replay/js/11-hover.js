@@ -100,6 +100,14 @@ class Hover {
     return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"], where];
   }
 
+  // A line that says in which direction a two-way lane is used now.
+  presentDirection(edge) {
+    const { edges, header } = this.scene, name = (node) => ({ name: header.nodes[node][0] });
+    if (edges.twin[edge] < 0) return [];
+    const now = this.scene.directions().find((used) => used === edge || used === edges.twin[edge]);
+    return [now === undefined ? ["free"] : ["now ", name(edges.source[now]), " → ", name(edges.target[now])]];
+  }
+
   edgeLines(wx, wy) {
     const { edges, floor, header, heat } = this.scene;
     for (let i = 0; i < edges.real; i++) {
@@ -107,9 +115,10 @@ class Hover {
       const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
-      const waited = heat.upTo(this.player.time)[i] * header.tick, units = header.units;
-      return [["Edge ", { name: header.nodes[edges.source[i]][0] }, " → ", { name: header.nodes[edges.target[i]][0] }],
-        [`${shortNumber(edges.length[i])} ${units.length}`], [`waiting so far: ${shortNumber(waited)} ${units.time}`]];
+      const waited = heat.upTo(this.player.time)[edges.lane(i)] * header.tick, units = header.units;
+      const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
+      return [[word, { name: header.nodes[edges.source[i]][0] }, sign, { name: header.nodes[edges.target[i]][0] }],
+        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`waiting so far: ${shortNumber(waited)} ${units.time}`]];
     }
     return null;
   }

@@ -5,8 +5,10 @@ const SIGNS = [
   ["good", "good to be fetched"], ["none", "none"], ["bay", "departure and charging zone"], ["out", "unloading zone"],
 ];
 
-function drawLegend(root, colours) {
-  root.replaceChildren(...SIGNS.map(([sign, words]) => {
+const TWO_WAY = [["free", "two-way lane, free"], ["used", "in use, in this direction"]];
+
+function drawLegend(root, colours, twoWay) {
+  root.replaceChildren(...[...SIGNS, ...(twoWay ? TWO_WAY : [])].map(([sign, words]) => {
     const item = document.createElement("li");
     const canvas = item.appendChild(document.createElement("canvas"));
     canvas.width = canvas.height = 36;
@@ -25,6 +27,7 @@ function drawSign(ctx, sign, colours) {
     ctx.arc(9, 9, r, 0, 7);
     ctx.fill();
   };
+  if (sign === "free" || sign === "used") return drawLane(ctx, sign === "used", colours);
   ctx.fillStyle = colours[sign];
   if (sign === "good" || sign === "none") return ctx.fillRect(3, 3, 12, 12);
   if (sign === "bay" || sign === "out") {
@@ -48,6 +51,22 @@ function drawSign(ctx, sign, colours) {
     ctx.lineWidth = 1.5;
     ctx.strokeRect(5, 5, 8, 8);
   }
+}
+
+function drawLane(ctx, used, colours) {
+  ctx.strokeStyle = ctx.fillStyle = used ? colours.soft : colours.aisle;
+  ctx.lineWidth = 1.5;
+  if (!used) ctx.setLineDash([4, 3]);
+  ctx.beginPath();
+  ctx.moveTo(0, 9);
+  ctx.lineTo(18, 9);
+  ctx.stroke();
+  if (!used) return;
+  ctx.beginPath();
+  ctx.moveTo(14, 9);
+  ctx.lineTo(6, 4.5);
+  ctx.lineTo(6, 13.5);
+  ctx.fill();
 }
 
 // Collisions as grey marks, darker where there are many, rotations as coloured ones, over the whole window.

@@ -36,7 +36,7 @@ class App {
 
   redress() {
     const colours = this.scene.colours.now;
-    drawLegend(byId("legend"), colours);
+    drawLegend(byId("legend"), colours, this.header.two_way.length > 0);
     drawRibbon(byId("ribbon"), this, colours);
     this.wake();
   }
@@ -102,6 +102,7 @@ function hook(app) {
     chosen: () => scene.chosen,
     frames: () => ({ count: app.frames, drawing: app.drawing }),
     deliveredAt: () => Object.fromEntries(Array.from(story.deliveredAt(player.time), ([node, count]) => [header.nodes[node][0], count])),
+    directions: () => scene.directions().map((edge) => [scene.edges.source[edge], scene.edges.target[edge]].map((node) => header.nodes[node][0])),
     heat: () => Array.from(scene.heat.upTo(player.time), (sum) => sum * header.tick),
   };
 }
