@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.report import words
-from desim_warehouse.study.table import cells, is_numeric
+from desim_warehouse.study.table import averaged_over, cells, is_numeric
 from desim_warehouse.verdicts import RULES
 
 if TYPE_CHECKING:
@@ -132,10 +133,12 @@ def knee_of_throughput(study: Results) -> list[str]:
     low = rise.mean if rise.deterministic else rise.interval[0] if rise.interval else 0.0
     if low <= 0:
         return []
+    over = averaged_over(study.table, [factor])
+    on_average = f" on average over {spoken(over)}" if over else ""
     return [
         (
             f"Throughput has its knee at {factor} = {words.level(shape.at)}, with {words.number(shape.output)} tasks "
-            "per hour: beyond it, each further robot adds less than before. "
+            f"per hour{on_average}: beyond it, each further robot adds less than before. "
             f"The largest mean, {words.number(shape.maximum)}, is at {words.level(shape.maximum_at)}."
         )
     ]

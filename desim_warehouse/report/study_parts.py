@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.report import html, plot, sentences, words
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 _ROWS = 60
 """Designs in a table; the rest is in results.parquet."""
+_PANELS = 12
+"""Panels of a figure; with more combinations of further factors, it averages over them, and says so."""
 _FOREST = 24
 """Designs in a forest plot."""
 
@@ -151,30 +153,24 @@ def _result(study: Results, design: str) -> list[str]:
 
 
 def result_figures(study: Results) -> list[Axes]:
-    """Each main indicator by the first factors; throughput by fleet size with its knee; surfaces of two."""
-    if not study.factors:
+    """Each main indicator by the first factors, a panel for each level of the others; throughput with its knee."""
+    if not study.varied:
         return []
-    varied = study.varied
-    if not varied:
-        return []
-    first, second = varied[0], (varied[1] if len(varied) > 1 else None)
-    few = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not study.plan.rule.sampled
+    rule = study.plan.rule
+    first, second, *others = (*study.varied, None)
+    grouped = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not rule.sampled
+    further = [key for key in others if key is not None]
+    panels = math.prod(len(study.levels(key)) for key in further)
     figures = []
     for indicator in study.moving:
-        if indicator == "throughput_per_hour" and first == "fleet.size" and not few and not study.plan.rule.sampled:
-            figures.append(plot.throughput(study.table, model=study.base, confidence=study.plan.confidence))
-            continue
-        figures.append(
-            plot.by_factor(
-                study.table,
-                first,
-                indicator,
-                group=second if few else None,
-                confidence=study.plan.confidence,
-                model=study.base,
-            )
-        )
-        if second is not None and not few and all(is_numeric(study.levels(key)) for key in (first, second)):
+        common: dict[str, Any] = {"confidence": study.plan.confidence, "model": study.base}
+        if grouped and further and rule.name == "grid" and panels <= _PANELS:
+            figures.append(plot.facets(study.table, first, indicator, group=second, by=further, **common))
+        elif indicator == "throughput_per_hour" and first == "fleet.size" and not grouped and not rule.sampled:
+            figures.append(plot.throughput(study.table, **common))
+        else:
+            figures.append(plot.by_factor(study.table, first, indicator, group=second if grouped else None, **common))
+        if second is not None and not grouped and all(is_numeric(study.levels(key)) for key in (first, second)):
             figures.append(plot.surface(study.table, first, second, indicator, model=study.base))
     return figures
 

@@ -88,6 +88,11 @@ def factor_label(key: str, units: Units | None) -> str:
     return with_unit(name, factor_unit(key, units))
 
 
+def averaged(factors: Sequence[str]) -> str:
+    """What a mean leaves out of sight, as the second line of an axis; empty if nothing."""
+    return f"\naveraged over {', '.join(factors)}" if factors else ""
+
+
 def with_unit(name: str, of: str) -> str:
     """A label with its unit in brackets, if there is one."""
     return f"{name} ({of})" if of else name

@@ -203,6 +203,17 @@ def cells(
     return found
 
 
+def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:
+    """The other factors (columns before `replication`) that vary among runs at the same levels of these."""
+    if "replication" not in table.columns:
+        return []
+    columns = list(table.columns)
+    others = [str(name) for name in columns[: columns.index("replication")] if name not in factors]
+    found = {name: [plain(value) for value in table[name]] for name in (*factors, *others)}
+    cell = list(zip(*(found[name] for name in factors), strict=True)) if factors else [()] * len(table)
+    return [name for name in others if len(set(zip(cell, found[name], strict=True))) > len(set(cell))]
+
+
 def usable(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> pd.DataFrame:
     """The runs that have a value, with factors in a form that can be compared."""
     missing = [name for name in (*factors, indicator) if name not in table.columns]

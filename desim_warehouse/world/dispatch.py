@@ -288,4 +288,4 @@ class Dispatcher:
         self.departures.under_way.add(number)
         robot.record("assigned")
         event.succeed()
-        self.on_assigned(len(self.open))
+        self.on_assigned(len(self.open) + sum(map(len, self.queues.values())))

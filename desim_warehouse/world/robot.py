@@ -393,7 +393,7 @@ class Robot:
     @property
     def at_charger(self) -> bool:
         """Whether it stands in a bay with chargers."""
-        return not self.body.is_on_lanes and self.bay is not None and self.bay.chargers is not None
+        return not self.is_out and self.bay is not None and self.bay.chargers is not None
 
     @property
     def is_at_good_edge(self) -> bool:

@@ -1,11 +1,15 @@
 """Models on which a run once failed or said what cannot be; each is named for what it shows."""
 
+import dataclasses
+import re
 from pathlib import Path
 
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.report import study_parts, words
+from desim_warehouse.study.study import Study
 from tests.auditor import audit
 from tests.recount import differences
 
@@ -70,6 +74,28 @@ def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
     assert dw.simulate(load("packing_hall", **two), 1).kpis["on_time"] > 0.95
     with pytest.raises(dw.BatteryError, match="ran flat"):
         dw.simulate(load("packing_hall", **two, run__length=172_800), 1)
+
+
+def test_a_report_averages_over_none_of_three_factors(tmp_path):
+    """A bar a design, as high as the mean in the page's table: two chargers and four are not thrown together."""
+    plan = Study.read(HERE / "chargers_and_growth.yaml").plan
+    base = plan.base.replace({"run.length": 2700, "run.warm_up": 900})
+    Study.of(dataclasses.replace(plan, base=base, replications=1)).run(out=tmp_path)
+    study = study_parts.read(tmp_path)
+    label = words.indicator_label("cycle_time_p95", study.base.units)
+    axes = next(axes for axes in study_parts.result_figures(study) if axes.get_ylabel() == label)
+    drawn = {}
+    for panel in axes.figure.axes:
+        assert "averaged" not in panel.get_xlabel()
+        demands = [tick.get_text() for tick in panel.get_xticklabels()]
+        for size, bars in zip((8, 10, 12), panel.containers, strict=True):
+            for demand, bar in zip(demands, bars, strict=True):
+                drawn[demand, str(size), panel.get_title("left")] = words.number(bar.get_height())
+    table = re.findall(r"<tr.*?</tr>", study_parts.results(study).source)
+    head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
+    place = head.index(label)
+    assert drawn == {(row[0], row[1], f"chargers = {row[2]}"): row[place] for row in rows}
+    assert len(drawn) == 12
 
 
 def test_parking_without_chargers_is_seen_before_the_run():

@@ -50,6 +50,41 @@ def test_other_factors_are_averaged_over_within_each_replication(runs):
     (((x, y)),) = lines(ax).values()
     assert (x, y) == ([1, 2, 4], [104.5, 204.5, 404.5])
     assert half_widths(ax.containers[0]) == pytest.approx([HALF_WIDTH] * 3)  # of 3 replications, not of 6 runs
+    assert ax.get_xlabel() == "Number of robots, fleet.size\naveraged over battery.threshold"
+
+
+def test_every_figure_of_a_table_says_what_it_averages_over(runs):
+    """Three factors: whoever shows one or two of them says so, as far as the rest varies at all."""
+    table = pd.concat([runs.assign(rule=rule) for rule in ("nearest", "in-order")], ignore_index=True)
+    table = table[["rule", *runs.columns]].assign(**{f"share_{state}": 0.125 for state in palette.STATE_COLOURS})
+
+    def second_line(ax):
+        return ax.get_xlabel().partition("\n")[2]
+
+    assert second_line(plot.by_factor(table, "rule", "T")) == "averaged over fleet.size, battery.threshold"
+    assert second_line(plot.by_factor(table, "rule", "T", group="fleet.size")) == "averaged over battery.threshold"
+    assert second_line(plot.throughput(table, "fleet.size", "T")) == "averaged over rule, battery.threshold"
+    assert second_line(plot.surface(table, "rule", "fleet.size", "T")) == "averaged over battery.threshold"
+    assert second_line(plot.utilisation(table, "rule")) == "averaged over fleet.size, battery.threshold"
+    some = table[table["battery.threshold"] == 2]
+    assert second_line(plot.by_factor(some, "rule", "T", group="fleet.size")) == ""
+    paired = table[table["battery.threshold"] == np.where(table["rule"] == "nearest", 2, 5)]
+    assert second_line(plot.by_factor(paired, "rule", "T", group="fleet.size")) == ""
+
+
+def test_a_panel_for_each_level_of_a_further_factor_averages_over_nothing(runs):
+    table = pd.concat([runs.assign(rule=rule, T=runs["T"] + add) for rule, add in (("a", 0), ("b", 1000))])
+    table = table[["rule", *runs.columns]]
+    first = plot.facets(table, "fleet.size", "T", group="battery.threshold", by=["rule"])
+    panels = first.figure.axes
+    assert [ax.get_title("left") for ax in panels] == ["rule = a", "rule = b"]
+    assert [lines(ax)["5"][1] for ax in panels] == [[106, 206, 406], [1106, 1206, 1406]]
+    assert len({ax.get_ylim() for ax in panels}) == 1
+    assert panels[0].get_ylim()[1] > 1406
+    assert "averaged" not in "".join(ax.get_xlabel() for ax in panels)
+    assert [ax.get_legend() is not None for ax in panels] == [False, True]
+    with pytest.raises(ReportError, match="at least one factor"):
+        plot.facets(table, "fleet.size", "T", by=[])
 
 
 def test_a_replication_that_lacks_a_failed_run_is_left_out_of_the_average(runs):

@@ -7,13 +7,14 @@ import pandas as pd
 import pytest
 
 from desim_warehouse.report import words
-from desim_warehouse.report.sentences import conclusions
+from desim_warehouse.report.sentences import conclusions, knee_of_throughput
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import paired
+from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 
 
@@ -117,6 +118,14 @@ def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}
     opposed = {size: values if size > 1 else values[::-1] for size, values in wild.items()}
     assert conclusions(facts(model, runs(throughput_per_hour=opposed))) == []
+
+
+@pytest.mark.parametrize(("thresholds", "said"), [([2, 5], " on average over battery.threshold:"), ([2], ":")])
+def test_a_knee_says_what_it_is_averaged_over(model, thresholds, said):
+    base = model.replace({"tasks.goods": list(range(0, 80, 4))})
+    study = Study(base, {"fleet.size": [1, 6, 12, 24, 48], "battery.threshold": thresholds})
+    (line,) = knee_of_throughput(study.run().results)
+    assert f"tasks per hour{said} beyond it" in line
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 | you want to see                                | call                    | from                         |
 |------------------------------------------------|-------------------------|------------------------------|
 | an indicator by a factor, with intervals       | `by_factor`             | study table                  |
+| the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
 | designs against a baseline                     | `differences`           | `statistics.Comparison`      |
 | an indicator over two factors                  | `surface`               | study table                  |
@@ -23,7 +24,7 @@ from __future__ import annotations
 from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.account import account
 from desim_warehouse.report.plot.battery import battery
-from desim_warehouse.report.plot.factors import by_factor, throughput
+from desim_warehouse.report.plot.factors import by_factor, facets, throughput
 from desim_warehouse.report.plot.fleet import gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
 from desim_warehouse.report.plot.forest import differences
@@ -38,6 +39,7 @@ __all__ = [
     "by_factor",
     "congestion",
     "differences",
+    "facets",
     "gantt",
     "layout",
     "surface",

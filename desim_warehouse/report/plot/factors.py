@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.study.table import cells, is_numeric
+from desim_warehouse.study.table import averaged_over, cells, is_numeric, order, plain, usable
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
     from matplotlib.axes import Axes
 
@@ -51,7 +53,7 @@ def by_factor(
         seconds: show times in seconds (needs `model`).
 
     The paper's Fig. 6 is `by_factor(table, "fleet.size", "T", group="tasks.goods", seconds=True, ...)`.
-    Other factors are averaged over, replication by replication.
+    Other factors are averaged over, replication by replication; the horizontal axis says so.
 
     Raises:
         ReportError: an unknown column, no run with a value, seconds without a model.
@@ -73,12 +75,82 @@ def by_factor(
             label = "" if group is None else look.text(words.level(name))
             _draw(axes, kind, chosen, levels, label, index, len(groups))
         _horizontal(axes, factor, levels, model, named=kind == "bars" or not is_numeric(levels))
+        axes.set_xlabel(axes.get_xlabel() + look.text(words.averaged(averaged_over(table, keys))))
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
         axes.margins(x=0.04)
         if all(cell.estimate.mean >= 0 for cell in found):
             axes.set_ylim(bottom=0)
         look.legend(axes, len(groups), group)
         return axes
+
+
+def facets(
+    table: pd.DataFrame,
+    factor: str,
+    indicator: str,
+    *,
+    by: Sequence[str],
+    group: str | None = None,
+    kind: Kind = "auto",
+    confidence: float = 0.95,
+    model: Model | None = None,
+    seconds: bool = False,
+    title: str | None = None,
+    style: look.Style = "light",
+) -> Axes:
+    """`by_factor` once for each combination of levels of further factors, side by side on one scale.
+
+    Args:
+        table, factor, indicator, group, kind, confidence, model, seconds: as `by_factor`.
+        by: the further factors; each combination of their levels that has runs is a panel, named by them.
+        title: of the whole figure.
+        style: as `by_factor`.
+
+    Returns:
+        The axes of the first panel; those of all are `ax.figure.axes`.
+
+    Raises:
+        ReportError: as `by_factor`, or `by` names no factor.
+    """
+    if not by:
+        raise ReportError("facets: expected at least one factor that has a panel for each of its levels")
+    parts = _parts(table, by, indicator)
+    alt = f"{words.indicator_name(indicator)} by {', '.join([factor, *([group] if group else []), *by])}"
+    with look.panels(len(parts), style, (4.4, 3.4), alt) as panels:
+        for axes, (name, part) in zip(panels, parts, strict=True):
+            by_factor(
+                part,
+                factor,
+                indicator,
+                group=group,
+                kind=kind,
+                confidence=confidence,
+                model=model,
+                seconds=seconds,
+                title=name,
+                style=style,
+                ax=axes,
+            )
+        ends = [axes.get_ylim() for axes in panels]
+        for axes in panels:
+            axes.set_ylim(min(low for low, _ in ends), max(high for _, high in ends))
+            legend = axes.get_legend()
+            if legend is not None and axes is not panels[-1]:
+                legend.remove()
+        if title:
+            panels[0].figure.suptitle(look.text(title))
+        return panels[0]
+
+
+def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:
+    """The runs at each combination of levels of some factors, with its name."""
+    found = []
+    for key in order(usable(table, by, indicator), by):
+        chosen = table
+        for name, value in zip(by, key, strict=True):
+            chosen = chosen[[plain(item) == value for item in chosen[name]]]
+        found.append((words.design_name(dict(zip(by, key, strict=True))), chosen))
+    return found
 
 
 def _merged(levels: list[Any]) -> list[Any]:

@@ -8,7 +8,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.run import Run
-from desim_warehouse.study.table import cells
+from desim_warehouse.study.table import averaged_over, cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,12 +39,13 @@ def utilisation(
         ReportError: a table without a factor, or without the `share_*` indicators.
     """
     if isinstance(source, Run):
-        labels, shares, across = *_of_run(source), "Robot"
+        labels, shares, across, over = *_of_run(source), "Robot", ""
     elif factor is None:
         raise ReportError("utilisation of a study table: expected a factor")
     else:
         labels, shares = _of_table(source, factor)
         across = words.factor_label(factor, model.units if model else None)
+        over = words.averaged(averaged_over(source, [factor]))
     with look.drawing(ax, style, title, (6.4, 3.8), f"Share of time in each state by {across}") as axes:
         bottom = [0.0] * len(labels)
         for place, (state, heights) in enumerate(shares.items()):
@@ -63,7 +64,7 @@ def utilisation(
         numbered(axes, labels)
         axes.set_ylim(0, 1)
         axes.grid(visible=False, axis="x")
-        axes.set_xlabel(look.text(across))
+        axes.set_xlabel(look.text(across + over))
         axes.set_ylabel("Share of time")
         look.legend(axes, len(shares), reverse=True)
         return axes

@@ -9,7 +9,7 @@ import numpy as np
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.study.table import cells, is_numeric
+from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +39,8 @@ def surface(
     """The mean of an indicator at each pair of levels of two factors.
 
     A grid of designs becomes a heat map, its means written in the cells; a sample of a range (Sobol points,
-    Latin hypercube) becomes filled contours between the points. Other factors are averaged over.
+    Latin hypercube) becomes filled contours between the points. Other factors are averaged over, and the horizontal
+    axis says so.
 
     Raises:
         ReportError: an unknown column, no run with a value, or one factor twice.
@@ -53,7 +54,7 @@ def surface(
     alt = f"{words.indicator_name(indicator)} over {x} and {y}"
     with look.drawing(ax, style, title, (6.4, 4.4), alt) as axes:
         shown = _contours(axes, found) if sampled else _grid(axes, found, xs, ys)
-        axes.set_xlabel(look.text(words.factor_label(x, units)))
+        axes.set_xlabel(look.text(words.factor_label(x, units) + words.averaged(averaged_over(table, [x, y]))))
         axes.set_ylabel(look.text(words.factor_label(y, units)))
         figure = axes.get_figure(root=True)
         assert figure is not None

@@ -61,8 +61,18 @@ _STYLES: dict[str, dict[str, Any]] = {
         "savefig.dpi": 300,
     },
 }
+_ACROSS = 3
+"""Panels in a row."""
 _SHRINK = 0.68
 """Size of a print figure beside a light one: half a page's width."""
+
+
+def _settings(style: Style) -> dict[str, Any]:
+    from desim_warehouse.errors import ReportError
+
+    if style not in _STYLES:
+        raise ReportError(f"style {style!r}: expected one of {', '.join(_STYLES)}")
+    return _STYLES[style]
 
 
 @cache
@@ -102,11 +112,7 @@ def drawing(
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from desim_warehouse.errors import ReportError
-
-    if style not in _STYLES:
-        raise ReportError(f"style {style!r}: expected one of {', '.join(_STYLES)}")
-    settings: Any = _STYLES[style]
+    settings: Any = _settings(style)
     with mpl.rc_context(settings):
         if ax is None:
             shrink = _SHRINK if style == "print" else 1.0
@@ -116,6 +122,22 @@ def drawing(
         yield ax
         if title:
             ax.set_title(text(title), loc="left")
+
+
+@contextmanager
+def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Iterator[list[Axes]]:
+    """So many axes side by side, three in a row, in one new figure; each of `size` inches."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    across = min(count, _ACROSS)
+    down = -(-count // across)
+    settings: Any = _settings(style)
+    with mpl.rc_context(settings):
+        shrink = _SHRINK if style == "print" else 1.0
+        figure = Figure(figsize=(across * size[0] * shrink, down * size[1] * shrink), layout="constrained")
+        figure.set_label(alt)
+        yield [figure.add_subplot(down, across, place + 1, axes_class=_axes_class()) for place in range(count)]
 
 
 def text(words: object) -> str:
