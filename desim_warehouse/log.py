@@ -60,7 +60,7 @@ class RowKind(NamedTuple):
 
 KINDS = {
     "released": RowKind("tasks", "a task becomes known", "number of the good"),
-    "assigned": RowKind("tasks", "a robot gets a task, now or into its queue", "energy"),
+    "assigned": RowKind("tasks", "a robot takes up a task; one in its queue when it gets to it", "energy"),
     "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},

@@ -106,6 +106,12 @@ def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
     return share if share >= MOST_WAITING else None
 
 
+def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """How much earlier than the warm-up the run ended."""
+    early = model.run.warm_up - kpis.get("T", math.nan)
+    return early if early > 0 else None
+
+
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
     """The counted time in the unit of the model; a run that ends before its warm-up does counts as a whole."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
@@ -146,6 +152,12 @@ RULES = {
         f"standard errors; a window lasts as long as a robot takes for {TASKS_A_WINDOW} tasks, and the robots wait for "
         f"at least {100 * LEAST_WAITING:g} % of their time",
         None,
+    ),
+    "ENDS_IN_WARM_UP": VerdictRule(
+        "warm-up",
+        "over before its warm-up: the indicators count the whole run, its start too",
+        "the work is done before `run.warm_up` is over; nothing is left out then",
+        _ends_in_warm_up,
     ),
 }
 """By code, in the order in which verdicts are listed."""

@@ -17,7 +17,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.cli.tables import number, show
+from desim_warehouse.cli.tables import number, show, show_verdicts
 from desim_warehouse.errors import spoken
 
 if TYPE_CHECKING:
@@ -93,6 +93,7 @@ def show_best(study: Study, found: Best) -> None:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
         names = spoken([str(point) for point in found.within])
         click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
+    show_verdicts(study.results)
 
 
 def _verdict(selection: Selection, design: int) -> str:

@@ -18,7 +18,7 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import number, runs, show
+from desim_warehouse.cli.tables import number, runs, show, show_verdicts
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Sizing
@@ -85,6 +85,7 @@ def command(
     with interruptible(study, execution.out):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     _show(key, found)
+    show_verdicts(study.results)
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
         sys.exit(NONE_MEETS)

@@ -61,8 +61,11 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
         )
 
 
-def cause(model: Model, layout: Layout) -> str:
-    """Why batteries run flat or do not last, and what helps, in one line: for errors in the course of a run."""
+def cause(model: Model, layout: Layout, started: float | None = None) -> str:
+    """Why batteries run flat or do not last, and what helps, in one line: for errors in the course of a run.
+
+    `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet.
+    """
     battery = _battery(model)
     chargers = chargers_at(model, layout)
     zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
@@ -76,6 +79,9 @@ def cause(model: Model, layout: Layout) -> str:
     text = f"{count} charger{'s' * (count > 1)} (at {some(chargers)}) for {model.fleet.size} robots"
     if zones:
         text += f", none in the bays {some(zones)} (layout.bays)"
+    if started is not None:
+        short = f"it started with {started:g} of {battery.capacity:g} and came to no charger in time"
+        return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
     wait = "it waited longer than its battery lasts, in traffic or for a charger"
     cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
     return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
@@ -185,9 +191,20 @@ def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
 def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:
     battery, known = _battery(model), levels(model)
     floor = battery.threshold if known is None else known.critical
-    has = battery.capacity * sum(start_energy(model)) / 2 - floor
+    starts = battery.capacity * sum(start_energy(model)) / 2
+    has = starts - floor
     drawn = _drawn_by_each(model, layout)
-    if drawn > has * (1 + EPS):
+    if has <= 0 and drawn > 0 and starts < battery.capacity:
+        yield Finding(
+            "NO_CHARGER",
+            "layout.bays",
+            (
+                f"no bay has a charger, and the batteries start with {amount(starts)} of {battery.capacity:g}, not "
+                f"above {floor:g}, where robots stop working"
+            ),
+            f"give {_some_bay(layout)} chargers, or the robots a higher fleet.start_energy",
+        )
+    elif drawn > has * (1 + EPS):
         yield Finding(
             "NO_CHARGER",
             "layout.bays",

@@ -36,7 +36,8 @@ def verdicts(study: Results) -> list[str]:
         found = {design: one for design, said in study.verdicts.items() for one in said if one.code == code}
         if found:
             worst = max(found, key=lambda design: found[design].size)
-            of = f"; {len(found)} of {len(study.designs)} designs" if len(found) > 1 else ""
+            judged = sum(bool(study.runs(design)) for design in study.designs)
+            of = f"; {len(found)} of {judged} designs" if len(found) > 1 else ""
             where = f" ({name_of(study, worst)}{of})" if len(study.designs) > 1 else ""
             lines.append(f"{found[worst].text}{where}")
     return lines

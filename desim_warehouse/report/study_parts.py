@@ -157,9 +157,9 @@ def result_figures(study: Results) -> list[Axes]:
     if not study.varied:
         return []
     rule = study.plan.rule
-    first, second, *others = (*study.varied, None)
+    first, second = study.varied[0], study.varied[1] if len(study.varied) > 1 else None
+    further = study.varied[2:]
     grouped = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not rule.sampled
-    further = [key for key in others if key is not None]
     panels = math.prod(len(study.levels(key)) for key in further)
     figures = []
     for indicator in study.moving:

@@ -12,7 +12,7 @@ from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pydantic import BaseModel
 

@@ -73,9 +73,11 @@ class Alarms:
         if spec is None or robot.battery.level(now) > 1e-9 * spec.capacity - spec.reserve:
             self.watch()
             return
+        started = robot.battery.started
+        low = started if started is not None and started < spec.capacity else None
         raise BatteryError(
             f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
-            f"{self.reach.why_too_low()}"
+            f"{self.reach.why_too_low(low)}"
         )
 
     def _low(self, _: Event) -> None:

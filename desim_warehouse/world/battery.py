@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Battery:
     """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
 
-    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "used")
+    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "started", "used")
 
     def __init__(self, spec: BatterySpec | None) -> None:
         self.spec = spec
@@ -25,6 +25,8 @@ class Battery:
         self._since = 0.0
         self.used = 0.0
         self.charging = False
+        self.started: float | None = None
+        """What it held at the start of the run, until it is charged."""
 
     @property
     def varies(self) -> bool:
@@ -36,7 +38,7 @@ class Battery:
 
     def start(self, level: float) -> None:
         """Hold so much at the start of the run."""
-        self._level = level
+        self._level = self.started = level
 
     def level(self, now: float) -> float:
         """Energy left at `now`: on demand, as between two changes it is a straight line or the charge curve."""
@@ -67,6 +69,7 @@ class Battery:
         self.draw(now, 0.0)
         self._since = now
         self.charging = True
+        self.started = None
 
     def unplug(self, now: float, level: float | None = None) -> None:
         """End charging, at the level reached or at `level`."""

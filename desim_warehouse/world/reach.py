@@ -58,9 +58,9 @@ class Reach:
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
 
-    def why_too_low(self) -> str:
-        """Why batteries run flat or do not last in this model, and what helps."""
-        return cause(self._model, self._layout)
+    def why_too_low(self, started: float | None = None) -> str:
+        """Why batteries run flat or do not last in this model, and what helps; `started`: as in `cause`."""
+        return cause(self._model, self._layout, started)
 
     # What a robot may take
 

@@ -87,6 +87,25 @@ def test_a_fleet_that_waits_half_of_its_time_is_jammed():
     assert codes({"share_waiting": 0.49}) == []
 
 
+# Warm-up
+
+
+def test_a_run_that_is_over_before_its_warm_up_says_so():
+    """The warm-up is then part of what is counted, as the indicators say."""
+    model = dw.load("models/tutorial.yaml", {"tasks.goods": {"random": 3}, "run.warm_up": 9000})
+    run, whole = dw.simulate(model), dw.simulate(model.replace({"run.warm_up": 0}))
+    assert [verdict.code for verdict in run.verdicts] == ["ENDS_IN_WARM_UP"]
+    assert run.kpis == whole.kpis
+    assert whole.verdicts == []
+    assert "the indicators count the whole run" in run_parts.short(run).source
+
+
+def test_a_run_that_lasts_longer_than_its_warm_up_says_nothing():
+    kpis = {"T": 100.0, "share_waiting": 0.0}
+    assert codes(kpis, TUTORIAL.replace({"tasks.goods": {"random": 9}, "run.warm_up": 100})) == []
+    assert codes(kpis, TUTORIAL.replace({"tasks.goods": {"random": 9}, "run.warm_up": 101})) == ["ENDS_IN_WARM_UP"]
+
+
 def test_indicators_that_cannot_be_had_are_no_verdict():
     names = ("T", "tasks", "backlog_growth_per_hour", "energy_drift_per_hour", "charger_utilisation", "share_waiting")
     assert codes(dict.fromkeys(names, math.nan)) == []
@@ -135,6 +154,27 @@ def test_a_study_marks_the_designs_and_says_where_it_is_worst(tmp_path):
     ]
     assert f"C{said[0][1:]}." in study_parts.conclusions(study).source
     assert study_parts.results(study).source.count(">backlog</td>") == 2
+
+
+def test_procedures_say_what_is_wrong_with_the_designs_that_were_run():
+    runs = ("--first", "2", "--cap", "2", "--quiet")
+    asked = (
+        "best",
+        "models/tutorial.yaml",
+        *SETS,
+        "--vary",
+        "fleet.size=1,2",
+        "--indicator",
+        "waiting",
+        "--delta",
+        "1",
+    )
+    said = [line for line in run_desim(*asked, *runs).splitlines() if "cannot keep up" in line]
+    assert [line.partition("(")[2] for line in said] == ["fleet.size = 1; 2 of 2 designs)"]
+    asked = ("size", "models/tutorial.yaml", *SETS, "--range", "1..9", "--target", "throughput_per_hour >= 100")
+    said = [line for line in run_desim(*asked, *runs).splitlines() if "cannot keep up" in line]
+    assert len(said) == 1
+    assert "of 9 designs" not in said[0]
 
 
 def test_a_study_without_verdicts_has_no_column_for_them():

@@ -70,3 +70,23 @@ def test_what_is_no_part_of_a_battery_is_refused(given):
 def test_without_battery_it_says_nothing():
     run = dw.simulate(tutorial({"fleet.start_energy": 0.4, "battery": None}))
     assert run.kpis["tasks"] > 100
+
+
+def test_a_start_that_does_not_reach_a_charger_is_named_as_the_cause():
+    # from B to the charger at A the way leads round, more than 2 s; that is all that 0.1 lasts for at 0.05 a second
+    bays = {"parking": {"at": ["B"], "chargers": 0}, "charging": {"at": ["A"], "places": 3}}
+    plain = tutorial({}).content()
+    plain["layout"]["bays"] = bays
+    model = dw.load(plain, {"fleet.start": ["B"], "fleet.start_energy": 0.001})
+    said = r"it started with 0\.1 of 100 and came to no charger in time; a higher fleet\.start_energy"
+    with pytest.raises(dw.BatteryError, match=said):
+        dw.simulate(model)
+
+
+def test_a_start_below_the_threshold_without_chargers_is_refused_with_the_cure():
+    bays = {"layout.bays.parking.chargers": 0, "fleet.start_energy": 0.3}
+    said = (
+        r"start with 30 of 100, not above 30, where robots stop working; give .*, or the robots a higher fleet\.start_"
+    )
+    with pytest.raises(dw.CheckError, match=said):
+        dw.simulate(tutorial(bays))

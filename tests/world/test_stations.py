@@ -95,3 +95,14 @@ def test_a_node_in_the_lane_is_used_by_one_robot_at_a_time():
         ("C", None, near(50), near(55)),
     ]
     assert times(run, "delivered") == [near(55), near(66)]
+
+
+@pytest.mark.parametrize("gridlock", ["rotate", "avoid"])
+def test_who_queues_for_a_server_draws_also_where_its_bay_has_a_charger(gridlock):
+    """Bay and station are beside C: 80 round, then 99 in the queue at 0.5; the charger is not where it queues."""
+    battery = {"capacity": 2000, "threshold": 10, "charge_rate": 1}
+    battery["consumption"] = {"standing": 0.5, "empty": 1, "loaded": 1, "handling": 0}
+    own = {"layout.bays.home.at": ["C"], "battery": battery, "traffic.gridlock": gridlock}
+    run = play(places=3, servers=1, robots=2, goods=2, **own)
+    begun = [row.value for row in run.history.rows("queueing", "unloading") if row.robot == 1]
+    assert begun == [near(2000 - 80 - 0.5), near(2000 - 80 - 0.5 - 99 * 0.5)]  # 0.5: it waits 1 to leave after robot 0
