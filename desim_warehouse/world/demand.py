@@ -61,7 +61,8 @@ class Demand:
     def refill(self, still_open: int) -> None:
         """A task was taken, so many are open, on the list or in a robot's queue.
 
-        Where work never ends another one is released in its place; not where a robot has given tasks back: there are as many as there should be, then.
+        Where work never ends another one is released in its place; not where a robot has given tasks back: there are
+        as many as there should be, then.
         """
         if isinstance(self.goods, SaturatedGoods) and still_open < self.goods.saturated:
             self._release(Good(good=self._draw()), self.goods.due_within)

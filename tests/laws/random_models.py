@@ -19,6 +19,8 @@ import networkx as nx
 
 OFF = (0.0, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6, 1e-5, -1e-5)
 """How far lengths are off a multiple of D."""
+LEAST = 1e-9
+"""What a length is at least."""
 SPEEDS = (0.2, 0.5, 1.0, 1.5)
 ALLOCATION = ("in-order", "nearest", "nearest-aging", "earliest-due", "hungarian", "regret", "auction", "cost-aware")
 PATIENCE = 1000
@@ -64,7 +66,7 @@ class Draw:
         places = []
         for _ in range(self.random.randint(1, 10)):
             (a, b), length = self.random.choice(list(edges.items()))
-            exact = [p for p in (self.contact, length - self.contact, length * (1 - 1e-6)) if 0 < p < length]
+            exact = [p for p in (self.contact, length - self.contact, length * (1 - 1e-6)) if LEAST <= p < length]
             offset = self.random.choice([self.random.uniform(0.02, 0.98) * length, *exact])
             places.append({"edge": [a, b], "offset": offset})
         return places
@@ -111,7 +113,7 @@ class Draw:
         return self.drawn(positions, edges)
 
     def grid(self):
-        """Straight streets, each made one-way so that every node can be reached (Robbins: depth-first)."""
+        """Straight streets, each made one-way so that every node can be reached (Robbins: depth-first), some two-way."""
         wide, high = self.random.randint(2, 4), self.random.randint(2, 3)
         xs, ys = [0.0], [0.0]
         for places, count in ((xs, wide), (ys, high)):
@@ -136,6 +138,8 @@ class Draw:
         name = {node: f"n{node[0]}.{node[1]}" for node in streets}
         positions = {name[node]: (xs[node[0]], ys[node[1]]) for node in sorted(streets)}
         edges = {(name[a], name[b]): math.dist(positions[name[a]], positions[name[b]]) for a, b in lanes}
+        both = self.random.choice((0.0, 0.0, 0.1, 0.5))
+        edges |= {(b, a): length for (a, b), length in edges.items() if self.some(both)}
         return self.drawn(positions, edges)
 
     def blocks(self):
@@ -234,6 +238,12 @@ class Draw:
             battery["taper"] = {"start": self.random.choice((0.5, 0.8)), "end_rate": self.random.choice((0.1, 0.5))}
         return battery
 
+    def start_energy(self, battery):
+        """Mostly full; else all alike or each its own."""
+        if battery is None or self.some(0.7):
+            return 1
+        return self.random.choice((0.0, 0.3, 0.9, {"uniform": [0.2, 1]}, {"uniform": [0, 0.5]}))
+
     def charging(self, lap):
         charger = self.random.choice(("own", "nearest", "least-loaded"))
         margin = self.random.choice((0.0, 0.1, 0.2))
@@ -315,6 +325,7 @@ class Draw:
                 "start": start,
                 "robot": {"radius": radius, "speed": speed, "margin": margin},
                 "kinds": kinds,
+                "start_energy": self.start_energy(battery),
                 "first_exit_time": exits[0],
                 "exit_time": exits[1],
             },
