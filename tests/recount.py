@@ -32,6 +32,7 @@ class Recount:
         self.model = run.model
         self.layout = run.layout
         self.rows = run.record.rows
+        self.at_end = run.record.energy
         self.end = run.T
         warm_up = self.model.run.warm_up
         self.begin = warm_up if warm_up <= self.end else 0.0
@@ -140,8 +141,9 @@ class Recount:
         given = self.model.fleet.start_energy
         if isinstance(given, (int, float)):
             first_level = given * self.model.battery.capacity
-        else:  # drawn at random: nothing but drawing came before the first row
-            first_level = known[0] + self.drawn(robot, *parts[0], parts[0][1])
+        else:  # drawn at random: nothing but drawing came before the first row, or the end
+            then = known[0] if known else self.at_end[robot]
+            first_level = then + self.drawn(robot, *parts[0], parts[0][1])
         before = None
         for (since, until, state, where), at_start, at_next in zip(
             parts, [first_level, *known], [*known, None], strict=True

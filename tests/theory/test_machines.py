@@ -6,6 +6,7 @@ import pytest
 
 from desim_warehouse.log import STATES
 from tests.theory.estimate import agrees, means
+from tests.theory.test_queues import robots_that_serve
 
 PETALS = 40
 SPEED = 1000.0
@@ -102,6 +103,17 @@ def test_a_fleet_draws_what_its_chargers_give(chargers, robots):
     assert robots * kpis["share_charging"] == pytest.approx(p * at_work / r, rel=0.03)
     if chargers * r / p < robots * r / (p + r):
         assert robots * kpis["share_charging"] == pytest.approx(chargers, rel=0.01)
+
+
+def test_random_work_draws_its_part_and_is_charged_that_much():
+    """Tasks at random, load of the robots without charging 0.4: in work they draw p, and chargers give it back at r."""
+    p, r, load, robots = 0.5, 1.0, 0.4, 3
+    model = robots_that_serve(load, 1000.0, robots, tasks=1500)
+    model["battery"] = {"capacity": 5000, "threshold": 1000, "consumption": p, "charge_rate": r}
+    counted = model["run"]["length"] - model["run"]["warm_up"]
+    runs = means(model, lambda run: run.kpis)
+    agrees([kpis["energy"] / counted for kpis in runs], load * robots * p)
+    agrees([robots * kpis["share_charging"] for kpis in runs], load * robots * p / r)
 
 
 def test_no_energy_is_lost():
