@@ -85,6 +85,22 @@ class ReportError(WarehouseError):
     """A report, replay, figure or export that cannot be made."""
 
 
+class Interruption(BaseException):
+    """Ends a run from outside, whatever a policy catches; not taken for a fault of the policy."""
+
+
+PASSED_ON = (KeyboardInterrupt, Interruption)
+"""What code of the user's own raises without a fault of its own; all else, SystemExit too, is one."""
+
+
+def shown(value: object) -> str:
+    """A value that code of the user's own has made, for a message; such a value may refuse to be shown."""
+    try:
+        return repr(value)
+    except Exception:  # noqa: BLE001 - whatever their __repr__ raises
+        return f"a {type(value).__name__}"
+
+
 def reason(error: Exception) -> str:
     """Why something failed, for a message that names the file itself: without error numbers and paths."""
     if isinstance(error, KeyError):

@@ -80,10 +80,15 @@ def desim() -> None:
 
 def main() -> None:
     """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
-    from desim_warehouse.errors import WarehouseError
+    from desim_warehouse.errors import WarehouseError, got, reason
 
     try:
         desim(standalone_mode=True)
     except WarehouseError as error:
-        click.echo(f"{error}", err=True)
-        sys.exit(2)
+        said = str(error)
+    except OSError as error:  # a path that no file can have; whoever works with a file says more about it
+        said = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
+    except UnicodeEncodeError as error:
+        said = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"
+    click.echo(said.encode("utf-8", "backslashreplace").decode(), err=True)
+    sys.exit(2)

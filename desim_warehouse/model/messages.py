@@ -119,9 +119,10 @@ def report(problems: Iterable[Problem], places: Places) -> list[str]:
     for problem in found:
         if not (problem.missing and dotted(problem.keys) in meant):
             first.setdefault(problem.keys, problem)
+    more = first.pop(_MORE, None)
     lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
-    return [_one_line(f"{begin}: {text}") for _, begin, text in lines]
+    return [_one_line(f"{begin}: {text}") for _, begin, text in lines] + ([more.text] if more else [])
 
 
 def _one_line(text: str) -> str:
@@ -129,6 +130,10 @@ def _one_line(text: str) -> str:
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
+_MOST = 50
+"""Problems that are told at once."""
+_MORE: Keys = ("\0more",)
+"""Where the number of those that are not told stands."""
 _OURS = {
     "int_type": "should be a whole number",
     "int_from_float": "should be a whole number",
@@ -147,11 +152,11 @@ _SECTIONS = {"model_type", "mapping_type", "dict_type"}
 def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) -> list[Problem]:
     """The problems that pydantic found with values at `under`, with their cures."""
     # A list of which every entry is wrong is also too short to pydantic, which counts the right ones.
-    return [
-        _problem(item, outline, under)
-        for item in error.errors(include_url=False)
-        if item["type"] != "too_short" or not item["input"]
-    ]
+    items = [item for item in error.errors(include_url=False) if item["type"] != "too_short" or not item["input"]]
+    found = [_problem(item, outline, under) for item in items[:_MOST]]
+    if len(items) > _MOST:
+        found.append(Problem(_MORE, f"and {len(items) - _MOST:,} more problems"))
+    return found
 
 
 def _problem(error: ErrorDetails, outline: Outline, under: Keys) -> Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,9 +15,11 @@ from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_py
 from desim_warehouse.model.schema import OUTLINE, WeightsFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+_LISTED = 12
+"""Columns named in a message."""
 POPULARITY: Keys = ("tasks", "popularity")
 STORAGE: Keys = ("layout", "storage")
 
@@ -97,6 +100,7 @@ def _form(kind: type[_Form], named: dict[str, Any], keys: Keys) -> _Form:
 
 @dataclass(frozen=True)
 class _Row:
+    width: int
     cells: Mapping[str, str]
     at: Mapping[str, Place]
 
@@ -134,10 +138,15 @@ class _Table:
         except (OSError, ValueError) as error:
             text = f"cannot be read (got '{path}': {reason(error)}), expected a CSV file"
             raise _RefusedError(Problem(keys, text)) from None
+        twice = [name for name, count in Counter(header).items() if name and count > 1]
+        if twice:
+            text = f"column '{twice[0]}' given twice in '{path}', expected it once"
+            raise _RefusedError(Problem(keys, text))
         for row in rows:
-            if len(row.cells) < len(header):
+            if row.width != len(header):
                 where = next(iter(row.at.values())).text
-                text = f"a row without all columns (got {where}), expected {spoken(header)} in every row"
+                wrong = "a row without all columns" if row.width < len(header) else "a row with more cells than columns"
+                text = f"{wrong} (got {where}), expected {_listed(header)} in every row"
                 raise _RefusedError(Problem(keys, text))
         return cls(str(path), header, rows)
 
@@ -147,9 +156,14 @@ class _Table:
             return
         near = nearest(column, self.header)
         hint = f"; did you mean '{near}'?" if near else ""
-        have = spoken(f"'{name}'" for name in self.header) if self.header else "no columns"
+        have = _listed([f"'{name}'" for name in self.header]) if self.header else "no columns"
         text = f"no column '{column}' in '{self.name}' (got {have}), expected it in line 1{hint}"
         raise _RefusedError(Problem(keys, text))
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Columns in words; of many the first."""
+    return spoken(names) if len(names) <= _LISTED else f"{', '.join(names[:_LISTED])} and {len(names) - _LISTED:,} more"
 
 
 def _check_size(path: Path) -> None:
@@ -168,4 +182,5 @@ def _rows(reader: Any, header: tuple[str, ...], file: str, rank: int) -> Iterato
         for name, cell in zip(header, cells, strict=False):
             at[name] = Place.in_file(rank, file, reader.line_num, column)
             column += len(cell) + 1
-        yield _Row({name: cell.strip() for name, cell in zip(header, cells, strict=False)}, at)
+        width = len(cells) if any(cells[len(header) :]) else min(len(cells), len(header))
+        yield _Row(width, {name: cell.strip() for name, cell in zip(header, cells, strict=False)}, at)

@@ -14,7 +14,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from desim_warehouse.errors import PolicyError, nearest
+from desim_warehouse.errors import PASSED_ON, PolicyError, nearest, shown
 
 OURS: dict[str, dict[str, str]] = {
     "allocation": {
@@ -102,7 +102,9 @@ def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, 
         return None, found
     try:
         return cls(**parameters), []
-    except Exception as error:  # noqa: BLE001 - whatever a user's class raises is reported at its place
+    except PASSED_ON:
+        raise
+    except BaseException as error:  # noqa: BLE001 - whatever a user's class raises is reported at its place
         said = str(error) or repr(error)
         at = next((key for key in parameters if said.startswith(key)), "")
         return None, [(at, f"{name}: {said}")]
@@ -211,6 +213,8 @@ def _find(kind: str, name: str) -> type:
 
 def _module(place: str) -> Any:
     path = Path(place)
+    if not place.endswith(".py") and not all(part.isidentifier() for part in place.split(".")):
+        raise _RefusedError("", f"no module (got {place!r}), expected module:Class or file.py:Class")
     if place.endswith(".py") and not _is_file(path):
         raise _RefusedError("", f"no file {place}, neither beside the model file nor in {Path.cwd()}")
     try:
@@ -230,8 +234,10 @@ def _module(place: str) -> Any:
         except BaseException:
             del sys.modules[label]
             raise
-    except Exception as error:
-        raise _RefusedError("", f"{place} cannot be loaded: {error!r}") from error
+    except PASSED_ON:
+        raise
+    except BaseException as error:
+        raise _RefusedError("", f"{place} cannot be loaded: {shown(error)}") from error
     return module
 
 

@@ -89,6 +89,13 @@ def _write(run: Run, folder: Path) -> Path:
     return folder
 
 
+def _content(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    if content["format"] != FORMAT:
+        raise ValueError(f"format {content['format']!r}, expected {FORMAT}: made by another version")
+    return content
+
+
 def load_run(folder: str | Path) -> Run:
     """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
     import pandas as pd
@@ -100,7 +107,7 @@ def load_run(folder: str | Path) -> Run:
 
     folder = Path(folder)
     try:
-        content: dict[str, Any] = json.loads((folder / RUN).read_text(encoding="utf-8"))
+        content = _content(folder / RUN)
         table = pd.read_parquet(folder / "log.parquet")
         kept = content["log"]
         model = load(content["model"])
@@ -126,7 +133,7 @@ def load_run(folder: str | Path) -> Run:
             end=kept["end"],
         )
         return Run(model, content["seed"], log, layout, deterministic=content.get("deterministic", False))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error

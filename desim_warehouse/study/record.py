@@ -104,7 +104,7 @@ def read_record(folder: Path) -> Record:
             f"{folder}: a file, expected a study folder such as desim study STUDY --out DIR "
             "or desim what-if MODEL --out DIR makes"
         ) from None
-    except (OSError, ValueError, KeyError, TypeError, ModelError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, ModelError) as error:
         raise StudyError(
             f"{path}: cannot be read ({reason(error)}); the runs are safe: start the study again with this folder"
         ) from error

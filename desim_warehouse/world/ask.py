@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from desim_warehouse.errors import PolicyError, WarehouseError
+from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
 
@@ -31,12 +31,12 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
     """The answer of a policy; what it raises becomes a PolicyError that says where."""
     try:
         return ask()
-    except WarehouseError:
+    except (WarehouseError, *PASSED_ON):
         raise
-    except Exception as error:
+    except BaseException as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise PolicyError(
-            f"policies.{kind} ({type(policy).__name__}) at time {now:g}: raised {error!r} "
+            f"policies.{kind} ({type(policy).__name__}) at time {now:g}: raised {shown(error)} "
             f"in {last.filename}, line {last.lineno}"
         ) from error
 
@@ -52,7 +52,7 @@ class ChargingLevels:
         """The levels, checked."""
         policy = self.policy
         levels: object = asked("charging", policy, self.env.now, lambda: policy.levels(robot))
-        fault = levels.fault() if isinstance(levels, Levels) else f"{levels!r} are no Levels"
+        fault = levels.fault() if isinstance(levels, Levels) else f"{shown(levels)} are no Levels"
         if fault is None and isinstance(levels, Levels):
             return levels
         raise PolicyError(
@@ -91,7 +91,7 @@ class BayChoice:
                 return bay
         raise PolicyError(
             f"policies.parking ({type(policy).__name__}) at time {now:g}: "
-            f"{node!r} is no bay with a free slot for robot {robot.number}"
+            f"{shown(node)} is no bay with a free slot for robot {robot.number}"
         )
 
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from simpy.core import StopSimulation
 from simpy.events import Event
 
-from desim_warehouse.errors import PolicyError
+from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.world.ask import asked
 from desim_warehouse.world.events import DECISIONS, end_of_instant
 from desim_warehouse.world.forecast import busy_view
@@ -203,8 +203,8 @@ class Dispatcher:
         for pair in pairs:
             try:
                 number, task_number = (int(part) for part in pair)
-            except (TypeError, ValueError):
-                raise self._fault(f"{pair!r} is no pair (robot number, task number)") from None
+            except (TypeError, ValueError, OverflowError):
+                raise self._fault(f"{shown(pair)} is no pair (robot number, task number)") from None
             if task_number in given:
                 raise self._fault(f"task {task_number} is given out twice")
             if not 0 <= number < len(self.robots):

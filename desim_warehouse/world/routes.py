@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import PolicyError
+from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Roads
 from desim_warehouse.world.ask import asked
 
@@ -85,12 +85,13 @@ class Routes:
 
     def _ask(self, origin: str, goal: str) -> list[Lane]:
         policy, now = self.policy, self.env.now
-        names = list(asked("routing", policy, now, lambda: policy.route(origin, goal, self.roads)))
-        lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes]
-        if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
+        names = asked("routing", policy, now, lambda: list(policy.route(origin, goal, self.roads)))
+        known = all(isinstance(name, str) for name in names)
+        lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes] if known else []
+        if not known or not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
             raise PolicyError(
                 f"policies.routing ({type(policy).__name__}) at time {now:g}: "
-                f"{' > '.join(map(str, names)) or 'nothing'} is no route from {origin} to {goal}"
+                f"{' > '.join(names if known else map(shown, names)) or 'nothing'} is no route from {origin} to {goal}"
             )
         return lanes
 

@@ -113,7 +113,7 @@ class Draw:
         return self.drawn(positions, edges)
 
     def grid(self):
-        """Straight streets, each made one-way so that every node can be reached (Robbins: depth-first), some two-way."""
+        """Straight streets, one-way so that every node can be reached (Robbins: depth-first); some are two-way."""
         wide, high = self.random.randint(2, 4), self.random.randint(2, 3)
         xs, ys = [0.0], [0.0]
         for places, count in ((xs, wide), (ys, high)):
@@ -239,10 +239,10 @@ class Draw:
         return battery
 
     def start_energy(self, battery):
-        """Mostly full; else all alike or each its own."""
+        """Mostly full; else all alike or each its own. Far in the red a fleet with one charger would need for ever."""
         if battery is None or self.some(0.7):
             return 1
-        return self.random.choice((0.0, 0.3, 0.9, {"uniform": [0.2, 1]}, {"uniform": [0, 0.5]}))
+        return self.random.choice((0.3, 0.5, 0.9, {"uniform": [0.2, 1]}, {"uniform": [0.3, 0.5]}))
 
     def charging(self, lap):
         charger = self.random.choice(("own", "nearest", "least-loaded"))

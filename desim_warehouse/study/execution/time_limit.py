@@ -6,13 +6,15 @@ import ctypes
 import threading
 from typing import TYPE_CHECKING, Self
 
+from desim_warehouse.errors import Interruption
+
 if TYPE_CHECKING:
     from types import TracebackType
 
 _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 
 
-class TimeOutError(BaseException):
+class TimeOutError(Interruption):
     """A run took too long; no `except Exception` of a policy can swallow it."""
 
 
