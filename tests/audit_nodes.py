@@ -57,12 +57,22 @@ class Nodes:
         """The name of its intersection for every node."""
         lengths = self.graph.edges(data="length")
         close = nx.Graph((one, other) for one, other, length in lengths if length < self.contact - TOL)
+        for zone in self.run.model.traffic.zones.values():
+            if zone.rule == "one-robot":
+                nodes = [node for one in zone.members for node in ([one] if isinstance(one, str) else one)]
+                close.add_edges_from(pairwise(nodes))
         close.add_nodes_from(self.graph)
         return {node: "+".join(sorted(part)) for part in nx.connected_components(close) for node in part}
 
+    def closed(self):
+        """Edges in a zone of one robot, which nobody leaves the intersection by."""
+        zones = self.run.model.traffic.zones.values()
+        drawn = [one for zone in zones if zone.rule == "one-robot" for one in zone.members if not isinstance(one, str)]
+        return {edge for a, b in drawn for edge in ((a, b), (b, a))}
+
     def stays(self):
         """All stays by intersection."""
-        of = self.joined()
+        of, inside = self.joined(), self.closed()
         found = defaultdict(list)
         for visits in self.visits.values():
             stay = None
@@ -76,7 +86,7 @@ class Nodes:
                 if stay is None or not follows:  # out of a bay
                     stay = Stay(begin=self.comes_out(before, visit))
                     found[start].append(stay)
-                if start == end and self.length(visit) < 2 * self.contact - TOL:
+                if start == end and (visit.edge in inside or self.length(visit) < 2 * self.contact - TOL):
                     stay.inside.append(visit)
                     stay.left = visit.leave
                     continue

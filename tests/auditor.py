@@ -13,6 +13,8 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+import networkx as nx
+
 from tests.audit_nodes import Nodes
 from tests.audit_work import Work
 
@@ -80,6 +82,7 @@ class Audit(Nodes, Work):
             self.check_lane(visits)
         self.check_two_way(edges)
         self.check_turns()
+        self.check_zones(edges)
         self.check_nodes()
         return self.problems
 
@@ -215,13 +218,37 @@ class Audit(Nodes, Work):
 
     def check_clear_of_nodes(self, visit):
         length = self.graph.edges[visit.edge]["length"]
-        if length < 2 * self.contact - TOL:
+        if length < 2 * self.contact - TOL or visit.edge in self.closed():
             return
         stands = zip(visit.times, visit.places, [*visit.times[1:], visit.leave], [*visit.places[1:], None], strict=True)
         for begin, place, end, then in stands:
             near = min(place, length - place)
             if then in {place, None} and end > begin + self.delay and self.slack < near < self.contact - self.slack:
                 self.fault(begin, f"robot {visit.robot} stands on {visit.edge}, {near:g} from a node")
+
+    def check_zones(self, edges):
+        """In a zone of one robot there is one, in a zone of one direction nobody comes towards another."""
+        for name, zone in self.run.model.traffic.zones.items():
+            drawn = [tuple(member) for member in zone.members if not isinstance(member, str)]
+            both = [edge for a, b in drawn for edge in ((a, b), (b, a))]
+            found = sorted((visit for edge in both for visit in edges.get(edge, ())), key=lambda visit: visit.enter)
+            signs = directions(drawn) if zone.rule == "one-direction" else {}
+            present = []
+            for visit in found:
+                present = [other for other in present if other.leave > visit.enter + self.delay]
+                for other in present:
+                    apart = zone.rule == "one-robot" or signs[visit.edge] != signs[other.edge]
+                    if other.robot != visit.robot and apart:
+                        self.fault(visit.enter, f"robots {visit.robot} and {other.robot} are both in zone {name}")
+                present.append(visit)
+
+
+def directions(edges):
+    """+1 or -1 for both directions of every edge of a line: along it, or back."""
+    line = nx.Graph(edges)
+    start = next(node for node in line if line.degree(node) == 1)
+    order = list(nx.dfs_preorder_nodes(line, start))
+    return {pair[::step]: step for pair in pairwise(order) for step in (1, -1)}
 
 
 def audit(run):

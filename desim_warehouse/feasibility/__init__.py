@@ -57,4 +57,6 @@ def refuse(model: Model, layout: Layout) -> None:
 
 def _use(model: Model, layout: Layout) -> checks.Use:
     fleet = model.fleet
-    return checks.Use(fleet.contact, fleet.size, fleet.start, destinations(model, layout), model.traffic.gridlock)
+    return checks.Use(
+        fleet.contact, fleet.size, fleet.start, destinations(model, layout), model.traffic.gridlock, model.traffic.zones
+    )

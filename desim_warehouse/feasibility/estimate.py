@@ -19,6 +19,7 @@ from desim_warehouse.feasibility.free_flow import Cycle, free_flow
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
+from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 
@@ -168,7 +169,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     found = HandCalculation(
         *_extent(layout),
         model.units.metre,
-        checks.capacity(layout, fleet.contact),
+        checks.capacity(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
         fleet.size,
         at_work,
         cycle,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout.zones import zones_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,10 +33,18 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     if not starts:
         return
     joined = _intersections(layout, model.fleet.contact)
-    found = list(_places(layout, starts, joined, model.fleet.contact))
+    found = [*_in_zones(model, layout, starts), *_places(layout, starts, joined, model.fleet.contact)]
     yield from found
     if not found and (model.traffic.gridlock == "avoid" or (model.traffic.gridlock == "auto" and layout.two_way)):
         yield from _stuck(model, layout, starts, joined)
+
+
+def _in_zones(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
+    """Robots in a zone that they have not been let into."""
+    for zone in zones_on(layout, model.traffic.zones):
+        for number, start in starts.items():
+            if start.edge in zone.edges or (start.edge is None and start.node in zone.nodes):
+                yield _finding(number, start, f"is in zone {zone.name}", "start it outside, or in a bay")
 
 
 def _finding(number: int, start: Start, text: str, cure: str) -> Finding:

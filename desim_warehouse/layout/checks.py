@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout import zones
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
     import networkx as nx
 
     from desim_warehouse.layout.layout import Edge, Layout
+    from desim_warehouse.layout.zones import ZoneSpec
 
     Pair = tuple[Edge, Edge]
 
@@ -41,6 +43,7 @@ class Use:
     start: tuple[str, ...]
     unload_at: tuple[str, ...]
     gridlock: str = "auto"
+    zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
 
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
@@ -50,6 +53,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_reach(layout, use),
         *_bays(layout, use),
         *_two_way(layout, use),
+        *zones.examine(layout, use.zones, use.contact, use.gridlock),
         *_stops(layout, use),
         *_queues(layout, use),
         *_short(layout, use),
@@ -68,9 +72,13 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 
 def errors(layout: Layout, use: Use) -> list[Finding]:
     """The errors alone, for `simulate`; the cheap part of `examine`."""
-    return [
-        item for item in (*_reach(layout, use), *_bays(layout, use), *_two_way(layout, use)) if item.level == "error"
-    ]
+    found = (
+        *_reach(layout, use),
+        *_bays(layout, use),
+        *_two_way(layout, use),
+        *zones.examine(layout, use.zones, use.contact, use.gridlock),
+    )
+    return [item for item in found if item.level == "error"]
 
 
 def some(names: Iterable[str]) -> str:
@@ -351,11 +359,12 @@ def _cross(ends: list[complex]) -> bool:
     )
 
 
-def capacity(layout: Layout, contact: float) -> int:
-    """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once."""
+def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
+    """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once, `closed` ones not."""
     return sum(
         max(math.floor((layout.length(lane) + EPS) / contact) - 1, 0)  # the first stands at the stop line
         for lane in layout.lanes
+        if lane not in closed
     )
 
 

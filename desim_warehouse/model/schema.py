@@ -54,6 +54,7 @@ from desim_warehouse.layout.spec import (
     Offset,
     edge_or_node,
 )
+from desim_warehouse.layout.zones import ZoneSpec
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.units import METRES, UnitNames
@@ -478,6 +479,11 @@ class TrafficSpec(Part):
     most_out: Annotated[Count, limited("robots")] | None = Field(
         None,
         description="most robots under way to or at work at once, from bay to bay; default: all",
+        json_schema_extra=LATER,
+    )
+    zones: Named[ZoneSpec] = Field(
+        FrozenMap(),
+        description="parts of the floor for one robot, or in one direction, at a time, by name",
         json_schema_extra=LATER,
     )
 

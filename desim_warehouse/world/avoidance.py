@@ -16,6 +16,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.world.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -28,20 +29,26 @@ if TYPE_CHECKING:
     from desim_warehouse.world.lane import Lane
 
     Stand: TypeAlias = Intersection | Lane
+    Step: TypeAlias = Stand | ZoneDirection | Exit
 
 DESPERATE = 5
 """A claim that is older than this many times the patience holds back every departure."""
 
 
 class DeclaredRoute:
-    """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay."""
+    """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay.
 
-    __slots__ = ("at", "stands", "trail")
+    A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there;
+    `direction` is that in which the robot drives a zone now.
+    """
 
-    def __init__(self, trail: list[Stand]) -> None:
+    __slots__ = ("at", "direction", "stands", "trail")
+
+    def __init__(self, trail: list[Step]) -> None:
         self.trail = trail
         self.at = -1
         self.stands: Stand | None = None
+        self.direction: ZoneDirection | None = None
 
 
 class Avoidance:
@@ -55,13 +62,14 @@ class Avoidance:
         self.env = env
         self.patience = patience
         self._plans: dict[Body, DeclaredRoute] = {}
-        self._users: dict[Stand, dict[Body, int]] = defaultdict(dict)
+        self._users: dict[Step, dict[Body, int]] = defaultdict(dict)
         # Refused claims: the robots that made the cycle. As long as none of them has moved the answer is the same.
         self._witness: dict[Body, tuple[Stand, frozenset[Body]]] = {}
         self._asks_again: dict[Body, dict[Body, None]] = defaultdict(dict)
         self._to_serve: dict[Intersection, None] = {}
         self._woken = False
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
+        self.has_zones = False
 
     # Routes
 
@@ -73,7 +81,7 @@ class Avoidance:
         else:
             plan = DeclaredRoute(trail_of(robot.at, route))
         if robot.is_on_lanes:
-            plan.at, plan.stands = 0, plan.trail[0]
+            plan.at, plan.stands = 0, robot.at if lane is None else lane.lane_of_both
         self._plans[robot] = plan
         self._count(robot, plan.trail[plan.at + 1 :], 1)
 
@@ -84,10 +92,10 @@ class Avoidance:
         Refused, the declared route stays in force, and the robot may ask again at the next node.
         """
         plan = self._plans[robot]
-        node = robot.held if robot.held is not None else robot.lane.end
-        rest = trail_of(node, route)
+        node: Intersection = robot.held if robot.held is not None else robot.lane.end
+        rest = trail_of(node, route, plan.direction)
         if plan.stands is node:
-            rest = rest[1:]
+            rest.remove(node)
         old = plan.trail[plan.at + 1 :]
         self._count(robot, old, -1)
         self._count(robot, rest, 1)
@@ -106,9 +114,9 @@ class Avoidance:
             self._count(robot, plan.trail[plan.at + 1 :], -1)
             self._moved(robot)
 
-    def _count(self, robot: Body, stands: Iterable[Stand], change: int) -> None:
-        for stand in stands:
-            users = self._users[stand]
+    def _count(self, robot: Body, steps: Iterable[Step], change: int) -> None:
+        for step in steps:
+            users = self._users[step]
             number = users.get(robot, 0) + change
             if number:
                 users[robot] = number
@@ -128,17 +136,48 @@ class Avoidance:
         if plan.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
             self._refuse(robot, stand, (oldest,))
             return False
-        before = plan.at, plan.stands
+        before = plan.at, plan.stands, plan.direction
         passed = plan.trail[plan.at + 1 : to + 1]
+        if self.has_zones and not self._enters(robot, stand, passed):
+            return False
         self._count(robot, passed, -1)
         plan.at, plan.stands = to, stand
         cycle = self._cycle(robot)
         if cycle is not None:
-            plan.at, plan.stands = before
+            plan.at, plan.stands, plan.direction = before
             self._count(robot, passed, 1)
             self._refuse(robot, stand, cycle)
             return False
+        if plan.direction is not None:
+            plan.direction.robots[robot] = None
         self._moved(robot)
+        return True
+
+    def _enters(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
+        """Whether the zones on a step are free of robots that drive them the other way; if so it is in the last one.
+
+        A robot that others count as beyond a zone may still be on its way out. Then it is looked at again when it is.
+        """
+        direction = self._plans[robot].direction
+        now = self.env.now
+        for step in passed:
+            if isinstance(step, Exit):
+                direction = None
+            elif isinstance(step, ZoneDirection):
+                direction, against = step, step.opposite
+                for other in list(against.robots):
+                    plan = self._plans.get(other)
+                    drives = plan is not None and plan.direction is against
+                    leaves_at = None if drives else against.is_in(other, now)
+                    if not drives and leaves_at is None:
+                        del against.robots[other]
+                    elif other is not robot:
+                        self._refuse(robot, stand, (other,))
+                        if leaves_at is not None:
+                            again = end_of_instant(self.env, AFTER_DECISIONS, leaves_at - now)
+                            again.callbacks.append(lambda _: self._look_again(robot))
+                        return False
+        self._plans[robot].direction = direction
         return True
 
     def _cycle(self, robot: Body) -> list[Body] | None:
@@ -159,14 +198,17 @@ class Avoidance:
             member = to_follow.pop()
             there = plans[member].stands
             assert there is not None
+            users: Iterable[Body] = self._users[there]
+            if (direction := plans[member].direction) is not None:
+                users = {**self._users[there], **self._users[direction.opposite]}
             if member is not robot and (
-                robot in self._users[there] or (there is stand and (in_front is None or member in in_front))
+                robot in users or (there is stand and (in_front is None or member in in_front))
             ):
                 cycle = [member]
                 while cycle[-1] is not robot:
                     cycle.append(came_from[cycle[-1]])
                 return cycle
-            for other in (*self._users[there], *_behind(member, there)):
+            for other in (*users, *_behind(member, there)):
                 if other is not robot and other not in came_from and plans[other].stands is not None:
                     came_from[other] = member
                     to_follow.append(other)
@@ -201,7 +243,10 @@ class Avoidance:
 
     def _moved(self, robot: Body) -> None:
         """Claims that were refused because of where it stood, or of its route, are looked at again."""
-        for asker in (robot, *self._asks_again.pop(robot, ())):
+        self._look_again(robot, *self._asks_again.pop(robot, ()))
+
+    def _look_again(self, *robots: Body) -> None:
+        for asker in robots:
             if self._witness.pop(asker, None) is not None and asker.claim is not None:
                 self._to_serve[asker.claim.node] = None
         if self._to_serve and not self._woken:
@@ -216,12 +261,21 @@ class Avoidance:
                 node.freed(self.env.now)
 
 
-def trail_of(node: Intersection, route: Iterable[Lane]) -> list[Stand]:
-    """The nodes and lanes on which a robot can stand along a route from a node, in order; a short lane is none."""
-    trail: list[Stand] = [node]
+def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection | None = None) -> list[Step]:
+    """The nodes and lanes on which a robot can stand along a route from a node, in order; a short lane is none.
+
+    `direction` is that of a zone in which the robot comes to the node, or stands on it.
+    """
+    trail: list[Step] = [node]
     for lane in route:
         if lane.inside:
             continue
+        if lane.zone_direction is not direction:
+            if direction is not None:
+                trail.append(direction.exit)
+            direction = lane.zone_direction
+            if direction is not None:
+                trail.append(direction)
         if not lane.short:
             trail.append(lane.lane_of_both)
         trail.append(lane.end)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.intersection import Intersection
     from desim_warehouse.world.rules import Rules
+    from desim_warehouse.world.zones import ZoneDirection
 
 
 class Lane:
@@ -27,8 +28,9 @@ class Lane:
     `last` is the robot that entered last and is still on it. `entering` is the robot that was granted
     room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
     place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
-    nodes of one intersection. `stop_line` is D before the end; there a robot claims what comes next.
-    Of a two-way lane there is one for each direction, and each is the other's `twin`: robots are on one of them only.
+    nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
+    next. Of a two-way lane there is one for each direction, and each is the other's `twin`: robots are on one of them
+    only. `zone_direction` is that of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
     left its end.
     """
@@ -58,6 +60,7 @@ class Lane:
         "twin",
         "waits",
         "wanted",
+        "zone_direction",
     )
 
     def __init__(
@@ -72,6 +75,7 @@ class Lane:
         head: complex,
         start: Intersection,
         end: Intersection,
+        inside: bool = False,
     ) -> None:
         self.rules = rules
         self.edge = edge
@@ -83,7 +87,7 @@ class Lane:
         self.start = start
         self.end = end
         self.headway = rules.headway
-        self.short = length < 2 * self.headway
+        self.short = inside or length < 2 * self.headway
         self.inside = self.short and start is end
         self.stop_line = 0.0 if self.short else length - self.headway
         self.closings: dict[tuple[Lane, float], float] = {}
@@ -91,6 +95,7 @@ class Lane:
         self.last: Body | None = None
         self.entering: Body | None = None
         self.twin: Lane | None = None
+        self.zone_direction: ZoneDirection | None = None
         self.wanted = 0
         self.out_at = -math.inf
         self.out_pace = 1.0

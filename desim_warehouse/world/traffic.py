@@ -7,21 +7,26 @@ Read `drive` for how a robot gets along, `lane` for the queue on an edge, `inter
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout.zones import closed
 from desim_warehouse.world.avoidance import Avoidance
 from desim_warehouse.world.drive import Drive
 from desim_warehouse.world.gridlock import Gridlock, Rule
 from desim_warehouse.world.intersection import Intersection
 from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import Rules, exact_length
+from desim_warehouse.world.zones import mark_directions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Container, Sequence
 
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.log import Log
     from desim_warehouse.model.schema import Start
     from desim_warehouse.world.body import Body
@@ -32,7 +37,7 @@ class Traffic:
 
     `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
     `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
-    `rules.guard`, which decides on every step; `patience` is its.
+    `rules.guard`, which decides on every step; `patience` is its. For `zones` see there.
     """
 
     def __init__(
@@ -48,14 +53,18 @@ class Traffic:
         mixed: bool = True,
         rule: Rule = "rotate",
         patience: float = math.inf,
+        zones: Sequence[TrafficZone] = (),
     ) -> None:
         self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
         guard = Avoidance(env, patience) if rule == "avoid" else None
         self.rules = Rules(
             env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
         )
-        self.nodes = _intersections(layout, self.rules)
-        self.lanes = _lanes(layout, self.rules, self.nodes)
+        self.nodes = _intersections(layout, self.rules, zones)
+        self.lanes = _lanes(layout, self.rules, self.nodes, closed(zones))
+        if mark_directions(zones, self.lanes):
+            assert guard is not None
+            guard.has_zones = True
 
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
@@ -91,19 +100,22 @@ class Traffic:
             node.freed(now)
 
 
-def _intersections(layout: Layout, rules: Rules) -> dict[str, Intersection]:
-    """By node; nodes joined by an edge shorter than D cannot both be occupied and are one intersection."""
+def _intersections(layout: Layout, rules: Rules, zones: Sequence[TrafficZone]) -> dict[str, Intersection]:
+    """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one."""
     nodes = {name: Intersection(rules, name) for name in layout.graph}
-    for source, target, length in layout.graph.edges(data="length"):
+    edges = layout.graph.edges(data="length")
+    together = [(a, b) for a, b, length in edges if exact_length(length, rules.headway) < rules.headway]
+    together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
+    for source, target in together:
         one, other = nodes[source], nodes[target]
-        if exact_length(length, rules.headway) < rules.headway and one is not other:
+        if one is not other:
             one.nodes += other.nodes
             for name in other.nodes:
                 nodes[name] = one
     return nodes
 
 
-def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict[tuple[str, str], Lane]:
+def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection], inside: Container[Edge]) -> dict[Edge, Lane]:
     """By edge."""
     lanes = {}
     points, headings = layout.points, layout.headings
@@ -119,6 +131,7 @@ def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection]) -> dict
             head=points[target],
             start=nodes[source],
             end=nodes[target],
+            inside=edge in inside,
         )
         lane.start.outs.append(lane)
         lanes[edge] = lane

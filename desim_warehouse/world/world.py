@@ -13,6 +13,7 @@ from desim_warehouse import layout as floor
 from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.layout.zones import zones_on
 from desim_warehouse.log import Log
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
@@ -76,6 +77,7 @@ class World:
             mixed=len(kinds) > 1 or layout.has_limits,
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
+            zones=zones_on(layout, model.traffic.zones),
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(

@@ -1,0 +1,57 @@
+"""Random zones for random models: parts of the floor for one robot, and lines of two-way lanes for one direction."""
+
+import random
+from collections import defaultdict
+from itertools import pairwise
+
+import networkx as nx
+
+from desim_warehouse.layout import build
+from desim_warehouse.layout.spec import LayoutSpec
+
+
+def with_zones(mapping, seed, contact=1.0):
+    """The model with one to three zones where there is room for them, and how many of each kind they are."""
+    draw = random.Random(f"zones {seed}")
+    graph = build(LayoutSpec.model_validate(mapping["layout"])).graph
+    zones, taken, kinds = {}, set(), defaultdict(int)
+    for number in range(draw.randint(1, 3)):
+        rule = draw.choice(["one-robot", "one-direction"])
+        members = one_robot(graph, draw, taken) if rule == "one-robot" else line(graph, draw, taken, contact)
+        if members:
+            zones[f"z{number}"] = {"members": members, "rule": rule}
+            taken |= {node for one in members for node in ([one] if isinstance(one, str) else one)}
+            kinds[rule] += 1
+    return {**mapping, "traffic": {**mapping.get("traffic", {}), "zones": zones}}, kinds
+
+
+def one_robot(graph, draw, taken):
+    """Nodes and edges on a random walk, some of them left out, and perhaps a node elsewhere."""
+    at = draw.choice(list(graph))
+    members = []
+    for _ in range(draw.randint(0, 5)):
+        there = draw.choice(list(graph[at]) or [at])
+        if there != at and draw.random() < 0.8:
+            members.append([at, there])
+        at = there
+    members += [node for node in draw.sample(list(graph), 2) if draw.random() < 0.5]
+    inside = {node for one in members for node in ([one] if isinstance(one, str) else one)}
+    return [] if inside & taken or len(inside) > len(graph) // 2 else members
+
+
+def line(graph, draw, taken, contact):
+    """A walk without loops along two-way lanes of at least 2 D."""
+    lanes = nx.Graph(
+        (a, b)
+        for a, b, data in graph.edges(data=True)
+        if data["two_way"] and data["length"] >= 2 * contact and not {a, b} & taken
+    )
+    if not lanes:
+        return []
+    walk = [draw.choice(list(lanes))]
+    for _ in range(draw.randint(1, 6)):
+        further = [node for node in lanes[walk[-1]] if node not in walk]
+        if not further:
+            break
+        walk.append(draw.choice(further))
+    return [[a, b] if draw.random() < 0.5 else [b, a] for a, b in pairwise(walk)]
