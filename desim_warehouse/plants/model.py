@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
 from desim_warehouse.plants.lanes import DrawnLane, distance, lanes_of
-from desim_warehouse.plants.plant import Plant, Point, Remark, Vehicle
+from desim_warehouse.plants.plant import Plant, Remark, Vehicle, Waypoint
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
 
@@ -114,7 +114,7 @@ def _separate(plant: Plant) -> None:
             x += APART
         taken.add((round(x, 6), round(point.y, 6)))
         if x != point.x:
-            plant.points[point.name] = Point(point.name, x, point.y, point.parking)
+            plant.points[point.name] = Waypoint(point.name, x, point.y, point.parking)
             moved.append(point.name)
     plant.note("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m beside it")
 

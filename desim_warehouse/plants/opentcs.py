@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.plant import Area, Link, Location, Plant, Point, Vehicle
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def _points(root: Element, plant: Plant) -> None:
             item.refuse("a point of this name stands before, expected every name once")
         x, y = item.number("positionX", "xPosition", default=0.0), item.number("positionY", "yPosition", default=0.0)
         parking = item.attributes.get("type") == "PARK_POSITION"
-        plant.points[name] = Point(name, x * _MM, -y * _MM if y else 0.0, parking)
+        plant.points[name] = Waypoint(name, x * _MM, -y * _MM if y else 0.0, parking)
 
 
 def _paths(root: Element, plant: Plant) -> None:

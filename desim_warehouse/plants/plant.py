@@ -12,7 +12,7 @@ What: TypeAlias = Literal["left out", "changed", "unreachable", "assumed"]
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class Waypoint:
     """Where links meet and robots can stop; `parking`: where idle robots are sent."""
 
     name: str
@@ -94,7 +94,7 @@ class Plant:
 
     name: str
     source: str
-    points: dict[str, Point] = field(default_factory=dict)
+    points: dict[str, Waypoint] = field(default_factory=dict)
     links: list[Link] = field(default_factory=list)
     locations: list[Location] = field(default_factory=list)
     vehicles: list[Vehicle] = field(default_factory=list)

@@ -187,7 +187,8 @@ class Slots:
         """What cannot have happened, by the log."""
         robot = SimpleNamespace(radius=0.5, speed=1.0, margin=0.0)
         fleet = SimpleNamespace(kinds={}, size=len(self.robots), robot=robot, start_on_lanes=())
-        model = SimpleNamespace(fleet=fleet, traffic=SimpleNamespace(collision_angle=30.0, zones={}, node_time=0.0, turn_time=0.0))
+        traffic = SimpleNamespace(collision_angle=30.0, zones={}, node_time=0.0, turn_time=0.0)
+        model = SimpleNamespace(fleet=fleet, traffic=traffic)
         return Audit(SimpleNamespace(model=model, layout=self.layout, record=self.log)).check_traffic()
 
     @property
