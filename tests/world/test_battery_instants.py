@@ -168,7 +168,7 @@ def test_a_robot_without_charge_stops_the_run_and_is_named():
         play(battery__capacity=50, battery__threshold=5, accept=["BATTERY_TOO_SMALL"])
     # loaded at 45, 10 beyond B; 5 farther at 50
     assert str(flat.value).startswith(
-        "robot 0 ran flat at time 50, on edge B>C at 15, loaded: good 0 draws at least 56: the way there, to the "
+        "robot 0 ran flat at time 50, on edge B>C at 15, loaded: good 0 draws at least 56: the drive there, to the "
         "station and to a charger or home; a battery gives 50;"
     )
 
