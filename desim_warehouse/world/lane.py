@@ -138,7 +138,8 @@ class Lane:
         if self.inside:
             return stop
         # Below 2 D both ends cannot be clear: it is D from the start, and holds the end.
-        return max(stop if self.short else min(stop, self.stop_line), self.headway)
+        # Its length may have been rounded down to D or 2 D: a good next to its end is at its end.
+        return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
         """There is more room before the robot `behind`, or (None) at the lane's start, for those who wait."""
