@@ -25,6 +25,7 @@ CODES: dict[str, Code] = {
     "BAY_CROWDED": Code("error", "more robots start at a node than its bay has slots"),
     "TOO_FEW_PLACES": Code("error", "all bays together have fewer slots than there are robots"),
     "ROTATE_TWO_WAY": Code("error", "`traffic.gridlock: rotate` on a layout with two-way lanes"),
+    "BAY_IN_LANE": Code("error", "a bay in the lane cuts off a part of the layout, or something else is there"),
     "START_ON_LANES": Code("error", "a robot cannot stand where it starts on the lanes"),
     "START_STUCK": Code("error", "robots start on two-way lanes in each other's way, so that none could ever move"),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),

@@ -7,6 +7,7 @@ too: nobody stands, by way of others, in his own way home. Full rings of one-way
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     joined = _intersections(layout, model.fleet.contact)
     found = [*_in_zones(model, layout, starts), *_places(layout, starts, joined, model.fleet.contact)]
+    found = found or list(_cut_off(model, layout, starts))
     yield from found
     if not found and (model.traffic.gridlock == "avoid" or (model.traffic.gridlock == "auto" and layout.two_way)):
         yield from _stuck(model, layout, starts, joined)
@@ -75,6 +77,11 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
     on_lane: dict[tuple[Stand, str], list[int]] = {}
     for number, start in starts.items():
         if start.edge is None:
+            bay = layout.bays.get(start.node)
+            if bay is not None and bay.in_lane:
+                text = "is where another may be parked"
+                yield _finding(number, start, text, f"start it in the bay {bay.zone} (fleet.start), or elsewhere")
+                continue
             other = on_node.setdefault(joined[start.node], number)
             if other != number:
                 text = f"is on the same intersection as robot {other} {_where(starts[other])}"
@@ -97,6 +104,17 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
                 yield _finding(number, start, text, f"offsets that are {contact:g} apart")
                 break
         on_lane[_lane(layout, start.edge)].append(number)
+
+
+def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
+    """Robots from which no route leads to work or home."""
+    flow = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots()))
+    homes = model.fleet.homes(layout.bays)
+    nodes = list(dict.fromkeys(start.node for start in starts.values()))
+    leads = dict(zip(nodes, flow.to_edges(nodes).max(axis=1).tolist(), strict=True))
+    for number, start in starts.items():
+        if math.isinf(max(leads[start.node], flow.travel.time(start.node, homes[number]))):
+            yield _finding(number, start, "cannot get to the goods, or home", "start it where all can be reached")
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:

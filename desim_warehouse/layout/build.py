@@ -39,6 +39,9 @@ def build(spec: LayoutSpec) -> Layout:
         for name, station in spec.stations.items()
         for node in places_of(graph, station)
     }
+    for bay in bays.values():
+        if bay.in_lane:
+            graph.nodes[bay.node]["in_lane"] = True
     nx.freeze(graph)
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
@@ -53,7 +56,7 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
         raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
     for rank, node in enumerate(nodes):
         chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
-        yield BayPlaces(name, node, bay.places, chargers)
+        yield BayPlaces(name, node, 1 if bay.in_lane else bay.places, chargers, bay.in_lane)
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:

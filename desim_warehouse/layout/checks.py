@@ -52,6 +52,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
     found = [
         *_reach(layout, use),
         *_bays(layout, use),
+        *_in_lane(layout, use),
         *_two_way(layout, use),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
         *_stops(layout, use),
@@ -75,6 +76,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
     found = (
         *_reach(layout, use),
         *_bays(layout, use),
+        *_in_lane(layout, use),
         *_two_way(layout, use),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
     )
@@ -95,7 +97,7 @@ def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
     graph = layout.graph
     if nx.is_strongly_connected(graph):
         return
-    main = max(nx.strongly_connected_components(graph), key=lambda part: (len(part), sorted(part)))
+    main: set[str] = max(nx.strongly_connected_components(graph), key=lambda part: (len(part), sorted(part)))
     anchor = next(name for name in graph if name in main)
     reached = nx.descendants(graph, anchor) | {anchor}
     leaving = nx.ancestors(graph, anchor) | {anchor}
@@ -155,6 +157,40 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
                 f"{use.robots} robots but only {places} bay slots",
                 "every robot needs one",
             )
+
+
+def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
+    """Bays in the lane leave everything else connected without them, and nobody else has to go where they are.
+
+    Else a parked robot would hold up others for as long as there is no task for it ("well-formed infrastructure":
+    Cap, Vokrinek and Kleiner, ICAPS 2015).
+    """
+    import networkx as nx
+
+    closed = {node: bay for node, bay in layout.bays.items() if bay.in_lane}
+    if not closed:
+        return
+    graph = layout.graph
+    there: dict[str, str] = {node: f"goods are unloaded at {node}" for node in (*use.unload_at, *layout.stations)}
+    for place in layout.storage:
+        there.update(dict.fromkeys(place.edge, f"good {place.number} is picked there, or on an edge beside it"))
+    for a, b, length in graph.edges(data="length"):
+        if length < use.contact - EPS:
+            there |= dict.fromkeys((a, b), f"edge {a}>{b} is shorter than {use.contact:g} (D)")
+    rest = graph.subgraph(node for node in graph if node not in closed)
+    main: set[str] = max(nx.strongly_connected_components(rest), key=len, default=set())
+    lost = dict.fromkeys(node for node in (*there, *layout.bays) if node not in main and node not in closed)
+    for node, bay in closed.items():
+        where = f"layout.bays.{bay.zone}: {node}"
+        cure = "a bay beside the node (without in_lane), or another node"
+        before, after = set(graph.predecessors(node)), set(graph.successors(node))
+        if node in there:
+            yield Finding("BAY_IN_LANE", where, f"robots park on the node, but {there[node]}", cure)
+        elif lost and (before | after) - main - closed.keys():
+            yield Finding("BAY_IN_LANE", where, f"a robot parked on the node cuts off {some(lost)}", cure)
+        elif not (main & before and main & after):
+            text = "it cannot be reached and left again without passing another such bay"
+            yield Finding("BAY_IN_LANE", where, text, cure)
 
 
 def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:

@@ -31,12 +31,16 @@ class StoragePlace:
 
 @dataclass(frozen=True, slots=True)
 class BayPlaces:
-    """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there."""
+    """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
+
+    `in_lane`: the one slot is the node itself, so that no route leads through it.
+    """
 
     zone: str
     node: str
     places: int | None
     chargers: int | None
+    in_lane: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +57,9 @@ class StationPlaces:
 class Layout:
     """A warehouse floor.
 
-    `graph` is the Highways: nodes have x and y, edges have length, speed (limit, inf if none) and perhaps two_way: the
-    edge and the one back are one lane, used in one direction at a time. An edge that leads against a preferred
-    direction `counts` so many times where routes are chosen.
+    `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
+    inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
+    that leads against a preferred direction `counts` so many times where routes are chosen.
     The order of a node's successors is the order in which Algorithm 1 tries them.
     """
 

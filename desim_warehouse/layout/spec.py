@@ -322,6 +322,17 @@ class BaySpec(PlacesSpec):
         description="instead of chargers: in total, assigned to its nodes round-robin",
         json_schema_extra=LATER,
     )
+    in_lane: Flag = Field(
+        False,
+        description="its nodes are the slots, one each: no route leads through them, as a robot may be parked there",
+        json_schema_extra=LATER,
+    )
+
+    @model_validator(mode="after")
+    def _one_in_the_lane(self) -> BaySpec:
+        if self.in_lane and self.places not in {None, 1}:
+            raise wrong(f"too many for a bay in the lane (got {self.places}), expected 1: the node itself", "places")
+        return self
 
     @model_validator(mode="after")
     def _each_or_total(self) -> BaySpec:

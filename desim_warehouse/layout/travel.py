@@ -61,12 +61,14 @@ class RouteOracle:
         ]
         self._counts = [[data.get("counts", 1.0) for data in highways[name].values()] for name in self.names]
         self._counted = cost != "hops" and any(count != 1 for row in self._counts for count in row)
-        self._turns = Turns(highways, self._every_edge(), turn_time) if turn_time else None
+        self._closed = frozenset(i for i, name in enumerate(self.names) if highways.nodes[name].get("in_lane"))
+        self._turns = Turns(highways, self._every_edge(), turn_time, self._closed) if turn_time else None
         self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
         self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._edges: Any = None
+        self._open: dict[tuple[int, bool], Any] = {}
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
 
     def length(self, origin: str, goal: str) -> float:
@@ -155,6 +157,7 @@ class RouteOracle:
             there
             for there, long, lasts, counts in self._towards(forward=forward)[at]
             if costs[there] < costs[at]
+            and (there == root or there not in self._closed)
             and abs(costs[there] + counts - costs[at]) <= cost
             and abs(lengths[there] + long - lengths[at]) <= length
             and abs(times[there] + lasts - times[at]) <= time
@@ -224,6 +227,8 @@ class RouteOracle:
         seen, line = {root}, deque([root])
         while line:
             here = line.popleft()
+            if here != root and here in self._closed:
+                continue
             for there, length, time in self._next[here]:
                 if there not in seen:
                     seen.add(there)
@@ -252,7 +257,10 @@ class RouteOracle:
             self._edges = self._matrices()
         graph, keys, columns = self._edges
         search: Any = dijkstra
-        costs, steps = search(graph if forward else graph.T, indices=root, return_predecessors=True)
+        towards = graph if forward else graph.T
+        if self._closed:
+            towards = self._without_passing(graph, root, forward=forward)
+        costs, steps = search(towards, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         moved = steps != here
@@ -276,6 +284,19 @@ class RouteOracle:
         if self._counted:
             return lengths, times, before, array("d", costs.tobytes())
         return lengths, times, before, lengths if self.cost == "length" else times
+
+    def _without_passing(self, graph: Any, root: int, *, forward: bool) -> Any:
+        """The Highways, from or towards a node, without edges by which a route would go on beyond a bay in a lane."""
+        import numpy as np
+        from scipy.sparse import csr_array
+
+        key = root if root in self._closed else -1, forward
+        if key not in self._open:
+            edges = graph.tocoo()
+            begin, end = (edges.row, edges.col) if forward else (edges.col, edges.row)
+            kept = ~np.isin(begin, list(self._closed - {root}))
+            self._open[key] = csr_array((edges.data[kept], (begin[kept], end[kept])), shape=graph.shape)
+        return self._open[key]
 
     def _matrices(self) -> tuple[Any, Any, dict[str, Any]]:
         """The Highways with their costs; edges by (from, to) in order; the edges' lengths and times."""

@@ -11,7 +11,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     import networkx as nx
 
@@ -33,10 +33,17 @@ def _quarters(angle: Any) -> Any:
 
 
 class Turns:
-    """The turns on all nodes of some Highways; edges are given by node numbers, with `costs` to compare routes by."""
+    """The turns on all nodes of some Highways; edges are given by node numbers, with what routes are compared by.
+
+    No route leads through a node that is `closed`.
+    """
 
     def __init__(
-        self, highways: nx.DiGraph, edges: Sequence[tuple[int, int, float, float, float]], turn_time: float
+        self,
+        highways: nx.DiGraph,
+        edges: Sequence[tuple[int, int, float, float, float]],
+        turn_time: float,
+        closed: Iterable[int] = (),
     ) -> None:
         import numpy as np
 
@@ -47,6 +54,7 @@ class Turns:
             np.array(column) for column in zip(*edges, strict=True)
         )
         self.heading = np.angle(self.at[self.target] - self.at[self.source])
+        self.closed = list(closed)
         self._graphs: dict[bool, Any] = {}
 
     def between(self, steps: Any) -> Any:
@@ -105,6 +113,8 @@ class Turns:
             one = np.repeat(np.arange(count), high - low)
             rank = np.arange(len(one)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
             other = order[np.repeat(low, high - low) + rank]
+            passing = ~np.isin(end[one], self.closed)
+            one, other = one[passing], other[passing]
             turn = self.turn_time * _quarters(self.heading[one] - self.heading[other])
             rows = np.concatenate([begin, size + one])
             columns = np.concatenate([size + np.arange(count), size + other])

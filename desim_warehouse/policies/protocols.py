@@ -145,9 +145,10 @@ class Oracle(Protocol):
 class Roads:
     """The Highways as a routing policy sees them.
 
-    `graph` has x, y at its nodes and length, speed at its edges. `oracle("hops" | "length" | "time")` knows the
-    cheapest routes. `waits` is the mean waiting per passage of each edge so far, its end node included; `queued` how
-    many robots wait now to leave an edge by its end node or are held up on it.
+    `graph` has x, y at its nodes (in_lane: no route may lead through it) and length, speed at its edges.
+    `oracle("hops" | "length" | "time")` knows the cheapest routes. `waits` is the mean waiting per passage of each edge
+    so far, its end node included; `queued` how many robots wait now to leave an edge by its end node or are held up on
+    it.
     """
 
     graph: nx.DiGraph

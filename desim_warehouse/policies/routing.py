@@ -137,7 +137,7 @@ class CongestionAware:
             _, _, here = heapq.heappop(ahead)
             if here == goal:
                 break
-            if here in done:
+            if here in done or (here != origin and roads.graph.nodes[here].get("in_lane")):
                 continue
             done.add(here)
             for there, edge in edges[here].items():

@@ -71,6 +71,7 @@ class Routes:
             contact=contact,
             turning=self._turning if travel.turn_time else None,
         )
+        self.closed = any(graph.nodes[name].get("in_lane") for name in graph)
         self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}
 
@@ -92,6 +93,12 @@ class Routes:
             raise PolicyError(
                 f"policies.routing ({type(policy).__name__}) at time {now:g}: "
                 f"{' > '.join(names if known else map(shown, names)) or 'nothing'} is no route from {origin} to {goal}"
+            )
+        closed = [name for name in names[1:-1] if self.roads.graph.nodes[name].get("in_lane")] if self.closed else ()
+        if closed:
+            raise PolicyError(
+                f"policies.routing ({type(policy).__name__}) at time {now:g}: {' > '.join(names)} is no route from "
+                f"{origin} to {goal}, as {closed[0]} is a bay in the lane (layout.bays: in_lane)"
             )
         return lanes
 

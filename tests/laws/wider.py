@@ -1,6 +1,6 @@
 """What plants have beside the paper's floor, put into any random model.
 
-Picks at nodes, destinations of tasks, robots that start on the lanes, and that take time to turn.
+Picks at nodes, destinations of tasks, robots that start on the lanes, take time to turn, park on a node.
 """
 
 from __future__ import annotations
@@ -26,7 +26,25 @@ def wider(mapping, seed):
             tasks["goods"] = [with_goal(draw, item, goals) if draw.random() < 0.4 else item for item in tasks["goods"]]
     turn_time = 0.0 if mapping["battery"] else draw.choice((0.0, 0.3, 2.0))  # no battery is made for it
     made = {**mapping, "layout": layout, "tasks": tasks, "traffic": {**mapping["traffic"], "turn_time": turn_time}}
-    return with_starts(draw, made) if nodes else made
+    return with_starts(draw, with_bay_in_lane(draw, made)) if nodes else made
+
+
+def with_bay_in_lane(draw, mapping):
+    """One more bay, on a node by which nobody has to pass, if the first that is tried is such a node."""
+    layout = mapping["layout"]
+    taken = {node for zone in layout["bays"].values() for node in zone["at"]}
+    node = draw.choice(sorted(layout["nodes"]))
+    bays = {**layout["bays"], "lane": {"at": [node], "in_lane": True, "chargers": draw.randint(0, 1)}}
+    fleet = {"start": list(layout["bays"]), **mapping["fleet"]}  # nobody starts there
+    made = {**mapping, "layout": {**layout, "bays": bays}, "fleet": fleet}
+    return mapping if node in taken or refused(made, "BAY_IN_LANE") else made
+
+
+def refused(mapping, *codes):
+    try:
+        return any(item.code in codes for item in errors(dw.load(mapping)))
+    except dw.ModelError:  # for another reason: it is said where it is simulated
+        return False
 
 
 def with_starts(draw, mapping):
@@ -36,9 +54,10 @@ def with_starts(draw, mapping):
     edges = [({"from": e[0], "to": e[1]} if isinstance(e, list) else e) for e in layout["edges"]]
     lengths = {(e["from"], e["to"]): e["length"] for e in edges}
     facing = {}
+    closed = {node for zone in layout["bays"].values() if zone.get("in_lane") for node in zone["at"]}
     near = nx.Graph(pair for pair, length in lengths.items() if length < contact + 1e-5)
     near.add_nodes_from(layout["nodes"])
-    stands = [{"node": draw.choice(sorted(part))} for part in nx.connected_components(near)]
+    stands = [{"node": draw.choice(sorted(part - closed))} for part in nx.connected_components(near) if part - closed]
     for (a, b), length in lengths.items():
         for place in range(math.floor(length / contact) - 1 if (b, a) not in facing else 0):
             facing[a, b] = True
@@ -49,11 +68,7 @@ def with_starts(draw, mapping):
     stands = stands[: draw.choice((0, 1, 3, fleet["size"]))][: fleet["size"]]
     while stands:
         made = {**mapping, "fleet": {**fleet, "start_on_lanes": stands}}
-        try:
-            found = errors(dw.load(made))
-        except dw.ModelError:  # for another reason: it is said where it is simulated
-            return made
-        if not [item for item in found if item.code == "START_STUCK"]:
+        if not refused(made, "START_STUCK", "START_ON_LANES"):
             return made
         stands.pop()
     return mapping
