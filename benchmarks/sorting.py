@@ -2,7 +2,7 @@
 
 A one-way grid of about 2,500 cells of one robot each: parcels are taken at both sides and dropped into chutes all over
 the floor, as in sorting centres. Goals a step (a parcel taken or dropped; a robot drives one cell a step) are counted
-after a warm-up. `python -m benchmarks.sorting` prints the table that is in docs/why.md.
+after a warm-up. `python -m benchmarks.sorting` prints the table of docs/why.md (some two minutes).
 """
 
 from __future__ import annotations
@@ -89,7 +89,6 @@ def model(robots: int, steps: float, warm_up: float) -> dict[str, Any]:
             "load_time": 0.0,
             "unload_time": 0.0,
         },
-        "traffic": {},
         "policies": {"routing": "shortest", "parking": "nearest"},
         "run": {"length": warm_up + steps, "warm_up": warm_up},
         "log": "tasks",
@@ -107,7 +106,7 @@ def goals(robots: int, changes: dict[str, Any], *, steps: float = 600, warm_up: 
 
 
 def report() -> None:
-    """Print the table."""
+    """Print the table; in brackets the processor time of a run, which the machine decides on."""
     print(f"{'goals a step':<26}" + "".join(f"{robots:>16}" for robots in FLEETS))
     for title, changes in POLICIES.items():
         print(f"{title:<26}", end="")

@@ -156,6 +156,15 @@ def test_members_must_be_there(members, said):
         dw.load(LOOP, zone(*members))
 
 
+@pytest.mark.parametrize(
+    ("start", "zones"),
+    [({"node": "P"}, zone("P")), ({"edge": ["P", "Q"], "offset": 5}, LINE), ({"edge": ["Q", "P"], "offset": 5}, LINE)],
+)
+def test_no_robot_starts_in_a_zone(start, zones):
+    with pytest.raises(dw.CheckError, match="is in zone narrow; start it outside, or in a bay"):
+        dw.simulate(dw.load(SPINE, {**zones, "fleet.start_on_lanes": [start]}))
+
+
 def test_zones_that_share_a_node_are_one_and_check_says_so():
     zones = {
         name: {"members": members, "rule": "one-robot"} for name, members in (("one", ["A", "B"]), ("two", ["B", "C"]))
