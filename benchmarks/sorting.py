@@ -1,8 +1,8 @@
 """A sorting floor, how its robots do with one route, with several, and with a cap on robots under way.
 
-A one-way grid of about 2,500 cells of one robot each: parcels are taken at both sides and dropped into chutes all over
-the floor, as in sorting centres. Goals a step (a parcel taken or dropped; a robot drives one cell a step) are counted
-after a warm-up. `python -m benchmarks.sorting` prints the table of docs/why.md (some two minutes).
+A one-way grid of about 2,500 cells of one robot each: parcels are taken along its sides and dropped into chutes all
+over the floor, as in sorting centres. Goals a step (a parcel taken or dropped; a robot drives one cell a step) are
+counted after a warm-up. `python -m benchmarks.sorting` prints the table of docs/why.md (some two minutes).
 """
 
 from __future__ import annotations

@@ -60,6 +60,7 @@ CODES: dict[str, Code] = {
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
+    "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
 }
 """Every code, errors first. A code, once published, keeps its meaning."""

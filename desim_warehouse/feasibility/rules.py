@@ -41,8 +41,20 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _length(model, found)
     yield from _demand(model, found)
     yield from _due(model, layout)
+    yield from _spread(model)
     if model.battery is not None:
         yield from batteries.warnings(model, layout, found.power)
+
+
+def _spread(model: Model) -> Iterator[Finding]:
+    """Routes that cannot be shared, as their times differ."""
+    if model.traffic.turn_time and model.policies.routing.params.get("spread", 1) != 1:
+        yield Finding(
+            "SPREAD_WITH_TURNS",
+            "policies.routing.spread",
+            "with traffic.turn_time equally short routes take different times, so only one of them is used",
+            "leave out one of the two, or take congestion-aware",
+        )
 
 
 # Widths, units and times

@@ -82,6 +82,8 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge
         if edge not in both:
             continue
         is_two_way = isinstance(item, dict) and item.pop("two_way", False)
+        if isinstance(item, dict):
+            item.pop("against", None)  # nobody drives it that way any more
         if edge in turned:
             if not is_two_way:
                 del edges[rank]  # its twin stays

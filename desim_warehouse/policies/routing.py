@@ -41,7 +41,7 @@ class Shortest:
     Grids have many equally short routes, and robots that all take the same one jam it. Whichever is taken, length and
     time are the same. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
 
-    `spread`: how many of the equally short routes between two nodes are used.
+    `spread`: how many of the equally short routes between two nodes are used; one where turns take time.
     """
 
     spread: int = 1
@@ -68,7 +68,7 @@ class Fastest:
 
     Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
 
-    `spread`: how many of the equally fast routes between two nodes are used.
+    `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """
 
     spread: int = 1
@@ -91,11 +91,11 @@ class Fastest:
 
 def _check(spread: int) -> None:
     if not spread >= 1:
-        raise ValueError(f"spread is {spread}, expected at least 1 way")
+        raise ValueError(f"spread is {spread}, expected at least 1 route")
 
 
 def _tie(turns: Iterator[int], spread: int) -> int:
-    """Which of the equally good ways is taken in this turn; 0: the one that is always taken without `spread`."""
+    """Which of the equally good routes is taken in this turn; 0: the one that is always taken without `spread`."""
     return 0 if spread == 1 else 1 + next(turns) % spread
 
 

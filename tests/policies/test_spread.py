@@ -9,6 +9,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.layout.travel import RouteOracle
+from desim_warehouse.model.oriented import orient
+from desim_warehouse.run import check
 from desim_warehouse.world import World
 from tests.policies.test_travel import NODE_TIME, SPEED, total
 
@@ -97,10 +99,16 @@ def test_one_way_at_a_time_is_what_it_is_without_spread():
 
 
 @pytest.mark.parametrize("name", ["shortest", "fastest"])
-@pytest.mark.parametrize(("spread", "said"), [(0, "spread is 0, expected at least 1 way"), (1.5, "a whole number")])
+@pytest.mark.parametrize(("spread", "said"), [(0, "spread is 0, expected at least 1 route"), (1.5, "a whole number")])
 def test_no_such_spread(name, spread, said):
     with pytest.raises(dw.ModelError, match=said):
         dw.load(GRID, {"policies.routing": {"name": name, "spread": spread}})
+
+
+def test_check_says_where_routes_are_not_shared():
+    changes = {"traffic.turn_time": 1, "policies.routing": {"name": "fastest", "spread": 4}}
+    assert "SPREAD_WITH_TURNS" in {finding.code for finding in check(dw.load(GRID, changes)).findings}
+    assert "SPREAD_WITH_TURNS" not in {finding.code for finding in check(dw.load(GRID)).findings}
 
 
 def loop(**back):
@@ -155,6 +163,12 @@ def test_a_direction_that_nobody_drives_cannot_count():
     text = "edges.0..against: nobody drives from A to B, as B>A leads one way; leave it out, or say two_way"
     with pytest.raises(dw.LayoutError, match=text):
         dw.simulate(dw.load({**loop(), "layout": layout}))
+
+
+def test_a_lane_made_one_way_has_no_preferred_direction_any_more():
+    made = orient(dw.load(loop(against=2)))
+    assert not made.layout.two_way
+    assert {edge.against for edge in made.layout.edges} == {1}
 
 
 def test_both_directions_cannot_be_preferred():
