@@ -1,7 +1,7 @@
 """Two-way lanes: trips an hour on plants and networks, deliveries of a core with bridges, and what a grant costs.
 
-`python -m benchmarks.two_way [plants|networks|core|grant] ...`, all by default; about ten minutes. `plants` reads the
-plant models of others from the folder that the variable DESIM_PLANTS names.
+`python -m benchmarks.two_way [plants|networks|strict|core|grant] ...`, all by default; about ten minutes. `plants`
+reads the plant models of others from the folder that the variable DESIM_PLANTS names.
 
 Trips: robots drive from one slot to another drawn among the free ones, and stay for 10 to 30 s. D = 1 m, 1 m/s.
 """
@@ -30,6 +30,8 @@ from desim_warehouse.plants import import_layout
 from desim_warehouse.world.avoidance import Avoidance
 from desim_warehouse.world.body import Body, NoDriver
 from desim_warehouse.world.traffic import Traffic
+from tests.laws.test_brute_force import refused
+from tests.laws.two_way import KINDS
 
 HOUR = 3600.0
 SEEDS = 5
@@ -302,10 +304,19 @@ def core() -> None:
     """Deliveries an hour of a one-way core with 20 bridges, beside all two-way and beside side by side."""
     for kind in ("one-way core, two-way bridges", "all two-way", "side by side"):
         model = dw.load(core_model(kind))
-        for robots in (25, 50, 100):
-            runs = [dw.simulate(model.replace({"fleet.size": robots}), seed) for seed in range(SEEDS)]
-            found = [run.kpis["throughput_per_hour"] for run in runs]
-            print(f"{kind:<30} {robots:>3} robots: {statistics.mean(found):.0f} deliveries/h", flush=True)
+        for robots, most_out in ((25, None), (50, None), (100, None), (100, 50)):
+            changes = {"fleet.size": robots, "tasks.goods": {"saturated": robots}, "traffic.most_out": most_out}
+            runs = [dw.simulate(model.replace(changes), seed) for seed in range(SEEDS)]
+            found = statistics.mean(run.kpis["throughput_per_hour"] for run in runs)
+            cap = "" if most_out is None else f", at most {most_out} under way"
+            print(f"{kind:<30} {robots:>3} robots{cap}: {found:.0f} deliveries/h", flush=True)
+
+
+def strict() -> None:
+    """States that the rule refuses, of fleets of up to six robots, each searched: dead, or refused needlessly."""
+    for kind in KINDS:
+        live, dead = refused(kind, range(700))
+        print(f"{kind:<8} refused and dead {dead:,}, refused but live {live:,}", flush=True)
 
 
 class _Timed(Avoidance):
@@ -351,6 +362,6 @@ def _clock(times: int = 10_000) -> float:
 
 
 if __name__ == "__main__":
-    parts = {"plants": plants, "networks": networks, "core": core, "grant": grant}
+    parts = {"plants": plants, "networks": networks, "strict": strict, "core": core, "grant": grant}
     for part in sys.argv[1:] or parts:
         parts[part]()
