@@ -12,6 +12,7 @@ from desim_warehouse.plants.lanes import DrawnLane, distance, lanes_of
 from desim_warehouse.plants.plant import Plant, Remark, Vehicle, Waypoint
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
+from desim_warehouse.plants.zones import zones_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -83,7 +84,8 @@ def imported(plant: Plant, operations: Mapping[str, str] | None = None, robots: 
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
     made = _Maker(plant, lanes, stops)
     content = made.content(robots)
-    plant.note("left out", "block", [area.name for area in plant.areas], "robots there keep only their usual distance")
+    if zones := zones_of(plant, content):
+        content["traffic"] = {"zones": zones}
     content["description"] = _summary(plant)
     assumed = [remark for remark in plant.remarks if remark.what == "assumed"]
     comments: dict[Keys, str] = {tuple(remark.kind.split(".")): f"assumed: {remark.why}" for remark in assumed}

@@ -87,12 +87,29 @@ def test_what_could_not_be_carried_over_is_said_by_name():
         ("vehicle angle", ("C",)),
         ("height", ("roof",)),
         ("vehicle", ("Vehicle-1",)),
-        ("block", ("crossing",)),
     }
-    assert remarks(made, "changed") == {("link", ("C --- pack",)), ("link", ("D --- A",))}
+    assert remarks(made, "changed") == {("link", ("C --- pack",)), ("link", ("D --- A",)), ("block", ("crossing",))}
     assert remarks(made, "unreachable") == {("point", ("roof",)), ("location", ("rack on the roof",))}
-    for word in ("yard.xml", "1 block", "tasks.goods"):
+    for word in ("yard.xml", "1 vehicle", "tasks.goods"):
         assert word in made.model.description
+
+
+def test_blocks_are_zones(tmp_path):
+    zone = dw.read_layout(YARD).traffic.zones["crossing"]
+    assert (zone.members, zone.rule) == (("D", ("D", "A")), "one-robot")
+    # one direction at a time on a two-way lane; on a one-way street that says nothing, so it is left out, and said
+    spur = '<block name="crossing" type="SAME_DIRECTION_ONLY">\n        <member name="plug --- D"/>\n    </block>'
+    text = YARD.read_text()
+    block = text[text.index("<block") : text.index("</block>") + len("</block>")]
+    zone = dw.read_layout(yard(tmp_path, (block, spur))).traffic.zones["crossing"]
+    assert (zone.members, zone.rule) == ((("plug", "D"),), "one-direction")
+    made = import_layout(yard(tmp_path, (block, spur.replace("plug --- D", "A --- B"))))
+    assert not made.model.traffic.zones
+    assert "left out: 1 block: A>B is not two-way, so its direction is given: crossing" in map(str, made.remarks)
+    # members that the model does not have
+    gone = import_layout(yard(tmp_path, ('<member name="D"/>', '<member name="A --- C"/><member name="gate"/>')))
+    assert gone.model.traffic.zones["crossing"].members == (("D", "A"),)
+    assert ("member", ("A --- C of crossing", "gate of crossing")) in remarks(gone, "left out")
 
 
 def test_the_model_is_written_as_a_readable_file(tmp_path):
