@@ -189,7 +189,7 @@ def _text(words: Draft) -> str:
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
 #   desim check FILE                              errors, and what can be worked out by hand
 #   desim draw FILE -o floor.svg                  the floor
-#   desim run FILE                                a day
+#   desim run FILE                                half a shift
 #   desim plan FILE --target "on_time >= 95 %"    how many robots and chargers
 name: {words.name}
 
@@ -238,8 +238,8 @@ policies:                     # `desim policies` lists them
   charging: four-thresholds
   parking: nearest
 
-run:                          # a shift; the first hour is not counted
-  length: 9 h
+run:                          # half a shift; the first hour is not counted
+  length: 5 h
   warm_up: 1 h
 
 log: tasks                    # --set log=all records every move, for replays and accounts of time

@@ -24,6 +24,8 @@ COMMANDS = {
     "study": ("study", "Run a study file, or resume a study folder."),
     "what-if": ("what_if", "Vary keys of a model and show what happens."),
     "compare": ("compare", "Compare the designs of a study folder with its baseline."),
+    "plan": ("plan", "Find how many robots and chargers, today and after growth, and what limits them."),
+    "why": ("why", "Find what holds a warehouse up, and what that costs."),
     "best": ("best", "Find the best of several designs, with few runs."),
     "size": ("size", "Find the smallest fleet, or other value, that meets a target."),
     "screen": ("screen", "Show which factors of a study folder matter."),

@@ -246,16 +246,20 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 
 
 @contextmanager
-def interruptible(study: Study, out: str | None) -> Iterator[None]:
-    """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143."""
+def interruptible(study: Study | None, out: str | None) -> Iterator[None]:
+    """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143.
+
+    `study` None: there are several, in folders below `out`.
+    """
     from desim_warehouse.study.execution.signals import interrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
     except KeyboardInterrupt as stop:
+        number = "" if study is None else f"{len(study.rows)} "
         kept = (
-            f"{len(study.rows)} finished runs are kept in {out}; the same command resumes"
+            f"{number}finished runs are kept in {out}; the same command resumes"
             if out
             else ("nothing is kept without --out DIR")
         )

@@ -102,10 +102,13 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
     """
     battery, tasks = _battery(model), model.tasks
-    draws, node_time = battery.draws, model.traffic.node_time
+    draws, node_time, special = battery.draws, model.traffic.node_time, dict(model.traffic.node_times)
     speed = max(robot.speed for robot in model.fleet.robots())
     paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
-    times = {edge: data["length"] / paces[edge] + node_time for edge, data in layout.graph.edges.items()}
+    times = {
+        edge: data["length"] / paces[edge] + special.get(edge[1], node_time)
+        for edge, data in layout.graph.edges.items()
+    }
     back_in_time = {(target, source): time for (source, target), time in times.items()}
     begins = ends = list(chargers_at(model, layout))
     if not begins or not is_lifelong(model):

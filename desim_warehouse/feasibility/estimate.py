@@ -234,7 +234,7 @@ def _stations(model: Model, layout: Layout, flow: FreeFlow, rate: float | None) 
 
 
 def _busiest_crossing(model: Model, flow: FreeFlow) -> tuple[str | None, float | None]:
-    """The intersection with the most passages for a task, and the tasks per time unit that it lets through.
+    """The intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
 
     Robots that follow each other over a node do so at least D / speed + node time apart.
     """
@@ -254,11 +254,13 @@ def _busiest_crossing(model: Model, flow: FreeFlow) -> tuple[str | None, float |
             if chosen[i, j]:
                 for node in flow.travel.way(edge[1], station):
                     passages[node] += share[i] * chosen[i, j]
+    for free in model.traffic.free_nodes:
+        del passages[free]
     if not passages:
         return None, None
-    node, most = max(passages.items(), key=lambda item: item[1])
-    headway = model.fleet.contact / flow.travel.speed + model.traffic.node_time
-    return node, 1 / (float(most) * headway)
+    headway = model.fleet.contact / flow.travel.speed
+    node = max(passages, key=lambda name: passages[name] * (headway + flow.travel.time_at(name)))
+    return node, 1 / (float(passages[node]) * (headway + flow.travel.time_at(node)))
 
 
 def _with_knee(found: HandCalculation, total: float) -> HandCalculation:

@@ -58,19 +58,12 @@ class FreeFlow:
         import numpy as np
 
         self.model = model
-        node_time = model.traffic.node_time
         policy = model.policies.routing
         cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
         self.own = own_destinations(model, layout)
-        self.travel = travel_on(
-            layout,
-            speed,
-            node_time,
-            cost,
-            (*layout.bays, *layout.stations, *self.stations),
-            model.traffic.turn_time,
-        )
+        hubs, traffic = (*layout.bays, *layout.stations, *self.stations), model.traffic
+        self.travel = travel_on(layout, speed, traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times)
         weights = demand(model, layout)
         self.goods = np.flatnonzero(weights)
         places = [layout.storage[good] for good in self.goods]

@@ -59,6 +59,15 @@ def _node(name: str, info: ValidationInfo) -> str:
 NodeName = Annotated[Name, AfterValidator(_node)]
 
 
+def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
+    """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
+    nodes = known(info).nodes
+    if nodes and name not in nodes:
+        near = nearest(name, nodes) if len(nodes) <= _COMPARED else None
+        hint = f"; did you mean '{near}'?" if near else ""
+        raise wrong(f"no such node, expected one of the {len(nodes)} nodes of the layout{hint}", *keys)
+
+
 def _node_or(zones: str) -> AfterValidator:
     """Refuse what names neither a node nor a bay or station."""
 

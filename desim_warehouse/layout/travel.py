@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from desim_warehouse.layout.turning import Turns, last_steps, turning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     import networkx as nx
 
@@ -48,13 +48,19 @@ class RouteOracle:
         node_time: float,
         hubs: Iterable[str] = (),
         turn_time: float = 0.0,
+        node_times: Mapping[str, float] | None = None,
     ) -> None:
+        own = node_times or {}
         self.cost = cost
         self.names = list(highways)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._next: list[list[tuple[int, float, float]]] = [
             [
-                (self.index[target], data["length"], data["length"] / min(speed, data["speed"]) + node_time)
+                (
+                    self.index[target],
+                    data["length"],
+                    data["length"] / min(speed, data["speed"]) + own.get(target, node_time),
+                )
                 for target, data in highways[name].items()
             ]
             for name in self.names
@@ -334,16 +340,23 @@ def _along(steps: Any, first: Any) -> Any:
 
 @lru_cache(maxsize=4)
 def travel_on(
-    layout: Layout, speed: float, node_time: float, cost: Cost, hubs: tuple[str, ...], turn_time: float = 0.0
+    layout: Layout,
+    speed: float,
+    node_time: float,
+    cost: Cost,
+    hubs: tuple[str, ...],
+    turn_time: float = 0.0,
+    node_times: tuple[tuple[str, float], ...] = (),
 ) -> FreeTravel:
     """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
-    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time)
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, dict(node_times))
 
 
 class FreeTravel:
     """Distances and free driving times on the Highways: `distance` by the shortest way, `time` by the fastest.
 
     `ways` is the oracle of the routing policy in force: lengths and times along the ways that robots do drive.
+    At every node `node_time` is spent, at those in `node_times` what stands there.
     """
 
     def __init__(
@@ -354,10 +367,12 @@ class FreeTravel:
         cost: Cost = "time",
         hubs: Iterable[str] = (),
         turn_time: float = 0.0,
+        node_times: Mapping[str, float] | None = None,
     ) -> None:
         self.highways = highways
         self.speed = speed
         self.node_time = node_time
+        self.node_times = node_times or {}
         self.cost = cost
         self.hubs = frozenset(hubs)
         self.turn_time = turn_time
@@ -369,7 +384,7 @@ class FreeTravel:
         found = self._oracles.get(cost)
         if found is None:
             found = self._oracles[cost] = RouteOracle(
-                self.highways, cost, self.speed, self.node_time, self.hubs, self.turn_time
+                self.highways, cost, self.speed, self.node_time, self.hubs, self.turn_time, self.node_times
             )
         return found
 
@@ -428,7 +443,11 @@ class FreeTravel:
             return 0.0, 0.0
         data = self.highways.edges[edge]
         pace = min(self.speed, data["speed"])
-        return offset / pace, (data["length"] - offset) / pace + self.node_time
+        return offset / pace, (data["length"] - offset) / pace + self.time_at(edge[1])
+
+    def time_at(self, node: str) -> float:
+        """Time spent at a node that is reached."""
+        return self.node_times.get(node, self.node_time)
 
     @property
     def ways(self) -> RouteOracle:

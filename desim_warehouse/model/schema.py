@@ -18,6 +18,7 @@ from desim_warehouse.fields import (
     Count,
     Distance,
     Duration,
+    Flag,
     Forms,
     Fraction,
     FrozenMap,
@@ -53,6 +54,7 @@ from desim_warehouse.layout.spec import (
     NodesOfStations,
     Offset,
     edge_or_node,
+    see_node,
 )
 from desim_warehouse.layout.zones import ZoneSpec
 from desim_warehouse.model.messages import Outline
@@ -462,6 +464,13 @@ class BatterySpec(Part):
         return Consumption(standing=one, empty=one, loaded=one, handling=one)
 
 
+class NodeTraffic(Part):
+    """What is special about one node."""
+
+    time: Time | None = Field(None, description="turning and re-planning there; default: traffic.node_time")
+    free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
+
+
 class TrafficSpec(Part):
     """Collision waiting."""
 
@@ -486,6 +495,24 @@ class TrafficSpec(Part):
         description="parts of the floor for one robot, or in one direction, at a time, by name",
         json_schema_extra=LATER,
     )
+    nodes: Named[NodeTraffic] = Field(FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER)
+
+    @field_validator("nodes")
+    @classmethod
+    def _of_the_layout(cls, nodes: Mapping[str, NodeTraffic], info: ValidationInfo) -> Mapping[str, NodeTraffic]:
+        for name in nodes:
+            see_node(name, info, name)
+        return nodes
+
+    @property
+    def node_times(self) -> tuple[tuple[str, float], ...]:
+        """Nodes at which robots spend another time than `node_time`, and that time."""
+        return tuple((name, node.time) for name, node in self.nodes.items() if node.time is not None)
+
+    @property
+    def free_nodes(self) -> frozenset[str]:
+        """Nodes at which nobody waits."""
+        return frozenset(name for name, node in self.nodes.items() if node.free)
 
 
 class RunSpec(Part):

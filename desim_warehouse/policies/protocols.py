@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
@@ -160,6 +160,12 @@ class Roads:
     contact: float
     turning: Callable[[str, str, str], float] | None = None
     """How long a robot turns on the second node that comes from the first and goes to the third; None: no time."""
+    node_times: Mapping[str, float] = field(default_factory=dict)
+    """Time at nodes at which not `node_time` is spent."""
+
+    def time_at(self, node: str) -> float:
+        """Time spent at a node that is reached: `node_time`, or its own."""
+        return self.node_times.get(node, self.node_time)
 
 
 class Allocation(Protocol):

@@ -146,7 +146,7 @@ class CongestionAware:
                     waiting += self.queues * headway * roads.queued((here, there))
                 counts = edge.get("counts", 1.0)
                 driving = edge["length"] / min(roads.speed, edge["speed"])
-                time = least[here] + driving * counts + roads.node_time * counts + waiting
+                time = least[here] + driving * counts + roads.time_at(there) * counts + waiting
                 if roads.turning is not None and here in before:
                     time += roads.turning(before[here], here, there)
                 if time < least.get(there, math.inf):

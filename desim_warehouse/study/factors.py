@@ -148,6 +148,11 @@ def _values(given: Any) -> Values:
     return Values(tuple(values.values()))
 
 
+def listed(given: Sequence[Any]) -> list[Any]:
+    """The values of a list in which ranges may stand; ValueError: a range that is none."""
+    return [value for item in given for value in _spread(item)]
+
+
 def _spread(item: Any) -> Sequence[Any]:
     """The values of a range such as 1..6 or 0.5..2..0.5; of anything else itself."""
     match = _RANGE.fullmatch(item) if isinstance(item, str) else None

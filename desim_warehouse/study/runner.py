@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import monotonic
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import BatteryError, StudyError
 from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import models, run_seed
@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _WRITE_EVERY = 10.0  # seconds between writes of the table
+
+
+def ran_flat(row: Row) -> bool:
+    """Whether a run ended because a robot ran flat."""
+    return (row.outcome.error or "").startswith(f"{BatteryError.__name__}: ")
 
 
 class _MissingError(Exception):
@@ -74,8 +79,11 @@ class StudyRunner:
         finally:
             self.executor = executor
 
-    def follow(self, procedure: Procedure[T], indicator: str) -> T:
-        """Carry out a sequential procedure: simulate every batch it asks for, and send it the values."""
+    def follow(self, procedure: Procedure[T], indicator: str, *, flat: float | None = None) -> T:
+        """Carry out a sequential procedure: simulate every batch it asks for, and send it the values.
+
+        `flat` is the value of a run that ended because a robot ran flat; None: such a run is an error as any other.
+        """
         values: list[float] | None = None
         while True:
             try:
@@ -83,11 +91,13 @@ class StudyRunner:
             except StopIteration as end:
                 return cast("T", end.value)
             self.ask(asked)
-            values = [self._value(*run, indicator) for run in asked]
+            values = [self._value(*run, indicator, flat) for run in asked]
 
-    def _value(self, number: int, replication: int, indicator: str) -> float:
+    def _value(self, number: int, replication: int, indicator: str, flat: float | None) -> float:
         """The indicator of a run that must not have failed."""
         row = self.row(number, replication)
+        if flat is not None and ran_flat(row):
+            return flat
         if row.outcome.error is not None:
             raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
         return row.measured(indicator)

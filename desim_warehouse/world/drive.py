@@ -45,26 +45,13 @@ class Drive:
     `held_up`: it is there, or has to decide or to wait for something at an intersection.
     """
 
-    __slots__ = (
-        "_ok",
-        "callbacks",
-        "env",
-        "held_up",
-        "index",
-        "node_time",
-        "robot",
-        "route",
-        "rules",
-        "stop",
-        "turn_time",
-    )
+    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "stop", "turn_time")
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
         self.callbacks: Any = None
         self.rules = rules
         self.env: Any = rules.env
-        self.node_time = rules.node_time
         self.turn_time = rules.turn_time
         self.robot = robot
         self.route = route
@@ -123,7 +110,7 @@ class Drive:
     def _clear_of_node(self, onward: Lane) -> float:
         """When a robot that sets out from the stop line now leaves the node."""
         robot, lane = self.robot, self.robot.lane
-        clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + self.node_time)
+        clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
         return clear + lane.turn_to(onward) if self.turn_time else clear
 
     def _takes_detour(self) -> bool:
@@ -186,7 +173,7 @@ class Drive:
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
             # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
-            clear = now + (lane.length - pos) / robot.pace + self.node_time
+            clear = now + (lane.length - pos) / robot.pace + lane.node_time
             if self.turn_time:
                 clear += lane.turn_to(onward)
             if (
@@ -216,7 +203,7 @@ class Drive:
         lane, behind = robot.lane, robot.behind
         if lane is not None:
             turning = lane.turn_to(onward) if self.turn_time else 0.0
-            lane.leave(robot, clear - self.node_time - turning)
+            lane.leave(robot, clear - lane.node_time - turning)
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
@@ -247,7 +234,7 @@ class Drive:
         """Along the lane to its end, all of it granted, and the time at the node spent."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
-        yield Arrival(self.env, robot.until + self.node_time)
+        yield Arrival(self.env, robot.until + lane.node_time)
         robot.pos = lane.length
 
     def _from_node(self) -> Generator[Event, object, Departure]:
@@ -313,7 +300,7 @@ class Drive:
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        self.due(robot.until + (self.node_time if target == onward.length else 0.0))
+        self.due(robot.until + (onward.node_time if target == onward.length else 0.0))
 
     def _crosses_next_short(self, now: float) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""

@@ -10,18 +10,18 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robot import Robot
 
 
-def time_to_node(robot: Robot, now: float, node_time: float) -> float:
+def time_to_node(robot: Robot, now: float) -> float:
     """Free driving time to the node it comes to next, its node time included."""
     body = robot.body
     if body.lane is None or body.held is not None:
         return 0.0
-    return float((body.lane.length - body.position(now)) / body.pace + node_time)
+    return float((body.lane.length - body.position(now)) / body.pace + body.lane.node_time)
 
 
 def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
     """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
     assert robot.job is not None
-    view = robot.view(free_in=time_to_node(robot, now, reach.travel(robot.body.speed).node_time))
+    view = robot.view(free_in=time_to_node(robot, now))
     return reach.need(view, robot.job, reach.stations.of(robot.job), charger)
 
 
@@ -34,7 +34,7 @@ def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
 def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     speed, job, tasks = robot.body.speed, robot.job, reach.tasks
     travel = reach.travel(speed)
-    ways, time = travel.ways, time_to_node(robot, now, travel.node_time)
+    ways, time = travel.ways, time_to_node(robot, now)
     if job is None:
         bay = robot.bay.node if robot.bay is not None else robot.home
         return bay, time + ways.time(robot.node, bay)

@@ -223,3 +223,28 @@ class Intersection:
         robot.crossings += 1
         if self.rules.log.everything:
             self.rules.log.collision(end, robot, other, self.name, None, duration)
+
+
+class FreeIntersection(Intersection):
+    """A node at which nobody waits for another: what if it were no bottleneck?
+
+    It is open to all at once; robots still spend their time there and wait for room on the lane beyond it, on which
+    they keep D as everywhere (see `Lane.free_at`, for which such a floor counts as one of mixed speeds).
+    """
+
+    __slots__ = ()
+
+    def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002
+        """Always."""
+        return True
+
+    def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002
+        """It never closes."""
+        return -math.inf
+
+    def grant(self, robot: Body, lane: Lane | None) -> None:
+        """The robot may stand on it, with others, and has room on `lane`."""
+        robot.held = self
+        robot.granted = lane
+        if lane is not None:
+            lane.entering = robot

@@ -29,8 +29,8 @@ class Lane:
     room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
     place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
     nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
-    next. Of a two-way lane there is one for each direction, and each is the other's `twin`: robots are on one of them
-    only. `zone_direction` is that of a zone used in one direction at a time.
+    next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
+    other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
     left its end.
     """
@@ -48,6 +48,7 @@ class Lane:
         "last",
         "length",
         "limit",
+        "node_time",
         "out_at",
         "out_pace",
         "passages",
@@ -75,6 +76,7 @@ class Lane:
         head: complex,
         start: Intersection,
         end: Intersection,
+        node_time: float,
         inside: bool = False,
     ) -> None:
         self.rules = rules
@@ -86,6 +88,7 @@ class Lane:
         self.heading = heading
         self.start = start
         self.end = end
+        self.node_time = node_time
         self.headway = rules.headway
         self.short = inside or length < 2 * self.headway
         self.inside = self.short and start is end

@@ -235,7 +235,7 @@ class Reach:
         if speed not in self._travel:
             known = self._known
             self._travel[speed] = FreeTravel(
-                known.highways, speed, known.node_time, known.cost, turn_time=known.turn_time
+                known.highways, speed, known.node_time, known.cost, (), known.turn_time, known.node_times
             )
         return self._travel[speed]
 

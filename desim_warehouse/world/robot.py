@@ -416,7 +416,7 @@ class Robot:
         spec = self.battery.spec
         fleet, tasks = self.world.model.fleet, self.world.model.tasks
         if free_in is None and self.state == "idle" and self.body.is_on_lanes:  # where it stands at the start
-            free_in = time_to_node(self, self.env.now, self.world.model.traffic.node_time)
+            free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
         return RobotView(

@@ -68,6 +68,7 @@ class Routes:
             queued=self._queued,
             speed=travel.speed,
             node_time=travel.node_time,
+            node_times=travel.node_times,
             contact=contact,
             turning=self._turning if travel.turn_time else None,
         )

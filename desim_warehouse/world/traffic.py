@@ -14,13 +14,13 @@ from desim_warehouse.layout.zones import closed
 from desim_warehouse.world.avoidance import Avoidance
 from desim_warehouse.world.drive import Drive
 from desim_warehouse.world.gridlock import Gridlock, Rule
-from desim_warehouse.world.intersection import Intersection
+from desim_warehouse.world.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import Rules, exact_length
 from desim_warehouse.world.zones import mark_directions
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Sequence
+    from collections.abc import Collection, Container, Mapping, Sequence
 
     from simpy import Environment
 
@@ -37,7 +37,8 @@ class Traffic:
 
     `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
     `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
-    `rules.guard`, which decides on every step; `patience` is its. For `zones` see there.
+    `rules.guard`, which decides on every step; `patience` is its. For `zones` see there. `node_times`: nodes at which
+    another time than `node_time` is spent; `free`: nodes at which nobody waits.
     """
 
     def __init__(
@@ -54,14 +55,17 @@ class Traffic:
         rule: Rule = "rotate",
         patience: float = math.inf,
         zones: Sequence[TrafficZone] = (),
+        node_times: Mapping[str, float] | None = None,
+        free: Collection[str] = (),
     ) -> None:
+        mixed = mixed or bool(free)
         self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
         guard = Avoidance(env, patience) if rule == "avoid" else None
         self.rules = Rules(
             env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
         )
-        self.nodes = _intersections(layout, self.rules, zones)
-        self.lanes = _lanes(layout, self.rules, self.nodes, closed(zones))
+        self.nodes = _intersections(layout, self.rules, zones, free)
+        self.lanes = _lanes(layout, self.rules, self.nodes, closed(zones), node_times or {})
         if mark_directions(zones, self.lanes):
             assert guard is not None
             guard.has_zones = True
@@ -100,8 +104,13 @@ class Traffic:
             node.freed(now)
 
 
-def _intersections(layout: Layout, rules: Rules, zones: Sequence[TrafficZone]) -> dict[str, Intersection]:
-    """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one."""
+def _intersections(
+    layout: Layout, rules: Rules, zones: Sequence[TrafficZone], free: Collection[str]
+) -> dict[str, Intersection]:
+    """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one.
+
+    One with a free node among its nodes is free as a whole.
+    """
     nodes = {name: Intersection(rules, name) for name in layout.graph}
     edges = layout.graph.edges(data="length")
     together = [(a, b) for a, b, length in edges if exact_length(length, rules.headway) < rules.headway]
@@ -112,10 +121,22 @@ def _intersections(layout: Layout, rules: Rules, zones: Sequence[TrafficZone]) -
             one.nodes += other.nodes
             for name in other.nodes:
                 nodes[name] = one
+    for name in free:
+        closed = nodes[name]
+        if not isinstance(closed, FreeIntersection):
+            found = FreeIntersection(rules, closed.name)
+            found.nodes = closed.nodes
+            nodes.update(dict.fromkeys(closed.nodes, found))
     return nodes
 
 
-def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection], inside: Container[Edge]) -> dict[Edge, Lane]:
+def _lanes(
+    layout: Layout,
+    rules: Rules,
+    nodes: dict[str, Intersection],
+    inside: Container[Edge],
+    node_times: Mapping[str, float],
+) -> dict[Edge, Lane]:
     """By edge."""
     lanes = {}
     points, headings = layout.points, layout.headings
@@ -132,6 +153,7 @@ def _lanes(layout: Layout, rules: Rules, nodes: dict[str, Intersection], inside:
             start=nodes[source],
             end=nodes[target],
             inside=edge in inside,
+            node_time=node_times.get(target, rules.node_time),
         )
         lane.start.outs.append(lane)
         lanes[edge] = lane

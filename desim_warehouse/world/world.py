@@ -78,6 +78,8 @@ class World:
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
             zones=zones_on(layout, model.traffic.zones),
+            node_times=dict(model.traffic.node_times),
+            free=model.traffic.free_nodes,
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
@@ -87,6 +89,7 @@ class World:
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
             model.traffic.turn_time,
+            model.traffic.node_times,
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)

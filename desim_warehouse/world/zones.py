@@ -42,7 +42,7 @@ class ZoneDirection:
             return None
         if lane.zone_direction is self:  # about to cross, on the way to the node, or turning on it
             rules = lane.rules
-            return float(max(robot.until + rules.node_time + 2 * rules.turn_time, now + EPS))
+            return float(max(robot.until + lane.node_time + 2 * rules.turn_time, now + EPS))
         return robot.entered_at if robot.entered_at > now + EPS else None
 
 

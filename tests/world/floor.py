@@ -22,7 +22,7 @@ PARK = "park"
 class Floor:
     """Nodes by name and place, edges as "A>B" or (edge, length) or (edge, length, speed limit)."""
 
-    def __init__(self, nodes, edges, *, D=2.0, theta=30.0, node_time=0.0, rotate=True, mixed=True):  # noqa: N803
+    def __init__(self, nodes, edges, *, D=2.0, theta=30.0, node_time=0.0, rotate=True, mixed=True, **special):  # noqa: N803
         spec = {"nodes": nodes, "edges": [_edge(edge) for edge in edges]}
         self.layout = build(LayoutSpec.model_validate(spec))
         self.env = simpy.Environment()
@@ -36,6 +36,7 @@ class Floor:
             node_time=node_time,
             mixed=mixed,
             rule="rotate" if rotate else "stop",
+            **special,
         )
         self.robots = []
 

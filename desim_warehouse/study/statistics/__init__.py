@@ -7,8 +7,10 @@
 | does a design differ from today's?             | `paired`, `compare`                        |
 | which design is best?                          | `kn`                                       |
 | what is the smallest fleet that does it?       | `smallest_meeting`, `parse_target`         |
+| how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
 | when does the warm-up end?                     | `mser`                                     |
+| which of several changes gains most?           | `gains_steps`                              |
 | which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
 
 `kn` and `smallest_meeting` choose the next run from the runs before. Each also comes as steps (`kn_steps`,
@@ -18,7 +20,15 @@ batch can be spread over workers.
 
 from __future__ import annotations
 
+from desim_warehouse.study.statistics.cheapest import (
+    Budget,
+    Cheapest,
+    cheapest_meeting_steps,
+    scout_steps,
+    verdict_steps,
+)
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
+from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
 from desim_warehouse.study.statistics.precision import (
@@ -55,11 +65,15 @@ from desim_warehouse.study.statistics.warmup import WarmUp, mser
 
 __all__ = [
     "Between",
+    "Budget",
+    "Cheapest",
     "Comparison",
     "DesignVerdict",
     "Difference",
     "Estimate",
     "FirstOrder",
+    "Gain",
+    "Gains",
     "Knee",
     "MainEffect",
     "MainEffects",
@@ -74,11 +88,13 @@ __all__ = [
     "Stage",
     "Target",
     "WarmUp",
+    "cheapest_meeting_steps",
     "check_precision",
     "compare",
     "estimate",
     "first_order",
     "follow",
+    "gains_steps",
     "holm",
     "kn",
     "kn_constants",
@@ -91,8 +107,10 @@ __all__ = [
     "replications_needed",
     "saltelli_design",
     "saltelli_indices",
+    "scout_steps",
     "smallest_meeting",
     "smallest_meeting_steps",
     "smallest_within",
     "sobol",
+    "verdict_steps",
 ]

@@ -121,7 +121,7 @@ def smallest_meeting_steps(
         raise StudyError(f"values to search {list(values)!r}: expected at least one, none twice")
     if not 2 <= n0 <= cap or search not in {"bisection", "scan"}:  # noqa: PLR2004
         raise StudyError(f"n0 {n0}, cap {cap}, search {search!r}: expected 2 <= n0 <= cap, and bisection or scan")
-    looks = [1] if deterministic else _looks(n0, cap)
+    looks = [1] if deterministic else looks_at(n0, cap)
     path = len(values).bit_length() if search == "bisection" else len(values)
     level = 1.0 - (1.0 - confidence) / (path * len(looks))
     data: dict[int, list[float]] = {}
@@ -132,7 +132,7 @@ def smallest_meeting_steps(
         data[probe] = []
         for n in looks:
             data[probe] += yield from request([(probe, r) for r in range(len(data[probe]), n)])
-            verdicts[probe] = _judged(values[probe], data[probe], goal, level, deterministic, within)
+            verdicts[probe] = judged(values[probe], data[probe], goal, level, deterministic, within)
             if verdicts[probe].verdict != "undecided":
                 break
         if verdicts[probe].verdict == "meets":
@@ -147,7 +147,7 @@ def smallest_meeting_steps(
     return Sizing(smallest, goal, below, tuple(verdicts.values()), falls, runs, confidence, note)
 
 
-def _looks(n0: int, cap: int) -> list[int]:
+def looks_at(n0: int, cap: int) -> list[int]:
     """Replications at each look: n0, 2 n0, 4 n0, ..., cap."""
     looks = [n0]
     while looks[-1] < cap:
@@ -155,10 +155,20 @@ def _looks(n0: int, cap: int) -> list[int]:
     return looks
 
 
-def _judged(
-    value: V, data: list[float], target: Target, level: float, deterministic: bool, within: Interval
+def judged(
+    value: V,
+    data: list[float],
+    target: Target,
+    level: float,
+    deterministic: bool,
+    within: Interval,
+    zone: float = 0.0,
 ) -> DesignVerdict[V]:
-    """The verdict on one design: it meets the target if even its worse bound does."""
+    """The verdict on one design: it meets the target if even its worse bound does.
+
+    It fails if its better bound does not meet a target that is harder by `zone`, in the indicator's unit: a design
+    that is better than the target by less may be given either verdict.
+    """
     mean = float(np.mean(data))
     if deterministic:
         return DesignVerdict(
@@ -166,7 +176,8 @@ def _judged(
         )
     low, high = bounds(np.array(data), level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
-    verdict: Verdict = "meets" if target.met_by(worse) else "undecided" if target.met_by(better) else "fails"
+    close = target.met_by(better - target.sign * zone)
+    verdict: Verdict = "meets" if target.met_by(worse) else "undecided" if close else "fails"
     return DesignVerdict(value, verdict, len(data), mean, low, high, level, False)
 
 

@@ -1,0 +1,210 @@
+"""`desim plan`."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from desim_warehouse.cli.options import load_model
+from desim_warehouse.cli.size import NONE_MEETS
+from desim_warehouse.cli.study_options import (
+    ExecutionOptions,
+    ModelOptions,
+    interruptible,
+    read_values,
+    read_vary,
+    with_execution,
+    with_first_and_cap,
+    with_question,
+    with_vary,
+)
+from desim_warehouse.study.limits import MOST_RUNS
+
+if TYPE_CHECKING:
+    from desim_warehouse.report.fleet_words import Evidence
+    from desim_warehouse.study.fleet import FleetPlan, Shown, Sized
+
+
+@click.command("plan")
+@click.argument("model")
+@click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
+@click.option("--growth", metavar="PERCENT", help="Also with so much more demand, such as 30%.")
+@with_vary
+@click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by hand]")
+@click.option("--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by hand]")
+@click.option("--price-robot", type=click.FloatRange(0), help="Cheapest instead of fewest robots, then chargers.")
+@click.option("--price-charger", type=click.FloatRange(0), help="Likewise.")
+@click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
+@click.option(
+    "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@with_first_and_cap(320)
+@with_question
+@with_execution
+def command(
+    model: str,
+    target: str,
+    growth: str | None,
+    vary: tuple[str, ...],
+    robots: str | None,
+    chargers: str | None,
+    price_robot: float | None,
+    price_charger: float | None,
+    zone: str | None,
+    runs: int,
+    as_json: bool,
+    first: int,
+    cap: int,
+    question: ModelOptions,
+    execution: ExecutionOptions,
+) -> None:
+    """Find how many robots and chargers MODEL needs, today and after growth, with which strategy, and what limits it.
+
+    `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. Exit status 3: no fleet was
+    shown to be enough. Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
+    """
+    from desim_warehouse.report import fleet_words
+    from desim_warehouse.study.fleet import Prices, plan_fleet
+
+    loaded = load_model(model, question.assignments)
+    began = monotonic()
+    with interruptible(None, execution.out):
+        found = plan_fleet(
+            loaded,
+            target,
+            growth=None if growth is None else _growth(growth),
+            strategies=_strategies(vary),
+            robots=_counts(robots, "--robots"),
+            chargers=_counts(chargers, "--chargers"),
+            prices=Prices(price_robot, price_charger),
+            zone=None if zone is None else _zone(zone),
+            confidence=question.confidence or 0.95,
+            seed=question.seed or 0,
+            runs=runs,
+            first=first,
+            cap=cap,
+            timeout=execution.timeout,
+            **execution.where(),
+        )
+    lines = fleet_words.sentences(found)
+    shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)
+    if as_json:
+        click.echo(json.dumps(_content(found, lines, shown)))
+    else:
+        for line in lines:
+            click.echo(line)
+        _show(shown)
+        click.echo(fleet_words.promise(found))
+        click.echo(f"{found.runs:,} runs in {_time(monotonic() - began)}", err=True)
+    if not found.feasible:
+        click.echo("no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck", err=True)
+        sys.exit(NONE_MEETS)
+
+
+def _growth(text: str) -> float:
+    """The factor of demand that a growth such as `30%` is."""
+    try:
+        grown = 1 + float(text.strip().removesuffix("%")) / 100
+    except ValueError:
+        grown = 0.0
+    if not text.strip().endswith("%") or not 0 < grown < math.inf:
+        raise click.BadParameter(f"{text!r} is no growth such as 30%.", param_hint="--growth")
+    return grown
+
+
+def _zone(text: str) -> float:
+    """An indifference zone such as `1 %` or `5`."""
+    try:
+        return float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is no amount such as '1 %' or 5.", param_hint="--zone") from None
+
+
+def _strategies(vary: tuple[str, ...]) -> dict[str, Any] | None:
+    return read_vary(vary) if vary else None
+
+
+def _counts(text: str | None, option: str) -> list[int] | None:
+    """Whole numbers from 1 upwards, such as `1..8` or `4,6,8`."""
+    from desim_warehouse.errors import ModelError
+    from desim_warehouse.study.factors import listed
+
+    if text is None:
+        return None
+    problems: list[str] = []
+    given = read_values(text, option, problems)
+    try:
+        found = [] if problems else listed(given)
+    except ValueError:
+        found = []
+    numbers = [value for value in found if isinstance(value, int) and not isinstance(value, bool) and value > 0]
+    if problems or not numbers or len(numbers) < len(found) or numbers != sorted(set(numbers)):
+        raise ModelError(problems or [f"{option} {text}: expected whole numbers upwards from 1, such as 1..8"])
+    return numbers
+
+
+def _show(shown: list[Evidence]) -> None:
+    from desim_warehouse.cli.tables import runs
+
+    click.echo("\nShown by:")
+    for one in shown:
+        click.echo(f"  {one.what}: {one.found}, {runs(one.runs)}")
+        click.echo(f"    {one.command}")
+    click.echo("")
+
+
+def _time(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _content(found: FleetPlan, lines: list[str], shown: list[Evidence]) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {
+        "answer": lines,
+        "feasible": found.feasible,
+        "target": {"indicator": found.target.indicator, "sense": found.target.sense, "value": found.target.value},
+        "zone": found.zone,
+        "confidence": found.confidence,
+        "today": _sized(found.today),
+        "grown": None if found.grown is None else _sized(found.grown),
+        "strategies": {
+            one.label: {"saves": one.saves, "designs": [shown.verdict.verdict for shown in one.shown]}
+            for one in found.strategies
+        },
+        "strategy": found.strategy.label if found.strategy else found.own,
+        "evidence": [asdict(one) for one in shown],
+        "runs": found.runs,
+    }
+
+
+def _sized(sized: Sized) -> dict[str, Any]:
+    return {
+        "growth": sized.growth,
+        "orders_per_hour": sized.rate,
+        "best": None if sized.best is None else _design(sized.best),
+        "too_small": [_design(one) for one in sized.below],
+        "utilisation": {
+            part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()
+        },
+    }
+
+
+def _design(shown: Shown) -> dict[str, Any]:
+    return {
+        "robots": shown.robots,
+        "chargers": shown.chargers,
+        "verdict": shown.verdict.verdict,
+        "mean": None if shown.estimate is None else shown.estimate.mean,
+        "interval": None if shown.estimate is None else shown.estimate.interval,
+        "runs": shown.verdict.n,
+        "reason": shown.vetoed,
+        "set": shown.overrides,
+    }

@@ -1,0 +1,140 @@
+"""`desim why`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from desim_warehouse.cli.options import load_model
+from desim_warehouse.cli.study_options import (
+    ExecutionOptions,
+    ModelOptions,
+    interruptible,
+    with_execution,
+    with_first_and_cap,
+    with_question,
+)
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
+    from desim_warehouse.study.why import Why
+
+
+@click.command("why")
+@click.argument("source", metavar="MODEL|RUN_DIR")
+@click.option("--indicator", metavar="NAME", help="What costs are counted in.  [default: throughput, cycle time or T]")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@with_first_and_cap(160)
+@with_question
+@with_execution
+def command(
+    source: str,
+    indicator: str | None,
+    as_json: bool,
+    first: int,
+    cap: int,
+    question: ModelOptions,
+    execution: ExecutionOptions,
+) -> None:
+    """Find what holds a warehouse up, and what that costs: suspects are relieved one by one and simulated.
+
+    Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
+    """
+    from desim_warehouse.report import why_words
+    from desim_warehouse.study.why import why
+
+    start = _source(source, question)
+    with interruptible(None, execution.out):
+        found = why(
+            start,
+            indicator=indicator,
+            confidence=question.confidence or 0.95,
+            seed=question.seed or 0,
+            first=first,
+            cap=cap,
+            timeout=execution.timeout,
+            **execution.where(),
+        )
+    model = source if not Path(source).is_dir() else "MODEL"
+    said = why_words.sentence(found, start.model.units if _is_run(start) else start.units)
+    lines = _commands(found, model, question)
+    if as_json:
+        click.echo(json.dumps(_content(found, said, lines)))
+        return
+    click.echo(said)
+    _show(found, lines)
+
+
+def _source(source: str, question: ModelOptions) -> Any:
+    from desim_warehouse.run.folder import load_run
+
+    if not Path(source).is_dir():
+        return load_model(source, question.assignments)
+    if question.assignments:
+        raise ReportError(f"{source} is a run that is over: --set is for models")
+    return load_run(source)
+
+
+def _is_run(start: Run | Model) -> bool:
+    from desim_warehouse.run import Run as Done
+
+    return isinstance(start, Done)
+
+
+def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
+    """The line that simulates each relief again."""
+    from desim_warehouse.report.fleet_words import command_line
+
+    return [
+        command_line(model, question.assignments, suspect.overrides, gain.n, (found.indicator,), question.seed or 0)
+        for suspect, gain in found.found
+    ]
+
+
+def _show(found: Why, lines: list[str]) -> None:
+    from rich.table import Table
+
+    from desim_warehouse.cli.tables import number, show
+
+    table = Table(title=f"what a relief gains in {found.indicator}", title_justify="left", box=None)
+    for name in ("relief", "waited", "gain", "from", "to", "runs"):
+        table.add_column(name, justify="left" if name == "relief" else "right")
+    for suspect, gain in found.found:
+        waited = "" if suspect.waited is None else f"{100 * suspect.waited:.1f} %"
+        table.add_row(suspect.relief, waited, *map(number, (gain.mean, gain.low, gain.high)), str(gain.n))
+    show(table)
+    percent = 100 * found.gains.confidence
+    click.echo(f"waited: part of the robots' time, in one run; all intervals hold at once with {percent:g} %")
+    click.echo("each relief again:")
+    for line in lines:
+        click.echo(f"  {line}")
+
+
+def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
+    return {
+        "answer": said,
+        "indicator": found.indicator,
+        "clear": found.gains.clear,
+        "confidence": found.gains.confidence,
+        "base": found.gains.base,
+        "runs": found.gains.runs,
+        "reliefs": [
+            {
+                "name": suspect.name,
+                "relief": suspect.relief,
+                "set": dict(suspect.overrides),
+                "waited": suspect.waited,
+                "gain": gain.mean,
+                "low": gain.low,
+                "high": gain.high,
+                "runs": gain.n,
+                "command": line,
+            }
+            for (suspect, gain), line in zip(found.found, lines, strict=True)
+        ],
+    }

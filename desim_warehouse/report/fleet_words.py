@@ -1,0 +1,221 @@
+"""The answer of `desim plan` in at most five sentences, and its numbers, each with the command that shows it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import spoken
+from desim_warehouse.indicators import find
+from desim_warehouse.report import words
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+    from desim_warehouse.study.statistics import Estimate
+
+PARTS = {"robots": "robots", "chargers": "charging", "stations": "packing at the stations"}
+"""What may be the bottleneck, in words."""
+INDICATORS = {
+    "robots": ("share_idle", "share_queueing", "share_waiting"),
+    "chargers": ("charger_utilisation",),
+    "stations": ("share_unloading",),
+}
+"""The indicators from which the utilisation follows: robots are busy but for these shares, stations for the time that
+robots unload there."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A number of the answer: what it is, its mean and interval in words, how many runs, and how to see it again."""
+
+    what: str
+    found: str
+    runs: int
+    command: str
+
+
+def sentences(plan: FleetPlan) -> list[str]:
+    """The answer: today, after growth, the strategy, the bottleneck, the cost."""
+    lines = [_sized(plan, plan.today, _when(plan.today, "Today"))]
+    if plan.grown is not None:
+        lines.append(_sized(plan, plan.grown, _when(plan.grown, _growth(plan.grown))))
+    if plan.strategies:
+        lines.append(_strategy(plan))
+    lines.append(_bottleneck(plan))
+    cost = [plan.prices.total((sized.best.robots, sized.best.chargers)) for sized in _demands(plan) if sized.best]
+    if any(total is not None for total in cost):
+        lines.append(f"They cost {spoken([words.number(total) for total in cost if total is not None])}.")
+    return lines
+
+
+def promise(plan: FleetPlan) -> str:
+    """What is meant by enough, and how sure it is."""
+    zone = _amount(plan, plan.zone)
+    return (
+        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {target(plan)}, and no smaller "
+        f"one is better than that by {zone} or more (if more robots and chargers never do worse)."
+    )
+
+
+def target(plan: FleetPlan) -> str:
+    """The target as people write it."""
+    goal = plan.target
+    return f"{goal.indicator} {goal.sense} {_amount(plan, goal.value)}"
+
+
+def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
+    """The numbers behind the sentences."""
+    found = []
+    for sized in _demands(plan):
+        name = "today" if sized.growth == 1 else f"x {sized.growth:g}"
+        shown = ([sized.best] if sized.best else []) + list(sized.below)
+        for one in shown:
+            verdict = "enough" if one is sized.best else "too close to tell" if _is_close(one) else "too few"
+            overrides = {**sized.overrides, **one.overrides}
+            found.append(
+                Evidence(
+                    f"{name}: {_fleet(one)}, {verdict}",
+                    _found(plan, one),
+                    one.verdict.n,
+                    command_line(model, assignments, overrides, one.verdict.n, (plan.target.indicator,), seed),
+                )
+            )
+    sized = plan.grown or plan.today
+    busiest = sized.best or sized.below[-1]
+    indicators = tuple(name for part in sized.utilisation for name in INDICATORS[part])
+    overrides = {**sized.overrides, **busiest.overrides}
+    busy = ", ".join(f"{part} {_share(estimate)}" for part, estimate in sized.utilisation.items())
+    found.append(
+        Evidence(
+            f"{_fleet(busiest)}, busy",
+            busy,
+            busiest.verdict.n,
+            command_line(model, assignments, overrides, busiest.verdict.n, indicators, seed),
+        )
+    )
+    for strategy in plan.strategies:
+        for one in strategy.shown:
+            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
+            command = command_line(model, assignments, changed, one.verdict.n, (plan.target.indicator,), seed)
+            found.append(Evidence(f"{strategy.label}: {_fleet(one)}", _found(plan, one), one.verdict.n, command))
+    return found
+
+
+def _without(overrides: Mapping[str, Any], strategy: Strategy | None) -> dict[str, Any]:
+    """The changes of a demand, without those of a better strategy."""
+    return {key: value for key, value in overrides.items() if strategy is None or key not in strategy.overrides}
+
+
+def _demands(plan: FleetPlan) -> list[Sized]:
+    return [plan.today] if plan.grown is None else [plan.today, plan.grown]
+
+
+def _growth(sized: Sized) -> str:
+    percent = round(100 * (sized.growth - 1), 6)
+    return f"With {percent:g} % more orders" if percent >= 0 else f"With {-percent:g} % fewer orders"
+
+
+def _when(sized: Sized, when: str) -> str:
+    return when if sized.rate is None else f"{when} ({words.number(sized.rate)} an hour)"
+
+
+def _fleet(shown: Shown) -> str:
+    """The robots and chargers of a design."""
+    robots = f"{shown.robots} robot{'s' * (shown.robots != 1)}"
+    return f"{robots} and {shown.chargers} charger{'s' * (shown.chargers != 1)}" if shown.chargers else robots
+
+
+def _is_close(shown: Shown) -> bool:
+    return shown.verdict.verdict == "undecided"
+
+
+def _sized(plan: FleetPlan, sized: Sized, when: str) -> str:
+    """The answer for one demand."""
+    if sized.best is None:
+        largest = sized.below[-1]
+        return (
+            f"{when} not even {_fleet(largest)} were shown to be enough: {plan.target.indicator} is "
+            f"{_found(plan, largest)}."
+        )
+    line = f"{when} {_fleet(sized.best)}: {plan.target.indicator} is {_found(plan, sized.best)}"
+    close = [one for one in sized.below if _is_close(one)]
+    if close:
+        line += f" ({spoken([_fleet(one) for one in close], 'or')} may do: too close to tell)"
+    return f"{line}."
+
+
+def _strategy(plan: FleetPlan) -> str:
+    """Whether another strategy makes do with less."""
+    if plan.strategy is not None:
+        return f"With {plan.strategy.label} instead of {plan.own} fewer are needed: these numbers are for it."
+    names = [plan.own, *(strategy.label for strategy in plan.strategies)]
+    text = spoken(names)
+    return f"{text[:1].upper()}{text[1:]} make no difference: with none of them fewer robots or chargers are enough."
+
+
+def _bottleneck(plan: FleetPlan) -> str:
+    """What is busiest at the last answer."""
+    sized = plan.grown or plan.today
+    (part, most), *others = sized.utilisation.items()
+    rest = ", ".join(f"{name} {_share(estimate)}" for name, estimate in others)
+    are = "The bottleneck is the robots" if part == "robots" else f"The bottleneck is {PARTS[part]}"
+    who = {"robots": "they are busy", "chargers": "chargers are in use", "stations": "servers are busy"}[part]
+    return f"{are}: {who} {_share(most)} of the time" + (f" ({rest})." if rest else ".")
+
+
+def _found(plan: FleetPlan, shown: Shown) -> str:
+    """The mean of the target's indicator with its interval, or why the design fails in spite of it."""
+    text = "no value" if shown.estimate is None else _interval(plan, shown.estimate)
+    return f"{text}, but {shown.vetoed}" if shown.vetoed else text
+
+
+def _interval(plan: FleetPlan, estimate: Estimate) -> str:
+    if find(plan.target.indicator).is_share:
+        return _share(estimate)
+    if estimate.interval is None:
+        return f"{words.number(estimate.mean)} (exact)"
+    low, high = estimate.interval
+    digits = words.decimals((high - low) / 2)
+    return f"{words.number(estimate.mean, digits)} ({words.number(low, digits)} to {words.number(high, digits)})"
+
+
+def _share(estimate: Estimate) -> str:
+    """A share in per cent, with its interval."""
+    if estimate.interval is None:
+        return f"{words.number(100 * estimate.mean, 1)} % (exact)"
+    low, high = (100 * end for end in estimate.interval)
+    digits = min(max(words.decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
+    shown = [words.number(value, digits) for value in (100 * estimate.mean, low, high)]
+    return f"{shown[0]} % ({shown[1]} to {shown[2]})"
+
+
+def _amount(plan: FleetPlan, value: float) -> str:
+    """A value of the target's indicator."""
+    return f"{100 * value:.4g} %" if find(plan.target.indicator).is_share else words.number(value)
+
+
+def command_line(
+    model: str,
+    assignments: tuple[str, ...],
+    overrides: Mapping[str, Any],
+    runs: int,
+    indicators: tuple[str, ...],
+    seed: int,
+) -> str:
+    """The line that shows a number and its interval again."""
+    sets = [*assignments, *(f"{key}={_value(value)}" for key, value in overrides.items())]
+    parts = ["desim", "what-if", model, *(part for text in sets for part in ("--set", text))]
+    parts += ["--replications", str(runs), *(part for name in indicators for part in ("--indicator", name))]
+    parts += ["--seed", str(seed)] if seed else []
+    return " ".join(shlex.quote(part) for part in parts)
+
+
+def _value(value: Any) -> str:
+    """A value as `--set` takes it."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {_value(item)}' for key, item in value.items())}}}"
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,504 @@
+"""How many robots and chargers a warehouse needs, today and with more demand, with which strategy, and what limits it.
+
+Sizes are found by `statistics.scout_steps` and shown by `statistics.cheapest_meeting_steps`; nothing else is judged
+here. Designs that cannot keep up, or run down their batteries (see `desim_warehouse.verdicts`), do not count as meeting
+a target, however well the run looks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.indicators import find, within
+from desim_warehouse.layout import build
+from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.study import statistics
+from desim_warehouse.study.plan import is_deterministic
+from desim_warehouse.study.procedures import read_target
+from desim_warehouse.study.runner import ran_flat
+from desim_warehouse.study.study import Study
+from desim_warehouse.verdicts import judge
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.runner import StudyRunner
+    from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
+    from desim_warehouse.study.statistics.cheapest import Counts
+
+SCOUTS = 3
+"""Runs of each design that the search looks at before anything is shown."""
+LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL")
+"""Verdicts on designs that cannot last, whatever their indicators say of the time simulated."""
+ROOM = 2.5
+"""Times the robots needed by hand up to which robots are searched, where nobody says up to how many."""
+STRATEGIES = ("nearest", "hungarian", "earliest-due")
+"""Allocation policies that are tried where nobody says which."""
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What a robot and a charger cost, in any currency; None: fewest robots, then fewest chargers."""
+
+    robot: float | None = None
+    charger: float | None = None
+
+    def key(self, design: Counts) -> tuple[float, ...]:
+        """What to sort designs by: cost, then robots."""
+        total = self.total(design)
+        return tuple(map(float, design)) if total is None else (total, *map(float, design))
+
+    def total(self, design: Counts) -> float | None:
+        """What a design costs."""
+        if self.robot is None and self.charger is None:
+            return None
+        return design[0] * (self.robot or 0.0) + design[1] * (self.charger or 0.0)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
+
+    `estimate`: of the target's indicator, None where all runs failed; `vetoed`: why it fails whatever that says.
+    """
+
+    robots: int
+    chargers: int
+    overrides: Mapping[str, Any]
+    verdict: DesignVerdict[Any]
+    estimate: Estimate | None
+    vetoed: str | None
+
+
+@dataclass(frozen=True)
+class Sized:
+    """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
+
+    `best` is None if none was shown to; then `below` are the largest that failed. `rate`: tasks an hour, None where
+    the demand is not one that arrives at random. `utilisation`: the part of their time that robots, chargers and
+    stations are busy at `best`, or at the largest design, the busiest first.
+    """
+
+    growth: float
+    rate: float | None
+    best: Shown | None
+    below: tuple[Shown, ...]
+    utilisation: Mapping[str, Estimate]
+    overrides: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """Another strategy at designs that are too small with the model's own: whether they would do with it."""
+
+    label: str
+    overrides: Mapping[str, Any]
+    shown: tuple[Shown, ...]
+
+    @property
+    def saves(self) -> bool:
+        """Whether a cheaper design meets the target with it."""
+        return any(one.verdict.verdict == "meets" for one in self.shown)
+
+
+@dataclass(frozen=True)
+class FleetPlan:
+    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own."""
+
+    target: Target
+    zone: float
+    confidence: float
+    own: str
+    today: Sized
+    grown: Sized | None
+    strategies: tuple[Strategy, ...]
+    strategy: Strategy | None
+    prices: Prices
+    sized: str | None
+    runs: int
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a design was found for every demand."""
+        return self.today.best is not None and (self.grown is None or self.grown.best is not None)
+
+
+class Designs:
+    """The designs that could be built of a model: robots, and chargers in the bays that have most of them."""
+
+    def __init__(
+        self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
+    ) -> None:
+        self.model = model
+        self.zone = _charging_zone(model)
+        if chargers is not None and self.zone is None:
+            raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
+        self._robots, self._chargers = robots, chargers
+
+    def overrides(self, design: Counts) -> dict[str, Any]:
+        """What makes the model into a design."""
+        robots, chargers = design
+        return {"fleet.size": robots, **self.of_chargers(chargers)}
+
+    def of_chargers(self, chargers: int) -> dict[str, Any]:
+        """What gives the model so many chargers; places for robots grow with them."""
+        if self.zone is None:
+            return {}
+        bay = self.model.layout.bays[self.zone]
+        nodes = sum(item.zone == self.zone for item in build(self.model.layout).bays.values())
+        key = f"layout.bays.{self.zone}"
+        found: dict[str, Any] = {f"{key}.total_chargers": chargers}
+        if bay.chargers is not None:
+            found[f"{key}.chargers"] = None
+        if bay.places is not None and chargers > bay.places * nodes:
+            found[f"{key}.places"] = math.ceil(chargers / nodes)
+        return found
+
+    def counts(self, growth: float) -> tuple[list[int], list[int]]:
+        """Robots and chargers that are searched; by the hand calculation where nobody says which."""
+        model = _grown(self.model, growth)
+        found = estimate(model, build(model.layout))
+        needed = found.robots_needed
+        if self._robots is not None:
+            robots = list(self._robots)
+        elif needed is None:
+            robots = list(range(1, max(2 * model.fleet.size, 10) + 1))
+        else:
+            robots = list(
+                range(max(math.floor(needed / 2), 1), max(math.ceil(ROOM * needed) + 2, model.fleet.size) + 1)
+            )
+        robots = [size for size in robots if could_run(model, {"fleet.size": size})]
+        if not robots:
+            raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
+        if self.zone is None:
+            return robots, [0]
+        if self._chargers is not None:
+            return robots, list(self._chargers)
+        short = 0 if found.power is None or found.power.needed is None else found.power.needed * robots[-1]
+        most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
+        return robots, list(range(1, min(most, robots[-1]) + 1))
+
+    @property
+    def today(self) -> int:
+        """Chargers of the model as it is, in the bays whose chargers are sized."""
+        layout = build(self.model.layout)
+        return sum(n for node, n in chargers_at(self.model, layout).items() if layout.bays[node].zone == self.zone)
+
+
+def _charging_zone(model: Model) -> str | None:
+    """The bays that have most of the chargers; None without."""
+    if model.battery is None:
+        return None
+    layout = build(model.layout)
+    found: dict[str, int] = {}
+    for node, chargers in chargers_at(model, layout).items():
+        zone = layout.bays[node].zone
+        found[zone] = found.get(zone, 0) + chargers
+    return max(found, key=lambda zone: found[zone]) if found else None
+
+
+def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
+    """Whether a changed model has no errors that a run would refuse."""
+    try:
+        changed = model.replace(overrides)
+    except WarehouseError:
+        return False
+    return not [finding for finding in errors(changed) if finding.code not in changed.accept]
+
+
+def _demand(model: Model, growth: float) -> dict[str, Any]:
+    """What makes demand so many times as large."""
+    goods = model.tasks.goods
+    if growth == 1:
+        return {}
+    if not isinstance(goods, PoissonGoods):
+        raise StudyError(
+            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an hour}"
+        )
+    return {"tasks.goods": {**goods.content(), "poisson": round(goods.poisson * growth, 9)}}
+
+
+def _grown(model: Model, growth: float) -> Model:
+    return model.replace(_demand(model, growth))
+
+
+@dataclass
+class _Planner:
+    """What all parts of a plan share."""
+
+    model: Model
+    target: Target
+    zone: float
+    confidence: float
+    designs: Designs
+    prices: Prices
+    seed: int
+    first: int
+    cap: int
+    timeout: float | None
+    budget: Budget
+    where: dict[str, Any]
+
+    @cached_property
+    def options(self) -> dict[str, Any]:
+        """Arguments of the procedures."""
+        return {
+            "zone": self.zone,
+            "n0": self.first,
+            "cap": self.cap,
+            "within": within(self.target.indicator),
+            "budget": self.budget,
+        }
+
+    def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
+        made = Study(
+            self.model,
+            factors,
+            changes=changes,
+            seed=seed,
+            confidence=self.confidence,
+            timeout=self.timeout,
+            name=name,
+        )
+        made.plan = made.plan.unreplicated()
+        return made
+
+    def follow(self, study: Study, make: Callable[[Callable[[int], str | None]], Procedure[Any]]) -> Any:
+        """Carry out a procedure that may ask whether a design can last; the runs become part of the study."""
+        out = self.where.get("out")
+        where = {**self.where, "out": None if out is None else Path(out) / study.plan.name.replace(" ", "-")}
+        with study.session(**where) as runner:
+            runner.recall()
+            procedure = make(lambda number: _veto(study, runner, number))
+            missed = self.target.value - self.target.sign * max(1.0, abs(self.target.value))
+            result = runner.follow(procedure, self.target.indicator, flat=missed)
+            study.plan = replace(study.plan, replications=tuple(runner.replications.values()))
+        return result
+
+    def size(self, growth: float, changes: Mapping[str, Any], name: str) -> Sized:
+        """The cheapest design for a demand."""
+        changes = {**changes, **_demand(self.model, growth)}
+        robots, chargers = self.designs.counts(growth)
+        factors: dict[str, Any] = {"fleet.size": robots}
+        if self.designs.zone is not None:
+            cases = {f"{number}": self.designs.of_chargers(number) for number in chargers}
+            factors["chargers"] = {"cases": cases}
+        counts = [(first, second) for first in robots for second in chargers]
+        deterministic = is_deterministic(self.model.replace(changes))
+        scout = self.study(f"{name} scout", factors, changes, self.seed + 1)
+        doubts = self.follow(
+            scout,
+            lambda _: statistics.scout_steps(
+                counts, self.prices.key, self.target, 1 if deterministic else SCOUTS, self.budget
+            ),
+        )
+        study = self.study(name, factors, changes, self.seed)
+        found: Cheapest = self.follow(
+            study,
+            lambda veto: statistics.cheapest_meeting_steps(
+                counts,
+                self.prices.key,
+                self.target,
+                doubts,
+                self.confidence,
+                deterministic=deterministic,
+                veto=veto,
+                **self.options,
+            ),
+        )
+        shown = {
+            number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
+            for number in (*found.below, *([] if found.design is None else [found.design]))
+        }
+        best = None if found.design is None else shown[found.design]
+        below = tuple(shown[number] for number in found.below)
+        busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
+        goods = study.plan.base.tasks.goods
+        rate = goods.poisson if isinstance(goods, PoissonGoods) else None
+        return Sized(growth, rate, best, below, utilisation(study, study.points[busiest]), changes)
+
+    def _shown(
+        self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[Any], vetoed: str | None
+    ) -> Shown:
+        mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
+        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed)
+
+    def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
+        """What other strategies do with the designs that are too small with the model's own."""
+        counts = [(shown.robots, shown.chargers) for shown in sized.below] if sized.best else []
+        if not counts or not factors:
+            return ()
+        cases = {
+            f"{robots} robots, {chargers} chargers": self.designs.overrides((robots, chargers))
+            for robots, chargers in counts
+        }
+        study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides, self.seed)
+        own = {key: _level(self.model, key) for key in factors}
+        others: dict[str, list[Point]] = {}
+        for point in study.points:
+            if any(point.overrides.get(key) != own[key] for key in factors):
+                others.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
+        if not others:
+            return ()
+        found = self.follow(
+            study,
+            lambda veto: statistics.verdict_steps(
+                [point.number for points in others.values() for point in points],
+                self.target,
+                self.confidence,
+                deterministic=is_deterministic(study.plan.base),
+                veto=veto,
+                **self.options,
+            ),
+        )
+        return tuple(
+            Strategy(
+                label,
+                {key: value for key, value in points[0].overrides.items() if key in factors},
+                tuple(
+                    self._shown(
+                        study, point.number, count, found.verdicts[point.number], found.vetoed.get(point.number)
+                    )
+                    for point, count in zip(points, counts, strict=True)
+                ),
+            )
+            for label, points in others.items()
+        )
+
+
+def _level(model: Model, key: str) -> Any:
+    """The value that a model has at a key."""
+    from desim_warehouse.model.policy import PolicySpec
+
+    value: Any = model
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else getattr(value, part, None)
+    return value.content() if isinstance(value, PolicySpec) else value
+
+
+def _veto(study: Study, runner: StudyRunner, number: int) -> str | None:
+    """Why a design cannot last, by the means of its runs; None: it can."""
+    rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
+    if any(map(ran_flat, rows)):
+        return "a robot runs flat"
+    names = {name for row in rows for name in row.indicators}
+    means = {
+        name: math.fsum(values) / len(values)
+        for name in names
+        if (values := [row.value(name) for row in rows if math.isfinite(row.value(name))])
+    }
+    found = judge(means, study.plan.base.replace(study.points[number].overrides))
+    return next((verdict.text for verdict in found if verdict.code in LASTING), None)
+
+
+def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
+    """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
+
+    A robot that waits, for work, in a queue or in traffic, is not busy: others hold it up.
+    """
+    rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
+    model = study.plan.base.replace(point.overrides)
+    layout = build(model.layout)
+    servers = sum(
+        layout.stations[node].servers for node in dict.fromkeys(model.tasks.unload_at) if node in layout.stations
+    )
+    each = model.fleet.size / servers if servers else 0.0
+    values = {
+        "robots": [1 - sum(map(row.value, ("share_idle", "share_queueing", "share_waiting"))) for row in rows],
+        "chargers": [row.value("charger_utilisation") for row in rows],
+        "stations": [row.value("share_unloading") * each for row in rows] if servers else [],
+    }
+    exact = bool(rows) and all(row.outcome.deterministic for row in rows)
+    found = {
+        name: statistics.estimate(given, study.plan.confidence, deterministic=exact, within=(0.0, 1.0))
+        for name, given in values.items()
+        if given and all(map(math.isfinite, given))
+    }
+    return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+
+
+def plan_fleet(
+    model: Model,
+    target: str,
+    *,
+    growth: float | None = None,
+    strategies: Mapping[str, Any] | None = None,
+    robots: Sequence[int] | None = None,
+    chargers: Sequence[int] | None = None,
+    prices: Prices | None = None,
+    zone: float | None = None,
+    confidence: float = 0.95,
+    seed: int = 0,
+    runs: int = 5000,
+    first: int = 10,
+    cap: int = 320,
+    timeout: float | None = None,
+    **where: Any,
+) -> FleetPlan:
+    """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
+
+    Args:
+        model: the warehouse; its bays with most chargers are those whose chargers are sized.
+        target: such as "on_time >= 95 %".
+        growth: demand in times today's, such as 1.3; None: today's only.
+        strategies: key of the model -> its values, to be tried with designs too small; default: `STRATEGIES`.
+        robots: fleet sizes that could be bought; default: around what the hand calculation needs.
+        chargers: likewise.
+        prices: of a robot and a charger; default: fewest robots, then fewest chargers.
+        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
+        confidence: that all that is said of one demand is right.
+        seed: of all runs.
+        runs: the most that may be done.
+        first: replications at the first look at a design.
+        cap: most replications of a design.
+        timeout: seconds that a run may take.
+        where: workers, cluster, out, progress, as of `Study.run`.
+
+    Raises:
+        StudyError: a bad target, demand that cannot grow, a run that failed, too few runs to search.
+
+    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
+    """
+    goal = read_target(target)
+    if zone is None:
+        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    if growth is not None and not 0 < growth < math.inf:
+        raise StudyError(f"growth {growth:g}: expected a factor above 0, such as 1.3 for 30 % more")
+    _demand(model, growth or 1.0)
+    budget = statistics.Budget(runs)
+    designs = Designs(model, robots, chargers)
+    planner = _Planner(
+        model, goal, zone, confidence, designs, prices or Prices(), seed, first, cap, timeout, budget, where
+    )
+    if strategies is None:
+        strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
+    today, grown = _sizes(planner, growth, {}, "")
+    tried = planner.strategies(grown or today, strategies)
+    better = min(
+        (strategy for strategy in tried if strategy.saves),
+        key=lambda strategy: -max(goal.sign * one.verdict.mean for one in strategy.shown),
+        default=None,
+    )
+    if better is not None:
+        today, grown = _sizes(planner, growth, better.overrides, f" with {better.label}")
+    own = ", ".join(str(_level(model, key)) for key in strategies)
+    return FleetPlan(
+        goal, zone, confidence, own, today, grown, tried, better, planner.prices, designs.zone, budget.spent
+    )
+
+
+def _sizes(
+    planner: _Planner, growth: float | None, changes: Mapping[str, Any], suffix: str
+) -> tuple[Sized, Sized | None]:
+    today = planner.size(1.0, changes, f"today{suffix}")
+    return today, None if growth is None else planner.size(growth, changes, f"growth{suffix}")

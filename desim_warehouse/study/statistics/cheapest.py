@@ -1,0 +1,293 @@
+"""The cheapest of designs with two counts, such as robots and chargers, that meets a target.
+
+A scout looks for it with a few runs of each probe; a proof then judges, with fresh runs, the design that the scout
+names and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.study.statistics.intervals import ANYTHING
+from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.sizing import DesignVerdict, judged, looks_at
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+
+    from desim_warehouse.study.statistics.intervals import Interval
+    from desim_warehouse.study.statistics.procedure import RunNumber
+    from desim_warehouse.study.statistics.targets import Target
+
+Counts: TypeAlias = tuple[int, int]
+"""The two counts of a design."""
+Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
+"""What a design costs: a key to sort by, which no count may lower."""
+
+
+@dataclass(frozen=True)
+class Cheapest:
+    """The cheapest design shown to meet the target, and what shows it.
+
+    `design` is None if none was shown to. `verdicts` are those judged, by number, in their order; `below` are the
+    designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
+    from the target. `vetoed`: why designs fail whatever the target says.
+    """
+
+    design: int | None
+    below: tuple[int, ...]
+    verdicts: Mapping[int, DesignVerdict[Counts]]
+    vetoed: Mapping[int, str]
+    runs: int
+    confidence: float
+    zone: float
+
+    @property
+    def close(self) -> tuple[int, ...]:
+        """Designs that rule out cheaper ones by default only: too close to tell within the runs allowed."""
+        return tuple(number for number in self.below if self.verdicts[number].verdict == "undecided")
+
+
+@dataclass
+class Budget:
+    """How many runs may still be done."""
+
+    left: int
+    spent: int = 0
+
+    def allows(self, runs: int) -> bool:
+        """Whether so many more may be done."""
+        return runs <= self.left
+
+    def take(self, runs: int) -> None:
+        """So many are done."""
+        self.left -= runs
+        self.spent += runs
+
+
+def scout_steps(
+    designs: Sequence[Counts], cost: Cost, target: Target, replications: int, budget: Budget
+) -> Procedure[set[int]]:
+    """Look for the cheapest design with a few runs of each probe; returns the numbers of those that failed.
+
+    It halves the range of the first count at the most of the second, then the second; where a larger first count may
+    cost less than what it saves of the second, it looks there, too. The means of so few runs are no proof.
+
+    Raises:
+        StudyError: a budget that ends before the search does.
+    """
+    number = {design: rank for rank, design in enumerate(designs)}
+    firsts, seconds = sorted({first for first, _ in designs}), sorted({second for _, second in designs})
+    found: dict[Counts, bool] = {}
+
+    def meets(first: int, second: int) -> Generator[list[RunNumber], Sequence[float], bool]:
+        design = firsts[first], seconds[second]
+        if design not in found:
+            if not budget.allows(replications):
+                raise StudyError(
+                    f"--runs: {budget.spent + budget.left} do not even suffice for a first search; allow more"
+                )
+            budget.take(replications)
+            values = yield from request([(number[design], r) for r in range(replications)])
+            found[design] = target.met_by(sum(values) / replications)
+        return found[design]
+
+    low, first = -1, len(firsts)
+    while first - low > 1:
+        probe = (low + first) // 2
+        if (yield from meets(probe, len(seconds) - 1)):
+            first = probe
+        else:
+            low = probe
+    second = len(seconds) - 1
+    best = None
+    while first < len(firsts):
+        low = -1
+        while second - low > 1:
+            probe = (low + second) // 2
+            if (yield from meets(first, probe)):
+                second = probe
+            else:
+                low = probe
+        best = firsts[first], seconds[second]
+        # A larger first count is worth a look where the cheapest design that saves a second one is cheaper.
+        first += 1
+        while first < len(firsts) and second and cost((firsts[first], seconds[0])) < cost(best):
+            affordable = [j for j in range(second) if cost((firsts[first], seconds[j])) < cost(best)]
+            if (yield from meets(first, affordable[-1])):
+                second = affordable[-1]
+                break
+            first += 1
+        else:
+            break
+    return {number[design] for design, met in found.items() if not met}
+
+
+@dataclass
+class Judge:
+    """Judges designs one after the other; the j-th at a level such that all verdicts hold at once.
+
+    `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
+    """
+
+    designs: Sequence[Counts] | Mapping[int, Counts]
+    target: Target
+    confidence: float
+    zone: float
+    looks: list[int]
+    deterministic: bool
+    within: Interval
+    budget: Budget
+    veto: Callable[[int], str | None]
+    verdicts: dict[int, DesignVerdict[Counts]] = field(default_factory=dict)
+    vetoed: dict[int, str] = field(default_factory=dict)
+
+    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
+        """Of a design, from as many runs as it takes, or as there may be."""
+        if number in self.verdicts:
+            return self.verdicts[number].verdict
+        j = len(self.verdicts) + 1
+        level = 1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(self.looks))
+        data: list[float] = []
+        for n in self.looks:
+            if not self.budget.allows(n - len(data)):
+                if not data:
+                    used = self.budget.spent
+                    raise StudyError(f"--runs: {used} runs were used before there was an answer; allow more")
+                break
+            self.budget.take(n - len(data))
+            data += yield from request([(number, r) for r in range(len(data), n)])
+            found = judged(self.designs[number], data, self.target, level, self.deterministic, self.within, self.zone)
+            why = self.veto(number)
+            if why is not None:
+                self.vetoed[number] = why
+                found = DesignVerdict(
+                    found.value, "fails", found.n, found.mean, found.low, found.high, level, found.deterministic
+                )
+            self.verdicts[number] = found
+            if found.verdict != "undecided":
+                break
+        return self.verdicts[number].verdict
+
+
+def verdict_steps(
+    numbers: Sequence[int],
+    target: Target,
+    confidence: float = 0.95,
+    *,
+    zone: float = 0.0,
+    n0: int = 10,
+    cap: int = 320,
+    deterministic: bool = False,
+    within: Interval = ANYTHING,
+    budget: Budget | None = None,
+    veto: Callable[[int], str | None] = lambda _: None,
+) -> Procedure[Judge]:
+    """The verdict on each of these designs, all right with `confidence`; arguments as of `cheapest_meeting_steps`."""
+    looks = [1] if deterministic else looks_at(n0, cap)
+    designs = {number: (number, 0) for number in numbers}
+    judge = Judge(designs, target, confidence, zone, looks, deterministic, within, budget or Budget(10**9), veto)
+    for number in numbers:
+        yield from judge.verdict(number)
+    return judge
+
+
+def cheapest_meeting_steps(
+    designs: Sequence[Counts],
+    cost: Cost,
+    target: Target,
+    doubted: Iterable[int] = (),
+    confidence: float = 0.95,
+    *,
+    zone: float = 0.0,
+    n0: int = 10,
+    cap: int = 320,
+    deterministic: bool = False,
+    within: Interval = ANYTHING,
+    budget: Budget | None = None,
+    veto: Callable[[int], str | None] = lambda _: None,
+) -> Procedure[Cheapest]:
+    """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than `zone`.
+
+    Args:
+        designs: every pair of counts that could be built.
+        cost: what one costs.
+        target: as "on_time >= 0.95".
+        doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
+        confidence: that all verdicts are right.
+        zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
+            taken for one that fails.
+        n0: replications at the first look at a design; every further look doubles them.
+        cap: most replications of a design; one not clear by then is "undecided" and taken as not meeting.
+        deterministic: the models use no random numbers: one run of a design is exact.
+        within: what the indicator can be at all.
+        budget: runs that may be done; default: as many as it takes.
+        veto: why a design fails besides the target, asked after its runs; None: nothing.
+
+    Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
+    adds up to α (Bonferroni), however many are judged.
+    Assumes: as `bounds`; that no design does worse than one with less of both counts.
+    """
+    check_confidence(confidence)
+    if not designs or len(set(designs)) < len(designs) or zone < 0:
+        raise StudyError(f"designs {list(designs)[:6]!r}, zone {zone:g}: expected some, none twice, and a zone from 0")
+    looks = [1] if deterministic else looks_at(n0, cap)
+    judge = Judge(designs, target, confidence, zone, looks, deterministic, within, budget or Budget(10**9), veto)
+    before = judge.budget.spent
+    order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
+    top = max(order, key=lambda n: designs[n])
+    doubts, failing = set(doubted), set[int]()
+
+    def ruled_out(number: int, by: set[int]) -> bool:
+        first, second = designs[number]
+        return any(first <= designs[other][0] and second <= designs[other][1] for other in by)
+
+    best: int | None = None
+    while best is None and top not in failing:
+        candidate = next((n for n in order if not ruled_out(n, failing | doubts)), top)
+        if (yield from judge.verdict(candidate)) == "meets":
+            best = candidate
+        else:
+            failing.add(candidate)
+    open_ = _cheaper(best, order, failing, ruled_out)
+    while best is not None and open_:
+        largest = max(open_, key=lambda n: designs[n])  # no other of them has more of both
+        if (yield from judge.verdict(largest)) == "meets":
+            best = largest
+        else:
+            failing.add(largest)
+        open_ = _cheaper(best, order, failing, ruled_out)
+    return Cheapest(
+        best,
+        _needed(best, order, designs, failing),
+        judge.verdicts,
+        judge.vetoed,
+        judge.budget.spent - before,
+        confidence,
+        zone,
+    )
+
+
+def _cheaper(
+    best: int | None, order: list[int], failing: set[int], ruled_out: Callable[[int, set[int]], bool]
+) -> list[int]:
+    """Designs cheaper than the best that nothing rules out yet."""
+    if best is None:
+        return []
+    return [number for number in order[: order.index(best)] if not ruled_out(number, failing)]
+
+
+def _needed(best: int | None, order: list[int], designs: Sequence[Counts], failing: set[int]) -> tuple[int, ...]:
+    """Of the failing designs those that rule out designs cheaper than the best and are not ruled out by another."""
+    among = failing if best is None else failing & set(order[: order.index(best)])
+    found = [
+        n
+        for n in among
+        if not any(
+            n != other and designs[n][0] <= designs[other][0] and designs[n][1] <= designs[other][1] for other in among
+        )
+    ]
+    return tuple(sorted(found, key=order.index))

@@ -1,0 +1,205 @@
+"""Why a warehouse does no better: what each suspect costs, by relieving it in the model and simulating that.
+
+Suspects come from the account of time of a run: who waits long is looked at first. That somebody waits somewhere does
+not say that it costs anything, as there may be a queue elsewhere that would grow instead; so every suspect is relieved
+in the model's own keys, all see the same days, and what the warehouse gains is what the suspect costs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.feasibility.power import is_lifelong
+from desim_warehouse.indicators import find
+from desim_warehouse.layout import build
+from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods
+from desim_warehouse.run import simulate
+from desim_warehouse.study import statistics
+from desim_warehouse.study.fleet import Designs, could_run
+from desim_warehouse.study.plan import is_deterministic
+from desim_warehouse.study.study import Study
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
+    from desim_warehouse.study.statistics import Gain, Gains
+
+MOST_NODES = 5
+"""Intersections that are looked at: those with the most waiting before them."""
+LEAST_WAITING = 0.002
+"""Part of the fleet's time that must be waited before an intersection for it to be looked at."""
+SOONER, FEWER = 0.9, 0.95
+"""What handling times and demand are multiplied by."""
+LEAST = 0.01
+"""Part of the indicator's mean that matters."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
+
+    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at; None where nobody
+    waits for it, such as handling.
+    """
+
+    name: str
+    relief: str
+    overrides: Mapping[str, Any]
+    waited: float | None
+
+
+@dataclass(frozen=True)
+class Why:
+    """What the suspects cost: each with its gain, the costliest first."""
+
+    indicator: str
+    more_is_better: bool
+    found: tuple[tuple[Suspect, Gain], ...]
+    gains: Gains
+
+    @property
+    def by_waiting(self) -> Suspect | None:
+        """The suspect at which robots wait longest, who would be blamed without a test."""
+        waiting = [suspect for suspect, _ in self.found if suspect.waited]
+        return max(waiting, key=lambda suspect: suspect.waited or 0.0, default=None)
+
+
+def suspects(run: Run) -> list[Suspect]:
+    """What may hold a warehouse up, by a run with `log: all`: who is waited for longest first.
+
+    Raises:
+        ReportError: a run with less in its log.
+    """
+    model, nodes = run.model, run.account(by="node")
+    whole = run.history.counted * model.fleet.size or 1.0
+    before = (nodes["before_intersection"] / whole).sort_values(ascending=False, kind="stable")
+    at_nodes = [
+        Suspect(f"intersection {node}", f"nobody waits at {node}", {f"traffic.nodes.{node}.free": True}, float(share))
+        for node, share in zip(map(str, before.index[:MOST_NODES]), before, strict=False)
+        if share >= LEAST_WAITING and "." not in node  # a name that cannot stand in a dotted key
+    ]
+    queued = {
+        zone: float(sum(nodes["queueing_server"][node] for node in at)) / whole for zone, at in _stations(run).items()
+    }
+    others = [
+        *_servers(model, queued),
+        *_chargers(model, float(nodes["queueing_charger"].sum()) / whole),
+    ]
+    waiting = sorted((*at_nodes, *others), key=lambda suspect: -(suspect.waited or 0.0))
+    return [*waiting, *_plain(model)]
+
+
+def _stations(run: Run) -> dict[str, list[str]]:
+    """The nodes of each station that is used."""
+    found: dict[str, list[str]] = {}
+    for node in dict.fromkeys(run.model.tasks.unload_at):
+        if node in run.layout.stations:
+            found.setdefault(run.layout.stations[node].zone, []).append(node)
+    return found
+
+
+def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
+    """One server more at every node of a station; and one place more where places keep robots from working."""
+    for zone, share in queued.items():
+        station = model.layout.stations[zone]
+        key = f"layout.stations.{zone}"
+        more: dict[str, Any] = {f"{key}.servers": station.servers + 1}
+        if station.places <= station.servers:
+            more[f"{key}.places"] = station.servers + 1
+        yield Suspect(f"station {zone}", f"one server more at each node of {zone}", more, share)
+    layout = build(model.layout)
+    used = [node for node in dict.fromkeys(model.tasks.unload_at) if node in layout.stations]
+    if queued and sum(layout.stations[node].places for node in used) < model.fleet.size:
+        more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in queued}
+        yield Suspect("places at the stations", "one place more at each node of the stations", more, None)
+
+
+def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
+    designs = Designs(model)
+    if designs.zone is not None:
+        more = designs.of_chargers(designs.today + 1)
+        if could_run(model, more):
+            yield Suspect("chargers", "one charger more", more, queued)
+
+
+def _plain(model: Model) -> Iterator[Suspect]:
+    """Handling, the number of robots, and demand: nobody waits for them, but they may be what limits."""
+    tasks = model.tasks
+    shorter = {
+        f"tasks.{key}": getattr(tasks, key) * SOONER for key in ("load_time", "unload_time") if getattr(tasks, key)
+    }
+    if shorter:
+        yield Suspect("handling", "loading and unloading a tenth shorter", shorter, None)
+    more = {"fleet.size": model.fleet.size + 1}
+    if could_run(model, more):
+        yield Suspect("the number of robots", "one robot more", more, None)
+    goods = tasks.goods
+    if isinstance(goods, PoissonGoods):
+        less = {"tasks.goods": {**goods.content(), "poisson": goods.poisson * FEWER}}
+        yield Suspect("demand", "5 % fewer orders", less, None)
+
+
+def usual_indicator(run: Run) -> str:
+    """What the costs are counted in, where nobody says: throughput where work always waits, else time."""
+    overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
+    if isinstance(run.model.tasks.goods, SaturatedGoods) or overloaded:
+        return "throughput_per_hour"
+    return "cycle_time_mean" if is_lifelong(run.model) else "T"
+
+
+def why(
+    source: Run | Model,
+    *,
+    indicator: str | None = None,
+    confidence: float = 0.95,
+    seed: int = 0,
+    first: int = 10,
+    cap: int = 160,
+    timeout: float | None = None,
+    **where: Any,
+) -> Why:
+    """What holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
+
+    Args:
+        source: a run with `log: all`, or a model, of which one is made.
+        indicator: what costs are counted in; default: `usual_indicator`.
+        confidence: that all intervals hold.
+        seed: of the runs.
+        first: replications before anything is decided.
+        cap: most replications.
+        timeout: seconds that a run may take.
+        where: workers, cluster, out, progress, as of `Study.run`.
+
+    Raises:
+        StudyError: an indicator of which neither less nor more is better, or a run that failed.
+
+    Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
+    (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
+    """
+    from desim_warehouse.model import Model as Described
+
+    run = simulate(source.replace({"log": "all"}), seed) if isinstance(source, Described) else source
+    model, name = run.model, indicator or usual_indicator(run)
+    better = find(name).better
+    if better is None:
+        raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
+    looked_at = suspects(run)
+    cases: dict[str, Any] = {"as it is": {}, **{suspect.relief: dict(suspect.overrides) for suspect in looked_at}}
+    study = Study(model, {"relief": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="why")
+    study.plan = study.plan.unreplicated()
+    base = abs(run.kpis[name]) or 1.0
+    steps = statistics.gains_steps(
+        len(looked_at),
+        LEAST * base,
+        confidence,
+        maximise=better == "more",
+        n0=first,
+        cap=cap,
+        deterministic=all(is_deterministic(model.replace(suspect.overrides)) for suspect in looked_at),
+    )
+    gains: Gains = study.follow(steps, name, **where)
+    return Why(name, better == "more", tuple((looked_at[gain.change - 1], gain) for gain in gains.gains), gains)

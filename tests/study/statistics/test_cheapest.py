@@ -1,0 +1,151 @@
+"""The cheapest of designs with two counts: cases worked out by hand, then laws on random surfaces."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import (
+    Budget,
+    Target,
+    cheapest_meeting_steps,
+    follow,
+    scout_steps,
+    verdict_steps,
+)
+
+GRID = [(robots, chargers) for robots in range(1, 9) for chargers in range(1, 5)]
+ENOUGH = Target("on_time", ">=", 0.9)
+
+
+def fewest(design):
+    return tuple(map(float, design))
+
+
+def priced(robot, charger):
+    return lambda design: (robot * design[0] + charger * design[1], *map(float, design))
+
+
+def search(mean, cost=fewest, *, noise=0.0, seed=0, designs=GRID, target=ENOUGH, zone=0.01, **options):
+    """Scout and proof of a surface of means with normal noise."""
+    rng = np.random.default_rng(seed)
+
+    def sample(number, _):
+        return mean(designs[number]) + noise * rng.standard_normal()
+
+    budget = options.pop("budget", Budget(10**6))
+    doubted = follow(scout_steps(designs, cost, target, 3, budget), sample)
+    steps = cheapest_meeting_steps(designs, cost, target, doubted, zone=zone, budget=budget, **options)
+    return follow(steps, sample)
+
+
+def at_least(robots, chargers):
+    """0.95 with so many robots and chargers, 0.5 with less."""
+    return lambda design: 0.95 if design[0] >= robots and design[1] >= chargers else 0.5
+
+
+def test_fewest_robots_then_fewest_chargers():
+    found = search(at_least(5, 2), noise=0.01)
+    assert GRID[found.design] == (5, 2)
+    # what rules out all smaller ones: a robot less with all chargers there are, a charger less with as many robots
+    assert [GRID[number] for number in found.below] == [(4, 4), (5, 1)]
+    assert [found.verdicts[number].verdict for number in (*found.below, found.design)] == ["fails", "fails", "meets"]
+    # only these three are judged, ten runs each; the scout needed some more
+    assert (len(found.verdicts), found.runs, found.close) == (3, 30, ())
+
+
+def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
+    # 4 robots need 4 chargers, 5 need 2, 6 need 1
+    def mean(design):
+        return 0.95 if design[1] >= {4: 4, 5: 2}.get(design[0], 1) and design[0] >= 4 else 0.5
+
+    # robots cost 1, chargers 10: 44, 25 and 16
+    found = search(mean, priced(1, 10), noise=0.01)
+    assert GRID[found.design] == (6, 1)
+    # robots cost 10, chargers 1: 44, 52 and 61
+    assert GRID[search(mean, priced(10, 1), noise=0.01).design] == (4, 4)
+
+
+def test_nothing_is_enough():
+    found = search(lambda _: 0.5, noise=0.01)
+    assert found.design is None
+    assert [GRID[number] for number in found.below] == [(8, 4)]
+
+
+def test_a_design_within_the_zone_may_be_left_out_and_ends_the_search():
+    # 4 robots are 0.004 better than the target, less than matters: 10 runs a look until the bounds are 0.01 apart
+    def mean(design):
+        return 0.5 if design[0] < 4 else 0.904 if design[0] == 4 else 0.99
+
+    found = search(mean, noise=0.02, seed=4)
+    assert GRID[found.design][0] in {4, 5}
+    assert not found.close
+
+
+def test_what_the_runs_do_not_tell_is_said():
+    found = search(
+        lambda design: 0.9 if design[0] == 4 else 0.5 if design[0] < 4 else 0.99, noise=0.05, cap=20, zone=0.0
+    )
+    assert GRID[found.design] == (5, 1)
+    assert [GRID[number] for number in found.close] == [(4, 4)]
+
+
+def test_the_budget_is_kept():
+    budget = Budget(120)
+    found = search(at_least(5, 2), noise=0.2, budget=budget)
+    assert budget.spent <= 120
+    assert found.design is None or found.close
+    with pytest.raises(StudyError, match="--runs: 5 do not even suffice for a first search"):
+        search(at_least(5, 2), budget=Budget(5))
+    with pytest.raises(StudyError, match=r"--runs: \d+ runs were used before there was an answer"):
+        search(at_least(5, 2), budget=Budget(30))
+
+
+def test_what_cannot_last_does_not_meet_the_target():
+    numbers = {design: number for number, design in enumerate(GRID)}
+    found = search(
+        lambda design: 0.95 if design[0] >= 5 else 0.5,
+        noise=0.01,
+        veto=lambda number: "batteries fall" if GRID[number][1] < 3 else None,
+    )
+    assert GRID[found.design] == (5, 3)
+    assert found.vetoed == {numbers[5, 1]: "batteries fall", numbers[5, 2]: "batteries fall"}
+
+
+def test_verdicts_on_given_designs():
+    judge = follow(verdict_steps([3, 7], ENOUGH), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2))
+    assert {number: found.verdict for number, found in judge.verdicts.items()} == {3: "fails", 7: "meets"}
+
+
+@given(
+    needs=st.lists(st.integers(1, 5), min_size=8, max_size=8),
+    robot=st.integers(1, 20),
+    charger=st.integers(1, 20),
+    by_price=st.booleans(),
+)
+def test_without_noise_it_is_the_cheapest_of_all_that_meet(needs, robot, charger, by_price):
+    """On any surface on which more never does worse: more robots need fewer chargers (5: none will do)."""
+    falling = [max(needs[i:]) for i in range(8)]
+    cost = priced(robot, charger) if by_price else fewest
+    found = search(lambda design: 1.0 if design[1] >= falling[design[0] - 1] else 0.0, cost, deterministic=True)
+    right = [design for design in GRID if design[1] >= falling[design[0] - 1]]
+    assert (None if found.design is None else GRID[found.design]) == (min(right, key=cost) if right else None)
+
+
+def test_its_statement_holds_as_often_as_it_says():
+    """400 random surfaces: the design named meets the target, no cheaper one is better by the zone; at least 95 %."""
+    rng = np.random.default_rng(1)
+    held = 0
+    for trial in range(400):
+        need, width, share = rng.uniform(1, 8), rng.uniform(0.3, 2), rng.uniform(0, 0.3)
+
+        def mean(design, need=need, width=width, share=share):
+            return 1 / (1 + np.exp(-(design[0] - need) / width)) - share / design[1] ** 2
+
+        found = search(mean, noise=rng.uniform(0.01, 0.1), seed=trial, cap=2560)
+        truth = [mean(design) for design in GRID]
+        cheaper = GRID[: found.design] if found.design is not None else GRID
+        meets = found.design is None or truth[found.design] >= 0.9
+        held += meets and all(mean(design) < 0.91 for design in cheaper)
+    assert held >= 380 - 3 * np.sqrt(400 * 0.05 * 0.95)

@@ -1,0 +1,201 @@
+"""How many robots and chargers: the answer of `desim plan`, its numbers and the commands that show them."""
+
+import json
+import re
+import shlex
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import StudyError
+from desim_warehouse.report import fleet_words
+from desim_warehouse.study.fleet import Designs, Prices, plan_fleet
+from tests.docs import pages
+from tests.study import plans
+
+WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 2.5"
+SHORT = "--set run.length=3600 --set run.warm_up=600"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("plan")
+
+
+@pytest.fixture
+def here(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "120")
+    if not (folder / "w.yaml").exists():
+        assert pages.run_desim(WAREHOUSE)[0] == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    model = folder / "w.yaml"
+    if not model.exists():
+        assert pages.run_desim(WAREHOUSE.replace("w.yaml", str(model)))[0] == 0
+    loaded = dw.load(model, {"run.length": 3600, "run.warm_up": 600})
+    return plan_fleet(loaded, "on_time >= 90 %", growth=1.3, workers=2, out=folder / "out")
+
+
+def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
+    lines = fleet_words.sentences(found)
+    assert 4 <= len(lines) <= 5
+    assert re.fullmatch(
+        r"Today \(60 an hour\) \d robots? and \d chargers?: on_time is \S+ % \(\S+ to \S+\)\.", lines[0]
+    )
+    assert lines[1].startswith("With 30 % more orders (78 an hour) ")
+    assert lines[2].startswith("Nearest, hungarian and earliest-due make no difference")
+    assert lines[3].startswith("The bottleneck is ")
+
+
+def test_a_larger_demand_never_needs_less(found):
+    today, grown = found.today.best, found.grown.best
+    assert (today.robots, today.chargers) <= (grown.robots, grown.chargers)
+    assert found.grown.rate == pytest.approx(1.3 * found.today.rate)
+    assert found.today.best.verdict.low >= 0.9
+    assert all(one.verdict.verdict == "fails" for one in found.today.below)
+
+
+def test_the_command_beside_a_number_shows_that_number(found, here):
+    shown = fleet_words.evidence(found, "w.yaml", tuple(shlex.split(SHORT)[1::2]), 0)
+    assert len(shown) >= 5
+    for one in shown[:2]:
+        status, out, _ = pages.run_desim(f"{one.command} --quiet")
+        assert status == 0
+        mean = float(out.splitlines()[2].split("±")[0])
+        said = float(re.match(r"[\d.]+", one.found)[0])
+        assert 100 * mean == pytest.approx(said, abs=0.51)
+
+
+def test_runs_are_kept_and_used_again(found, folder):
+    assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        "growth",
+        "growth-scout",
+        "strategies",
+        "today",
+        "today-scout",
+    ]
+    study = dw.Study.open(folder / "out" / "today")
+    best = found.today.best
+    assert len(study.results.runs(f"fleet.size={best.robots}, chargers={best.chargers}")) == best.verdict.n
+
+
+def test_the_command_says_it_in_words_and_in_json(here):
+    plan = (
+        f"desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet {SHORT} --robots 1..6"
+    )
+    status, out, err = pages.run_desim(plan)
+    assert status == 0, err
+    assert out.startswith("Today (60 an hour) ")
+    assert "Shown by:\n" in out
+    assert "With 95 % confidence for each demand" in out
+    answer = json.loads(pages.run_desim(f"{plan} --json")[1])
+    assert answer["answer"] == out.split("\n\n")[0].splitlines()
+    assert answer["feasible"] is True
+    assert answer["today"]["best"]["robots"] >= 1
+    assert answer["grown"] is None
+    assert all(line["command"].startswith("desim what-if w.yaml") for line in answer["evidence"])
+
+
+def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
+    status, out, err = pages.run_desim(
+        f"desim plan w.yaml --target 'on_time >= 95 %' --robots 7..8 --chargers 2..3 --quiet {SHORT} --set "
+        "tasks.unload_time=300"
+    )
+    assert status == 3
+    assert "Today (60 an hour) not even 8 robots and 3 chargers were shown to be enough: on_time is " in out
+    assert "The bottleneck is packing at the stations: servers are busy 1" in out
+    assert "no fleet within --robots and --chargers was shown to be enough" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ("--growth 30", "'30' is no growth such as 30%."),
+        ("--growth=-100%", "'-100%' is no growth such as 30%."),
+        ("--robots 4..2", "--robots 4..2: expected whole numbers upwards from 1, such as 1..8"),
+        ("--robots 0..2", "--robots 0..2: expected whole numbers upwards from 1, such as 1..8"),
+        ("--zone some", "'some' is no amount such as '1 %' or 5."),
+        ("--growth 30% --set 'tasks.goods={random: 20}'", "--growth: this model's demand is no rate that could grow"),
+        ("--chargers 1..2 --set battery=null", "--chargers: this model has no chargers"),
+        ("--runs 4", "--runs: 4 do not even suffice for a first search; allow more"),
+    ],
+)
+def test_what_cannot_be_is_one_message(here, options, said):
+    status, _, err = pages.run_desim(f"desim plan w.yaml --target 'on_time >= 90 %' --quiet {options}")
+    assert (status, said in err) == (2, True), err
+
+
+def test_a_list_of_goods_without_batteries_is_sized_by_robots_alone():
+    model = dw.load("models/multibots.yaml", {"battery": None})
+    found = plan_fleet(model, "T <= 4000", strategies={})
+    assert found.today.best.chargers == 0
+    sizes = range(1, 13)
+    right = next(n for n in sizes if dw.simulate(model.replace({"fleet.size": n})).T <= 4000)
+    assert found.today.best.robots == right
+    assert found.today.best.verdict.deterministic
+    assert fleet_words.sentences(found)[0].startswith(f"Today {right} robots: T is ")
+
+
+def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
+    model = dw.load("models/multibots.yaml", {"battery": None, "tasks.goods": {"random": 30}})
+    found = plan_fleet(
+        model, "T <= 4140", strategies={"policies.allocation": ["in-order", "hungarian"]}, robots=[3, 4, 5, 6]
+    )
+    assert found.strategy.label == "hungarian"
+    assert "With hungarian instead of in-order fewer are needed: these numbers are for it." in fleet_words.sentences(
+        found
+    )
+    own = plan_fleet(model, "T <= 4140", strategies={}, robots=[3, 4, 5, 6])
+    assert own.today.best.robots > found.today.best.robots
+
+
+def test_prices_choose_the_cheapest():
+    prices = Prices(30_000, 8_000)
+    assert prices.total((3, 2)) == 106_000
+    assert prices.key((3, 2)) < prices.key((4, 1))
+    assert Prices().key((3, 9)) < Prices().key((4, 1))
+
+
+def test_chargers_come_with_places_for_the_robots_at_them():
+    model = dw.load("models/mir250.yaml")
+    designs = Designs(model)
+    assert (designs.zone, designs.today) == ("charging", 4)
+    # two nodes of two places each: a fifth charger needs a third place
+    assert designs.of_chargers(4) == {
+        "layout.bays.charging.total_chargers": 4,
+        "layout.bays.charging.chargers": None,
+    }
+    assert designs.of_chargers(5)["layout.bays.charging.places"] == 3
+    from desim_warehouse.run import check
+
+    assert check(model.replace(designs.of_chargers(5))).calculation.power.chargers == 5
+
+
+def test_growth_of_saturated_demand_is_refused():
+    model = dw.load("models/medium.yaml")
+    with pytest.raises(StudyError, match="this model's demand is no rate that could grow"):
+        plan_fleet(model, "throughput_per_hour >= 100", growth=1.3)
+
+
+def _hold(numbers):
+    """How many answers there are, and how many of them hold."""
+    found = [said for number in numbers if (said := plans.answer(number)).named]
+    return len(found), sum(said.meets for said in found), sum(said.smallest for said in found)
+
+
+def test_what_it_says_of_a_few_random_warehouses_is_so_on_other_days():
+    named, meets, smallest = _hold([1, 2])
+    assert named == meets == smallest == 2
+
+
+@pytest.mark.long
+def test_what_it_says_of_a_hundred_random_warehouses_is_so_on_other_days():
+    """About an hour and a half of one processor."""
+    named, meets, smallest = _hold(range(100))
+    assert named >= 90
+    assert meets >= 0.89 * named
+    assert smallest >= 0.89 * named

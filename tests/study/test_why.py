@@ -1,0 +1,104 @@
+"""What holds a warehouse up: planted bottlenecks are found, and relieving them gains what was said."""
+
+import json
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import StudyError
+from desim_warehouse.report import why_words
+from desim_warehouse.study.why import suspects, usual_indicator, why
+from tests.docs import pages
+from tests.study import bottlenecks
+
+MODEL = "models/mir250.yaml"
+SHORT = {"run.length": 3600, "run.warm_up": 600, "log": "all"}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return dw.simulate(dw.load(MODEL, {**SHORT, "traffic.nodes.r1c4.time": 6}))
+
+
+def test_suspects_come_from_the_account_of_time_worst_first(run):
+    found = suspects(run)
+    waited = [suspect.waited for suspect in found if suspect.waited is not None]
+    assert waited == sorted(waited, reverse=True)
+    nodes = run.account(by="node")["before_intersection"]
+    at = next(suspect for suspect in found if suspect.name.startswith("intersection"))
+    assert at.name == f"intersection {nodes.idxmax()}"
+    assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
+    assert {suspect.name for suspect in found} >= {
+        "station packing",
+        "chargers",
+        "handling",
+        "the number of robots",
+        "demand",
+        "places at the stations",
+    } - {"places at the stations" if run.model.fleet.size <= 9 else ""}
+    for suspect in found:
+        run.model.replace(suspect.overrides)  # every relief is a model
+
+
+def test_costs_are_counted_in_what_the_demand_lets_change(run):
+    assert usual_indicator(run) == "cycle_time_mean"
+    assert (
+        usual_indicator(dw.simulate(dw.load(MODEL, {**SHORT, "tasks.goods": {"saturated": 20}})))
+        == "throughput_per_hour"
+    )
+    assert usual_indicator(dw.simulate(dw.load("models/multibots.yaml", {"tasks.goods": [1]}))) == "T"
+
+
+def test_a_planted_node_is_named_in_a_sentence():
+    model, name = bottlenecks.planted(0)
+    found = why(model, seed=0)
+    said = why_words.sentence(found, model.units)
+    assert said.startswith(f"{name.capitalize()[:1]}{name[1:]} costs ")
+    assert " tasks an hour (" in said
+    assert "; nothing else costs more than " in said
+    assert found.gains.clear
+
+
+def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
+    model, _ = bottlenecks.planted(1)
+    (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert pages.run_desim("desim run w.yaml --out run")[0] == 0
+    status, out, _ = pages.run_desim("desim why w.yaml --quiet")
+    assert status == 0
+    assert out.startswith("Station packing costs ")
+    of_run = pages.run_desim("desim why run --quiet")[1]
+    assert of_run.split("each relief")[0] == out.split("each relief")[0]
+    answer = json.loads(pages.run_desim("desim why run --quiet --json")[1])
+    assert answer["answer"] == out.splitlines()[0]
+    assert answer["reliefs"][0]["set"] == {"layout.stations.packing.servers": 2}
+    # the command beside a relief shows its mean: base and gain
+    command = next(line.strip() for line in out.splitlines() if "servers=2" in line)
+    mean = float(pages.run_desim(f"{command} --quiet")[1].splitlines()[2].split("±")[0])
+    assert mean == pytest.approx(answer["base"] + answer["reliefs"][0]["gain"], abs=0.1)
+
+
+def test_a_run_without_waits_in_its_log_is_refused():
+    run = dw.simulate(dw.load(MODEL, {**SHORT, "log": "tasks"}))
+    with pytest.raises(dw.ReportError, match="needs log: all"):
+        why(run)
+
+
+def test_an_indicator_without_a_better_side_is_refused(run):
+    with pytest.raises(StudyError, match="neither less nor more of it is better"):
+        why(run, indicator="share_idle")
+
+
+@pytest.mark.parametrize("number", range(5))
+def test_a_planted_bottleneck_is_found_and_its_relief_gains_what_was_said(number):
+    found = bottlenecks.blame(number)
+    assert found.right, found
+    assert found.as_promised, found
+
+
+@pytest.mark.long
+def test_a_hundred_planted_bottlenecks():
+    """About half an hour of one processor."""
+    found = [bottlenecks.blame(number) for number in range(100)]
+    assert sum(one.right for one in found) >= 89
+    assert sum(one.as_promised for one in found) >= 89
