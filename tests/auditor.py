@@ -187,7 +187,10 @@ class Audit(Nodes, Work):
                     break
 
     def check_turns(self):
-        """Between the end of an edge and the next a robot spends the time at the node, and that of its turn."""
+        """Between the end of an edge and the next a robot spends the time at the node, and that of its turn.
+
+        A robot that loads within the tolerance of the end of a short edge is there already, and spends none.
+        """
         traffic = self.run.model.traffic
         heading = self.run.layout.headings
         for visits in self.visits.values():
@@ -195,7 +198,9 @@ class Audit(Nodes, Work):
                 if before.into_bay:
                     continue
                 length = self.graph.edges[before.edge]["length"]
-                reached = next((t for t, p in zip(before.times, before.places, strict=True) if p >= length - TOL), None)
+                reached = next(
+                    (t for t, p in zip(before.times, before.places, strict=True) if p >= length - 1e-9), None
+                )
                 angle = math.degrees(abs(heading[before.edge] - heading[visit.edge]))
                 least = traffic.node_time + traffic.turn_time * min(angle, 360 - angle) / 90
                 if reached is not None and visit.enter < reached + least - self.delay:
