@@ -152,6 +152,7 @@ class Known:
     edges: dict[tuple[str, str], float | None] = field(default_factory=dict)  # lengths, if they can be told
     places: int | None = None  # storage places
     robots: int | None = None
+    kinds: tuple[str, ...] | None = None  # of robots, by name
 
 
 def known(info: ValidationInfo) -> Known:

@@ -55,6 +55,7 @@ CODES: dict[str, Code] = {
     "LONG_HANDLING": Code("warning", "loading or unloading one good takes an hour or more"),
     "SHORT_RUN": Code("warning", "the run, or what is counted of it, is shorter than a few tasks take"),
     "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are demanded than the robots can do"),
+    "PEAK_ABOVE_FLEET": Code("warning", "more tasks are demanded in the busiest hour than the robots can do"),
     "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are demanded than the stations can serve"),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),

@@ -19,7 +19,7 @@ from desim_warehouse.model import energy
 from desim_warehouse.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.log import Log
@@ -43,11 +43,45 @@ class TaskHistory:
     loaded: float = math.inf
     delivered: float = math.inf
     station: str = ""
+    flow: str = ""
+    order: str = ""
 
     @property
     def cycle_time(self) -> float:
         """From its release to its delivery."""
         return self.delivered - self.released
+
+
+class OrderHistory(NamedTuple):
+    """An order: when its first task was released, when its last was delivered (inf: never), and by how much late."""
+
+    flow: str
+    order: str
+    released: float
+    delivered: float
+    lateness: float | None
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release to its delivery as a whole."""
+        return self.delivered - self.released
+
+
+class FlowHistory:
+    """The tasks of one flow: what `History` says of all."""
+
+    def __init__(self, history: History, flow: str) -> None:
+        self.tasks = {number: task for number, task in history.tasks.items() if task.flow == flow}
+        self.delivered = [task for task in history.delivered if task.flow == flow]
+        self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
+        self.cycle_times = sorted(task.cycle_time for task in self.counted_deliveries)
+        self.lateness = lateness(self.counted_deliveries)
+        self.hours = history.counted / history.model.units.hour
+
+
+def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
+    """By how much each task that was due was late, 0 if it was not."""
+    return [max(task.delivered - task.due, 0.0) for task in tasks if task.due is not None]
 
 
 class StateSpan(NamedTuple):
@@ -164,7 +198,9 @@ class History:
         delivered: list[TaskHistory] = []
         for row in self.rows("released", "loaded", "delivered"):
             if row.kind == "released":
-                tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, self.log.due.get(row.task))
+                due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
+                order = self.log.orders.get(row.task, "")
+                tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
             elif row.kind == "loaded":
                 tasks[row.task].loaded = row.time
             else:
@@ -196,7 +232,34 @@ class History:
     @cached_property
     def lateness(self) -> list[float]:
         """Tardiness of each counted delivery with a due time, 0 if it was on time."""
-        return [max(task.delivered - task.due, 0.0) for task in self.counted_deliveries if task.due is not None]
+        return lateness(self.counted_deliveries)
+
+    @cached_property
+    def orders(self) -> list[OrderHistory]:
+        """The orders, in order of release; an order is late by its latest task, None: it was not due."""
+        of: dict[tuple[str, str], list[TaskHistory]] = {}
+        for task in self.tasks.values():
+            if task.order:
+                of.setdefault((task.flow, task.order), []).append(task)
+        return [
+            OrderHistory(
+                flow,
+                order,
+                min(task.released for task in tasks),
+                max(task.delivered for task in tasks),
+                max(lateness(tasks), default=None),
+            )
+            for (flow, order), tasks in of.items()
+        ]
+
+    @cached_property
+    def counted_orders(self) -> list[OrderHistory]:
+        """The orders that were delivered as a whole in the counted time."""
+        return [one for one in self.orders if self.counts(one.delivered) and one.delivered <= self.end]
+
+    def of_flow(self, flow: str) -> FlowHistory:
+        """The tasks of one flow."""
+        return FlowHistory(self, flow)
 
     @cached_property
     def assignments(self) -> list[Assignment]:

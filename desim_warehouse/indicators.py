@@ -8,17 +8,16 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import StudyError, nearest
-from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from desim_warehouse.history import History
+    from desim_warehouse.history import FlowHistory, History
     from desim_warehouse.states import State
 
 Unit = Literal[
@@ -31,6 +30,7 @@ Unit = Literal[
     "weighted",
     "capacity per hour",
     "share of tasks",
+    "share of orders",
     "share of fleet time",
     "share of charger time",
     "share of capacity",
@@ -45,6 +45,7 @@ class Indicator:
     `title`: for people, on axes and in reports. `unit`: its kind of unit; the model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
+    `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks.
     """
 
     name: str
@@ -54,6 +55,11 @@ class Indicator:
     better: Better | None
     compute: Callable[[History], float]
     applies: Callable[[History], bool] = lambda _: True
+    by_flow: Callable[[FlowHistory], float] | None = None
+
+    def of_flow(self, flow: str) -> Indicator:
+        """The indicator of one flow."""
+        return replace(self, name=f"{self.name}:{flow}", title=f"{self.title}, {flow}", by_flow=None)
 
     @property
     def is_share(self) -> bool:
@@ -95,6 +101,38 @@ def _share(state: str) -> Callable[[History], float]:
         return history.totals[state] / time if time else math.nan
 
     return compute
+
+
+def _tasks_of_flow(flow: FlowHistory) -> float:
+    return len(flow.counted_deliveries)
+
+
+def _throughput_of_flow(flow: FlowHistory) -> float:
+    return len(flow.counted_deliveries) / flow.hours if flow.hours else math.nan
+
+
+def _backlog(tasks: History | FlowHistory) -> float:
+    return len(tasks.tasks) - len(tasks.delivered)
+
+
+def _cycle_time(tasks: History | FlowHistory) -> float:
+    return _mean(tasks.cycle_times)
+
+
+def _cycle_time_median(tasks: History | FlowHistory) -> float:
+    return quantile(tasks.cycle_times, 0.5)
+
+
+def _cycle_time_p95(tasks: History | FlowHistory) -> float:
+    return quantile(tasks.cycle_times, 0.95)
+
+
+def _tardiness(tasks: History | FlowHistory) -> float:
+    return _mean(tasks.lateness)
+
+
+def _on_time(tasks: History | FlowHistory) -> float:
+    return _mean([not late for late in tasks.lateness])
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -143,8 +181,16 @@ def _station_wait(history: History) -> float:
     return max(history.totals["queueing"] - history.charger_wait, 0.0)
 
 
+def _has_orders(history: History) -> bool:
+    return bool(history.log.orders)
+
+
+def _lateness_of_orders(history: History) -> list[float]:
+    return [order.lateness for order in history.counted_orders if order.lateness is not None]
+
+
 def _has_arrivals(history: History) -> bool:
-    return isinstance(history.model.tasks.goods, PoissonGoods)
+    return history.model.tasks.arrive
 
 
 def _has_batteries(history: History) -> bool:
@@ -159,8 +205,8 @@ def _has_stations(history: History) -> bool:
     return bool(history.layout.stations)
 
 
-def _has_due_times(history: History) -> bool:
-    return bool(history.lateness)
+def _has_due_times(tasks: History | FlowHistory) -> bool:
+    return bool(tasks.lateness)
 
 
 def _share_of(state: State) -> Indicator:
@@ -204,6 +250,7 @@ INDICATORS = {
             "tasks delivered",
             "more",
             _count("delivered"),
+            by_flow=_tasks_of_flow,
         ),
         Indicator("moves", "Edges driven", "count", "edges driven", "less", _count("moves")),
         Indicator(
@@ -255,6 +302,7 @@ INDICATORS = {
             "`tasks / (counted time × units.seconds / 3600)`",
             "more",
             _throughput,
+            by_flow=_throughput_of_flow,
         ),
         Indicator(
             "cycle_time_mean",
@@ -262,7 +310,8 @@ INDICATORS = {
             "time",
             "from a task's release to its delivery, mean",
             "less",
-            lambda history: _mean(history.cycle_times),
+            _cycle_time,
+            by_flow=_cycle_time,
         ),
         Indicator(
             "cycle_time_median",
@@ -270,7 +319,8 @@ INDICATORS = {
             "time",
             "the same, median",
             "less",
-            lambda history: quantile(history.cycle_times, 0.5),
+            _cycle_time_median,
+            by_flow=_cycle_time_median,
         ),
         Indicator(
             "cycle_time_p95",
@@ -278,7 +328,8 @@ INDICATORS = {
             "time",
             "the same, 95 % quantile (linear between order statistics)",
             "less",
-            lambda history: quantile(history.cycle_times, 0.95),
+            _cycle_time_p95,
+            by_flow=_cycle_time_p95,
         ),
         Indicator(
             "backlog",
@@ -286,7 +337,8 @@ INDICATORS = {
             "tasks",
             "tasks released and not delivered, at the end",
             "less",
-            lambda history: len(history.tasks) - len(history.delivered),
+            _backlog,
+            by_flow=_backlog,
         ),
         Indicator(
             "backlog_growth_per_hour",
@@ -303,8 +355,9 @@ INDICATORS = {
             "time",
             "mean of `max(delivery − due, 0)`; only where tasks have due times",
             "less",
-            lambda history: _mean(history.lateness),
+            _tardiness,
             _has_due_times,
+            by_flow=_tardiness,
         ),
         Indicator(
             "on_time",
@@ -312,8 +365,45 @@ INDICATORS = {
             "share of tasks",
             "share of the tasks delivered by their due time; only where tasks have due times",
             "more",
-            lambda history: _mean([not late for late in history.lateness]),
+            _on_time,
             _has_due_times,
+            by_flow=_on_time,
+        ),
+        Indicator(
+            "orders",
+            "Orders delivered",
+            "count",
+            "orders of which the last task was delivered; only with orders from a file",
+            "more",
+            lambda history: len(history.counted_orders),
+            _has_orders,
+        ),
+        Indicator(
+            "order_cycle_time_mean",
+            "Order cycle time, mean",
+            "time",
+            "from an order's release to the delivery of its last task, mean; only with orders from a file",
+            "less",
+            lambda history: _mean([order.cycle_time for order in history.counted_orders]),
+            _has_orders,
+        ),
+        Indicator(
+            "order_cycle_time_p95",
+            "Order cycle time, 95 % quantile",
+            "time",
+            "the same, 95 % quantile; only with orders from a file",
+            "less",
+            lambda history: quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
+            _has_orders,
+        ),
+        Indicator(
+            "orders_on_time",
+            "Orders on time",
+            "share of orders",
+            "share of the orders with due times of which every task was delivered by its due time",
+            "more",
+            lambda history: _mean([not late for late in _lateness_of_orders(history)]),
+            lambda history: bool(_lateness_of_orders(history)),
         ),
         Indicator(
             "energy_lowest",
@@ -365,24 +455,42 @@ INDICATORS = {
     )
 }
 """By name, in the order of tables."""
+_DUE = {"tardiness_mean", "on_time"}
 
 
 def kpis(history: History) -> dict[str, float]:
     """All indicators that a run has, in the units of its model file."""
-    return {name: indicator.compute(history) for name, indicator in INDICATORS.items() if indicator.applies(history)}
+    found = {name: indicator.compute(history) for name, indicator in INDICATORS.items() if indicator.applies(history)}
+    for flow in history.model.tasks.flows:
+        tasks = history.of_flow(flow)
+        for name, indicator in INDICATORS.items():
+            if indicator.by_flow is not None and (name not in _DUE or tasks.lateness):
+                found[f"{name}:{flow}"] = indicator.by_flow(tasks)
+    return found
+
+
+def look_up(name: str) -> Indicator | None:
+    """An indicator of ours by its name, also of a flow (`on_time:outbound`); None where there is none."""
+    base, colon, flow = name.partition(":")
+    indicator = INDICATORS.get(base)
+    if not colon or indicator is None:
+        return indicator
+    return indicator.of_flow(flow) if indicator.by_flow is not None and flow else None
 
 
 def within(name: str) -> tuple[float, float]:
     """The range of an indicator of ours: 0 to 1 for a share, any other at least 0; unbounded for other numbers."""
-    if name not in INDICATORS:
+    indicator = look_up(name)
+    if indicator is None:
         return -math.inf, math.inf
-    return 0.0, 1.0 if INDICATORS[name].is_share else math.inf
+    return 0.0, 1.0 if indicator.is_share else math.inf
 
 
 def find(name: str) -> Indicator:
     """An indicator by its name; raises StudyError where there is none, naming the nearest."""
-    if name not in INDICATORS:
+    indicator = look_up(name)
+    if indicator is None:
         near = nearest(name, INDICATORS)
         hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
         raise StudyError(f"indicator {name!r}: there is none, {hint}")
-    return INDICATORS[name]
+    return indicator

@@ -42,7 +42,7 @@ COLUMNS = {
     "robot": "number of the robot, from 0; -1: none",
     "task": "number of the task, in order of release; -1: none",
     "node": "the node it happened at, or that the robot comes to next",
-    "edge": "the edge as `A>B`",
+    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into",
     "value": "a number that depends on the kind",
     "until": "`drive`: when the robot will be there",
     "other": "`collision`: the robot that was waited for; -1: none",
@@ -59,7 +59,7 @@ class RowKind(NamedTuple):
 
 
 KINDS = {
-    "released": RowKind("tasks", "a task becomes known", "number of the good"),
+    "released": RowKind("tasks", "a task becomes known", "number of the good; -1: it comes from no storage place"),
     "assigned": RowKind("tasks", "a robot takes up a task; one in its queue when it gets to it", "energy"),
     "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
@@ -97,8 +97,9 @@ class Log:
     """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
 
     `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
-    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `energy`
-    what the battery of each robot holds at the end; empty without batteries.
+    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows`
+    their flows, `orders` their orders, `energy` what the battery of each robot holds at the end; empty without
+    batteries.
     """
 
     level: Detail = "all"
@@ -108,6 +109,8 @@ class Log:
     edges: list[dict[str, Any]] = field(default_factory=list)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     due: dict[int, float] = field(default_factory=dict)
+    flows: dict[int, str] = field(default_factory=dict)
+    orders: dict[int, str] = field(default_factory=dict)
     energy: list[float] = field(default_factory=list)
     begin: float = 0.0
     end: float = 0.0
@@ -132,11 +135,15 @@ class Log:
         """An event of a task or a robot, at the node where it is or comes to next."""
         self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
-    def released(self, time: float, task: int, good: int, due: float | None) -> None:
+    def released(self, time: float, task: int, good: int, due: float | None, flow: str = "", order: str = "") -> None:
         """A task is released."""
         self.event(time, "released", NONE, task, None, float(good))
         if due is not None:
             self.due[task] = due
+        if flow:
+            self.flows[task] = flow
+        if order:
+            self.orders[task] = order
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
 from desim_warehouse.layout import build
-from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.past_knee import (
     FEWER,
     LEAST_GAIN,
@@ -80,7 +79,7 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
     below that.
     """
     growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _counted(kpis, model) / model.units.hour
-    if not isinstance(model.tasks.goods, PoissonGoods) or not math.isfinite(growth):
+    if not model.tasks.arrive or not math.isfinite(growth):
         return None
     grown = growth * hours
     arrivals = kpis.get("tasks", 0.0) + grown

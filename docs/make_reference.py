@@ -47,6 +47,17 @@ def model_keys() -> str:
     return "\n".join(_sections(schema, schema["$defs"]))
 
 
+def distributions() -> str:
+    """The distributions of times that vary."""
+    import inspect
+
+    from desim_warehouse.model.distributions import KINDS
+
+    docs = [(inspect.getdoc(kind) or "").partition("\n")[0].partition(": ") for kind in KINDS.values()]
+    said = [re.fullmatch(r"(`.*`): (.*)", "".join(doc)) for doc in docs]
+    return table(("written", "what it is"), [one.groups() for one in said if one is not None])
+
+
 def limits() -> str:
     """What a file may hold at most."""
     from desim_warehouse.fields import LIMITS, SMALLEST
@@ -83,6 +94,8 @@ def _below(part: Mapping[str, Any], path: str, defs: Mapping[str, Any]) -> Itera
     """The sections that a key may hold, each with its dotted key; then what is below them."""
     if "$ref" in part:
         part = defs[part["$ref"].rpartition("/")[2]]
+    if "a distribution such as" in part.get("errorMessage", ""):
+        return  # described once, for all times that may vary
     for form in (*part.get("anyOf", ()), *part.get("oneOf", ())):
         yield from _below(form, path, defs)
     if "items" in part:
@@ -267,6 +280,7 @@ _UNITS = {
     "weighted": "-",
     "capacity per hour": "1/h",
     "share of tasks": "share",
+    "share of orders": "share",
     "share of fleet time": "share",
     "share of charger time": "share",
     "share of capacity": "share",
@@ -346,6 +360,7 @@ def paper() -> str:
 
 MAKERS: dict[str, Callable[[], str]] = {
     "model-keys": model_keys,
+    "distributions": distributions,
     "limits": limits,
     "units": units,
     "policies": policies,

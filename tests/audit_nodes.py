@@ -118,7 +118,7 @@ class Nodes:
         """Robots that load standing on a node: robot, node, from when to when they are there for certain."""
         good, begun = {}, {}
         for time, kind, robot, task, _, _, value, *_ in sorted(self.run.record.rows, key=lambda row: row[0]):
-            if kind == "released":
+            if kind == "released" and value >= 0:
                 good[task] = self.run.layout.storage[int(value)].edge
             elif kind == "loading" and task in good and good[task][0] == good[task][1]:
                 begun[robot] = time, good[task][0]

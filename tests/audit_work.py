@@ -59,12 +59,21 @@ class Work:
                 good[task] = int(value)
             elif kind == "loading":
                 loaded.add(task)
-                if task in good:
+                if good.get(task, 0) < 0:
+                    if not self.is_docked(time, robot) and not self.stands_on(time, robot):
+                        self.fault(time, f"robot {robot} loads task {task}, which is in no storage, on a lane")
+                elif task in good:
                     self.check_place_of_good(time, robot, self.run.layout.storage[good[task]])
             elif kind == "returned" and task in loaded:
                 self.fault(time, f"task {task} was returned after it was loaded")
             elif kind == "delivered" and task not in loaded:
                 self.fault(time, f"task {task} was delivered and never loaded")
+
+    def is_docked(self, time, robot):
+        """Whether the last place that a robot was at is a station."""
+        seen = ("docked", "parked", "enter")
+        last = [row[1] for row in self.rows if row[2] == robot and row[1] in seen and row[0] <= time + TOL]
+        return last[-1:] == ["docked"]
 
     def check_place_of_good(self, time, robot, place):
         if place.edge[0] == place.edge[1]:

@@ -29,6 +29,7 @@ COMMANDS = {
     "best": ("best", "Find the best of several designs, with few runs."),
     "size": ("size", "Find the smallest fleet, or other value, that meets a target."),
     "screen": ("screen", "Show which factors of a study folder matter."),
+    "fit": ("fit", "Propose a distribution for measured times."),
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
     "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
     "policies": ("policies", "List the policies, or show one."),

@@ -70,9 +70,11 @@ def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     if math.isnan(value):
         return "-", ""
     if kind.startswith("share"):
-        return f"{100 * value:.1f}", {"share of tasks": "% of tasks", "share of capacity": "% full"}.get(
-            kind, "% of time"
-        )
+        return f"{100 * value:.1f}", {
+            "share of tasks": "% of tasks",
+            "share of orders": "% of orders",
+            "share of capacity": "% full",
+        }.get(kind, "% of time")
     if kind == "capacity per hour":
         return f"{100 * value:.1f}", "% of capacity/h"
     if kind == "time" and units.time != "s":

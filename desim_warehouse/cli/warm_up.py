@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.figures import save
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 from desim_warehouse.cli.tables import runs
 from desim_warehouse.study.limits import MOST_REPLICATIONS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @click.command("warm-up")
@@ -66,16 +63,5 @@ def command(
     else:
         click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
     if out is not None:
-        _save(found.figure(), Path(out))
+        save(found.figure(), Path(out), "warm-up")
         click.echo(f"written to {out}")
-
-
-def _save(drawn: Figure, folder: Path) -> None:
-    from desim_warehouse.errors import ReportError, reason
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for ending in ("png", "svg"):
-            drawn.savefig(folder / f"warm-up.{ending}", dpi=150)
-    except OSError as error:
-        raise ReportError(f"{folder}: the plot cannot be written there ({reason(error)})") from error

@@ -8,22 +8,26 @@ from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.estimate import estimate
-from desim_warehouse.feasibility.free_flow import asked_for, free_flow, listed
+from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
+from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, listed
 from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.schema import Consumption, PoissonGoods, RandomGoods, SaturatedGoods
+from desim_warehouse.model.flows import OrdersArrivals, StorageEnd
+from desim_warehouse.model.schema import Consumption, RandomGoods
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from desim_warehouse.feasibility.flow_mix import Leg
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import BatterySpec
+    from desim_warehouse.policies import Levels
 
 EPS = 1e-9
 MINUTE = 60.0
@@ -89,9 +93,9 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
 
 @dataclass(frozen=True)
 class Needs:
-    """The least that tasks draw from a battery: `most` for the worst good, `reach` up to the edge of a good."""
+    """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good."""
 
-    worst: int
+    worst: str
     most: float
     reach: float
 
@@ -115,6 +119,9 @@ def least_needs(model: Model, layout: Layout) -> Needs:
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
     on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
+    flow = free_flow(model, layout, speed)
+    if isinstance(flow, FlowMix):
+        return _needs_of_flows(flow, draws, {**dict.fromkeys(begins, out), **on_lanes}, ends)
     reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
@@ -124,8 +131,8 @@ def least_needs(model: Model, layout: Layout) -> Needs:
         nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
         for nodes in dict.fromkeys(nodes for _, nodes in work)
     }
-    handling = draws.handling * (tasks.load_time + tasks.unload_time)
-    worst, most, farthest = 0, 0.0, 0.0
+    handling = draws.handling * (tasks.mean_load + tasks.mean_unload)
+    worst, most, farthest = "good 0", 0.0, 0.0
     for number, nodes in work:
         place = layout.storage[number]
         farthest = max(farthest, reach[place.edge[0]])
@@ -134,7 +141,26 @@ def least_needs(model: Model, layout: Layout) -> Needs:
             to_good = place.offset / paces[place.edge]
             need += draws.empty * to_good + draws.loaded * (times[place.edge] - to_good)
         if need > most:
-            worst, most = number, need
+            worst, most = f"good {number}", need
+    return Needs(worst, most, farthest)
+
+
+def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, float], ends: list[str]) -> Needs:
+    """The same for flows: of storage places the worst, of stations the nearest that serves."""
+    import numpy as np
+
+    worst, most, farthest = "", 0.0, 0.0
+    out = np.array(list(begins.values()))[:, None]
+    for leg in flow.legs:
+        reach = (out + draws.empty * flow.travel.times(list(begins), leg.picks.comes)).min(axis=0)
+        back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.times(leg.drops.goes, ends).min(axis=1)
+        rest = draws.loaded * leg.times + draws.empty * back
+        stored = isinstance(leg.route.target, StorageEnd)
+        need = reach + draws.empty * leg.picks.before + (rest.max(axis=1) if stored else rest.min(axis=1))
+        need = float(need.max()) + draws.handling * sum(flow.handling(leg.flow))
+        farthest = max(farthest, float(reach.max()))
+        if need > most:
+            worst, most = f"a task of flow '{leg.flow}'", need
     return Needs(worst, most, farthest)
 
 
@@ -174,7 +200,7 @@ def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
             "BATTERY_TOO_SMALL",
             "battery.capacity",
             (
-                f"good {needs.worst} draws at least {amount(needs.most)}: the drive there, to the station and to a "
+                f"{needs.worst} draws at least {amount(needs.most)}: the drive there, to the station and to a "
                 f"charger or home; a battery gives {amount(holds(model, battery))}{kept}"
             ),
             f"{units}: check it; else a larger battery, or chargers closer",
@@ -230,18 +256,17 @@ def _ends(drawn: float, has: float) -> str:
 
 def _drawn_by_each(model: Model, layout: Layout) -> float:
     """What the whole run draws from a robot that is never charged, in free flow, robots sharing the work evenly."""
-    battery, goods, robots = _battery(model), model.tasks.goods, model.fleet.size
+    battery, robots = _battery(model), model.fleet.size
     cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
     draws = battery.draws
     length = model.run.length
-    if isinstance(goods, PoissonGoods | SaturatedGoods):
+    if model.tasks.never_end:
         assert length is not None
-        most = length / cycle.time if cycle.time else math.inf
-        asked = length * goods.poisson / model.units.hour / robots if isinstance(goods, PoissonGoods) else most
+        most, rate = length / cycle.time if cycle.time else math.inf, arrival_rate(model)
+        asked = most if rate is None or always_open(model) else length * rate / robots
         tasks = min(most, asked)
         return tasks * cycle.energy(draws) + draws.standing * max(length - tasks * cycle.time, 0.0)
-    count = goods.random if isinstance(goods, RandomGoods) else len(goods)
-    tasks = count / robots
+    tasks = _count(model) / robots
     if length is not None and cycle.time:
         tasks = min(tasks, length / cycle.time)
     return tasks * cycle.energy(draws)
@@ -308,10 +333,9 @@ def _lasts(model: Model, layout: Layout, time: float) -> bool:
     """Whether a run surely goes on beyond a time."""
     if model.run.length is not None and is_lifelong(model):
         return model.run.length > time
-    goods = model.tasks.goods
-    if not isinstance(goods, tuple | RandomGoods):
+    if is_lifelong(model):
         return False
-    count = goods.random if isinstance(goods, RandomGoods) else len(goods)
+    count = _count(model)
     cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
     least = count * (cycle.load + cycle.loaded + cycle.unload) / model.fleet.size
     return least > time and (model.run.length is None or model.run.length > time)
@@ -343,11 +367,40 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     slowest = min(robot.speed for robot in model.fleet.robots())
     flow, draws = free_flow(model, layout, slowest), battery.draws
+    if isinstance(flow, FlowMix):
+        most = max(_need_at_pick(flow, leg, draws, chargers) for leg in flow.legs)
+        yield from _too_low(battery, known, most)
+        return
     stations = list(flow.stations)
     back = flow.travel.times(stations, chargers).min(axis=1)
     rest = (draws.loaded * flow.from_edges(stations) + draws.empty * (tasks.clear_time + back)).min(axis=1)
     need = rest[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
-    most = float(need.max()) + draws.handling * (tasks.load_time + tasks.unload_time)
+    most = float(need.max()) + draws.handling * (tasks.mean_load + tasks.mean_unload)
+    yield from _too_low(battery, known, most)
+
+
+def _need_at_pick(flow: FlowMix, leg: Leg, draws: Consumption, chargers: list[str]) -> float:
+    """The most that a task of a leg draws from the start of the edge where it is picked to a charger."""
+    back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.times(leg.drops.goes, chargers).min(axis=1)
+    rest = draws.loaded * leg.times + draws.empty * back
+    worst = rest.max(axis=1) if isinstance(leg.route.target, StorageEnd) else rest.min(axis=1)
+    handling = draws.handling * sum(flow.handling(leg.flow))
+    return float((worst + draws.empty * leg.picks.before).max()) + handling
+
+
+def _count(model: Model) -> int:
+    """How many tasks there will be, where they end."""
+    goods = model.tasks.goods
+    if isinstance(goods, RandomGoods):
+        return goods.random
+    if isinstance(goods, tuple):
+        return len(goods)
+    flows = model.tasks.flows.values()
+    orders = sum(len_of_orders(model, flow) for flow in flows if isinstance(flow.when, OrdersArrivals))
+    return orders + sum(int(batch.tasks) for flow in flows for batch in getattr(flow.when, "schedule", ()))
+
+
+def _too_low(battery: BatterySpec, known: Levels, most: float) -> Iterator[Finding]:
     if most > known.critical + battery.reserve:
         yield Finding(
             "THRESHOLD_TOO_LOW",

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.free_flow import Cycle, free_flow
+from desim_warehouse.feasibility.cycle import Cycle
+from desim_warehouse.feasibility.flow_mix import FlowMix, peak_rate
+from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.free_flow import FreeFlow
@@ -68,6 +69,7 @@ class HandCalculation:
         knee: robots beyond which throughput stops growing; None where nothing but the fleet limits it.
         limit: what limits it there, in words.
         power: the energy balance; None without battery.
+        peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
     """
 
     width: float
@@ -88,6 +90,7 @@ class HandCalculation:
     limit: str
     power: Power | None
     most_out: int | None = None
+    peak: float | None = None
 
     @property
     def capacity(self) -> float:
@@ -133,6 +136,9 @@ class HandCalculation:
             text += f", charging {amount(self.charging)} {time} for each"
         if self.rate is not None and self.robots_needed is not None:
             text += f"; the {amount(self.rate * hour)} asked for need {amount(self.robots_needed)}"
+            if self.peak is not None:
+                most = self.peak * hour
+                text += f", the {amount(most)} of the busiest hour {amount(self.robots_needed * self.peak / self.rate)}"
         return text
 
     def _stations(self, hour: float) -> str:
@@ -155,8 +161,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     speeds = Counter(robot.speed for robot in fleet.robots())
     cycles = {speed: free_flow(model, layout, speed).cycle() for speed in speeds}
     cycle = _mean_cycle(speeds, cycles)
-    goods = model.tasks.goods
-    rate = goods.poisson / model.units.hour if isinstance(goods, PoissonGoods) else None
+    rate, peak = arrival_rate(model), peak_rate(model)
     at_work = _at_work(model, layout)
     balance = power(model, layout, cycle, rate, at_work)
     charging = None
@@ -184,6 +189,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         "",
         balance,
         model.traffic.most_out,
+        None if peak is None else peak / model.units.hour,
     )
     return _with_knee(found, total)
 
@@ -216,31 +222,32 @@ def _mean_cycle(speeds: Counter[float], cycles: dict[float, Cycle]) -> Cycle:
 def _at_work(model: Model, layout: Layout) -> int:
     """Robots that can be on a task at once: each needs a place at its station from the beginning."""
     used = destinations(model, layout)
-    if not all(node in layout.stations for node in used):
+    if model.tasks.flows or not all(node in layout.stations for node in used):
         return model.fleet.size
     return min(model.fleet.size, sum(layout.stations[node].places for node in used))
 
 
-def _stations(model: Model, layout: Layout, flow: FreeFlow, rate: float | None) -> tuple[StationLoad, ...]:
+def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: float | None) -> tuple[StationLoad, ...]:
     """The stations; a node without one serves one robot at a time, which clears it before the next comes."""
     tasks, found = model.tasks, []
+    times = flow.station_times() if isinstance(flow, FlowMix) else {}
     for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
         station = layout.stations.get(node)
         servers = 1 if station is None else station.servers
-        time = tasks.unload_time + (tasks.clear_time if station is None else 0.0)
+        time = times.get(node, tasks.mean_unload) + (tasks.clear_time if station is None else 0.0)
         capacity = servers / time if time else math.inf
         found.append(StationLoad(node, share, servers, capacity, None if rate is None else rate * share / capacity))
     return tuple(found)
 
 
-def _busiest_crossing(model: Model, flow: FreeFlow) -> tuple[str | None, float | None]:
+def _busiest_crossing(model: Model, flow: FreeFlow | FlowMix) -> tuple[str | None, float | None]:
     """The intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
 
     Robots that follow each other over a node do so at least D / speed + node time apart.
     """
     import numpy as np
 
-    if 2 * len(flow.edges) * len(flow.stations) > _ROUTES:
+    if isinstance(flow, FlowMix) or 2 * len(flow.edges) * len(flow.stations) > _ROUTES:
         return None, None
     share = np.bincount(flow.edge_of, flow.weights, minlength=len(flow.edges))
     chosen = flow.station_shares()

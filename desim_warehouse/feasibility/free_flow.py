@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.feasibility.cycle import Cycle
+from desim_warehouse.feasibility.flow_mix import FlowMix, flow_rates
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.model.destinations import destinations, own_destinations
+from desim_warehouse.model.flows import SaturatedArrivals
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.schema import Good
+from desim_warehouse.model.schema import Good, PoissonGoods
 from desim_warehouse.policies import create
 
 if TYPE_CHECKING:
@@ -17,34 +19,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Consumption
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
-
-    `empty` is the drive from the station of the task before to the good, `loaded` that from there to the station.
-    """
-
-    empty: float
-    load: float
-    loaded: float
-    unload: float
-    clear: float
-
-    @property
-    def time(self) -> float:
-        """All of it."""
-        return self.empty + self.load + self.loaded + self.unload + self.clear
-
-    def energy(self, draws: Consumption) -> float:
-        """The energy it draws from the battery."""
-        return (
-            draws.empty * (self.empty + self.clear)
-            + draws.handling * (self.load + self.unload)
-            + draws.loaded * self.loaded
-        )
 
 
 class FreeFlow:
@@ -120,7 +94,7 @@ class FreeFlow:
         begins = share @ station
         empty = begins @ self.to_edges(self.stations) @ share + self.weights @ self.before
         loaded = share @ (station * self.from_edges(self.stations)).sum(axis=1) + self.weights @ self.after
-        return Cycle(float(empty), tasks.load_time, float(loaded), tasks.unload_time, tasks.clear_time)
+        return Cycle(float(empty), tasks.mean_load, float(loaded), tasks.mean_unload, tasks.clear_time)
 
     def station_demand(self) -> Any:
         """Each station's share of all tasks."""
@@ -130,9 +104,19 @@ class FreeFlow:
 
 
 @lru_cache(maxsize=8)
-def free_flow(model: Model, layout: Layout, speed: float) -> FreeFlow:
-    """The FreeFlow of a model at a speed; runs of one model share it."""
-    return FreeFlow(model, layout, speed)
+def free_flow(model: Model, layout: Layout, speed: float) -> FreeFlow | FlowMix:
+    """Free driving in a model at a speed; runs of one model share it."""
+    return FlowMix(model, layout, speed) if model.tasks.flows else FreeFlow(model, layout, speed)
+
+
+def arrival_rate(model: Model) -> float | None:
+    """Tasks per time unit that arrive on average; None where the work is a list, or as much as can be done."""
+    tasks, hour = model.tasks, model.units.hour
+    if isinstance(tasks.goods, PoissonGoods):
+        return tasks.goods.poisson * tasks.demand / hour
+    if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
+        return None
+    return sum(flow_rates(model).values()) / hour
 
 
 def listed(model: Model) -> list[int]:

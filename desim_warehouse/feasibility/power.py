@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
 from desim_warehouse.model import energy
-from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods, SpreadEnergy
+from desim_warehouse.model.schema import SpreadEnergy
 from desim_warehouse.policies import RobotView, create
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.free_flow import Cycle
+    from desim_warehouse.feasibility.cycle import Cycle
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Levels
@@ -101,7 +101,7 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
 
 def is_lifelong(model: Model) -> bool:
     """Whether work never ends, so that there is a long run."""
-    return isinstance(model.tasks.goods, PoissonGoods | SaturatedGoods)
+    return model.tasks.never_end
 
 
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:

@@ -6,9 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import batteries, starts
+from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.distributions import mean_of
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
@@ -102,7 +104,7 @@ def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
 def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
     tasks, units = model.tasks, model.units
     for key in ("load_time", "unload_time"):
-        time = getattr(tasks, key) * units.seconds
+        time = mean_of(getattr(tasks, key)) * units.seconds
         if time >= HOUR:
             text = f"{time:g} s for one good ({amount(time / HOUR)} h)"
             yield Finding("LONG_HANDLING", f"tasks.{key}", text, f"times are in {units.time}")
@@ -128,16 +130,29 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
 
 
 def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
-    goods, hour = model.tasks.goods, model.units.hour
-    if not isinstance(goods, PoissonGoods) or found.rate is None or found.robots_needed is None:
+    tasks, hour = model.tasks, model.units.hour
+    if found.rate is None or found.robots_needed is None:
         return
+    asked = found.rate * hour
+    if isinstance(tasks.goods, PoissonGoods):
+        asked = tasks.goods.poisson * tasks.demand
     if found.rate > found.fleet_capacity:
         who = f"{found.robots} robots" if found.at_work == found.robots else f"{found.at_work} station places"
         yield Finding(
             "DEMAND_ABOVE_FLEET",
-            "tasks.goods.poisson",
-            f"{goods.poisson:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
+            "tasks.flows" if tasks.flows else "tasks.goods.poisson",
+            f"{asked:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
             f"about {math.ceil(found.robots_needed)} robots are needed, each with a place at a station",
+        )
+    elif found.peak is not None and found.peak > found.fleet_capacity:
+        yield Finding(
+            "PEAK_ABOVE_FLEET",
+            "tasks.flows",
+            (
+                f"{amount(found.peak * hour)} tasks are asked for in the busiest hour, {found.robots} robots can do "
+                f"{amount(found.fleet_capacity * hour)}, so work piles up until it is over"
+            ),
+            f"about {math.ceil(found.robots_needed * found.peak / found.rate)} robots are needed to keep up with it",
         )
     over = [item for item in found.stations if item.busy is not None and item.busy > 1]
     if over:
@@ -155,12 +170,15 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    within = getattr(model.tasks.goods, "due_within", None)
+    flow, tasks = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())), model.tasks
+    if isinstance(flow, FlowMix):
+        yield from _due_of_flows(model, flow)
+        return
+    within = getattr(tasks.goods, "due_within", None)
     if within is None:
         return
-    flow, tasks = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())), model.tasks
     loaded = float((flow.after + flow.from_edges(flow.stations).min(axis=1)[flow.edge_of]).min())
-    least = tasks.load_time + loaded + tasks.unload_time
+    least = tasks.mean_load + loaded + tasks.mean_unload
     if within < least:
         yield Finding(
             "DUE_TOO_SOON",
@@ -168,3 +186,19 @@ def _due(model: Model, layout: Layout) -> Iterator[Finding]:
             f"tasks are due after {within:g} {model.units.time}; a robot that is there needs {amount(least)}",
             f"due_within is in {model.units.time}",
         )
+
+
+def _due_of_flows(model: Model, flow: FlowMix) -> Iterator[Finding]:
+    for name, spec in model.tasks.flows.items():
+        legs = [float(leg.times.min()) for leg in flow.legs if leg.flow == name]
+        least = sum(flow.handling(name)) + min(legs)
+        if spec.due_within is not None and spec.due_within < least:
+            yield Finding(
+                "DUE_TOO_SOON",
+                f"tasks.flows.{name}.due_within",
+                (
+                    f"tasks are due after {spec.due_within:g} {model.units.time}; a robot that is there needs "
+                    f"{amount(least)}"
+                ),
+                f"due_within is in {model.units.time}",
+            )

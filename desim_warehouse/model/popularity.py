@@ -2,14 +2,98 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from desim_warehouse.model.schema import Popularity
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+
+from desim_warehouse.errors import got
+from desim_warehouse.fields import (
+    SECTION,
+    Forms,
+    Name,
+    NotNegative,
+    Part,
+    Quantity,
+    Share,
+    by_type,
+    form,
+    known,
+    wrong,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from desim_warehouse.layout.layout import StoragePlace
+
+_SUM = 1e-6  # shares written with a few digits add up to 1 within this
+
+
+class AbcClass(Part):
+    """A class of storage places: `share` of all places draw `demand` of all tasks."""
+
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="of all places")
+    demand: Share = Field(description="share of all tasks")
+
+
+class Popularity(Part):
+    """How demand is spread over storage places: ABC classes (in order of number), or a weight for each."""
+
+    classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
+    weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
+
+    @field_validator("classes")
+    @classmethod
+    def _sums(cls, classes: tuple[AbcClass, ...]) -> tuple[AbcClass, ...]:
+        for name in ("share", "demand") if classes else ():
+            total = sum(getattr(item, name) for item in classes)
+            if abs(total - 1) > _SUM:
+                raise wrong(f"{name}s do not add up (got {got(round(total, 9))}), expected a sum of 1")
+        return classes
+
+    @field_validator("weights")
+    @classmethod
+    def _one_each(cls, weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        places = known(info).places
+        if weights and places is not None and len(weights) != places:
+            raise wrong(f"{len(weights)} weights for {places} storage places, expected one for each")
+        if weights and not any(weights):
+            raise wrong("all weights are 0, expected one above 0")
+        return weights
+
+    @model_validator(mode="after")
+    def _either(self) -> Popularity:
+        if bool(self.classes) == bool(self.weights):
+            both = "both classes and weights" if self.classes else "neither classes nor weights"
+            raise wrong(f"{both}, expected one of the two")
+        return self
+
+
+class WeightsFile(Part):
+    """Weights from a column of a CSV file with one row for each storage place, in order of number."""
+
+    file: Name = Field(description="CSV file, relative to the model file")
+    column: Name = Field("popularity", description="the column with the weights")
+
+
+def _of_the_layout(popularity: str | Popularity, info: ValidationInfo) -> str | Popularity:
+    """Refuse the weights of a layout that has none."""
+    if popularity == "layout" and known(info).blocks:
+        expected = "'uniform', classes or weights, as blocks say nothing of it"
+        raise wrong(f"no popularity in the layout (got 'layout'), expected {expected}")
+    return popularity
+
+
+PopularityRule = Annotated[
+    Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
+    Forms(
+        "'uniform', 'layout', or a section with classes, weights or file",
+        WeightsFile,
+        pick=by_type(rule=str, given=SECTION),
+    ),
+    AfterValidator(_of_the_layout),
+]
+"""Which storage places are asked for."""
 
 
 def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> Any:

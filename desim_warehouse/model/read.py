@@ -9,9 +9,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.errors import LayoutError, ModelError, got, nearest, reason
 from desim_warehouse.fields import LIMITS
+from desim_warehouse.layout import build
+from desim_warehouse.model.flows import OrdersArrivals
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
+from desim_warehouse.model.orders import problems_of
 from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.policy import KINDS
@@ -128,6 +131,8 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
     else:
         if not problems:
             problems += check_policies(model, run_code)
+            if not problems and any(isinstance(flow.when, OrdersArrivals) for flow in model.tasks.flows.values()):
+                check_orders(model)
     if problems:
         raise ModelError(report(problems, places))
     return model
@@ -144,6 +149,16 @@ def _policy_files(data: dict[str, Any], folder: Path) -> None:
             policies[kind] = catalogue.resolved(named, folder)
         elif isinstance(named, dict) and isinstance(named.get("name"), str):
             named["name"] = catalogue.resolved(named["name"], folder)
+
+
+def check_orders(model: Model) -> None:
+    """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
+    try:
+        found = problems_of(model, build(model.layout))
+    except LayoutError:
+        return  # which is said where the layout is checked
+    if found:
+        raise ModelError(found)
 
 
 def check_policies(model: Model, run_code: bool = False) -> list[Problem]:

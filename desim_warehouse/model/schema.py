@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import hashlib
 import json
 import math
@@ -30,7 +31,6 @@ from desim_warehouse.fields import (
     NotNegative,
     Part,
     Positive,
-    Quantity,
     Rate,
     Share,
     Speed,
@@ -57,11 +57,12 @@ from desim_warehouse.layout.spec import (
     see_node,
 )
 from desim_warehouse.layout.zones import ZoneSpec
+from desim_warehouse.model.distributions import Varying, mean_of
+from desim_warehouse.model.flows import FlowSpec, PoissonArrivals, ProfileArrivals, mean_rate
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
+from desim_warehouse.model.popularity import PopularityRule
 from desim_warehouse.units import METRES, UnitNames
-
-_SUM = 1e-6  # shares written with a few digits add up to 1 within this
 
 
 class Units(Part):
@@ -189,6 +190,7 @@ class Fleet(Part):
                 text = f"more robots than are left of fleet.size, {size} (got {kind.count}), expected at most {left}"
                 raise wrong(text, name, "count")
             left -= kind.count
+        known(info).kinds = tuple(kinds)
         return kinds
 
     def robots(self) -> list[RobotSpec]:
@@ -203,6 +205,11 @@ class Fleet(Part):
             for _ in range(kind.count)
         ]
         return special + [self.robot] * (self.size - len(special))
+
+    def kinds_of_robots(self) -> list[str]:
+        """The kind of every robot, by number; ordinary ones have none."""
+        special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
+        return special + [""] * (self.size - len(special))
 
     def homes(self, bays: Iterable[str]) -> list[str]:
         """The node beside which every robot starts, by number, given the nodes with bays."""
@@ -294,96 +301,68 @@ def _goods_form(value: Any) -> str | None:
     return None
 
 
-class AbcClass(Part):
-    """A class of storage places: `share` of all places draw `demand` of all tasks."""
-
-    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="of all places")
-    demand: Share = Field(description="share of all tasks")
+_GOODS = "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}"
 
 
-class Popularity(Part):
-    """How demand is spread over storage places: ABC classes (in order of number), or a weight for each."""
-
-    classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
-    weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
-
-    @field_validator("classes")
-    @classmethod
-    def _sums(cls, classes: tuple[AbcClass, ...]) -> tuple[AbcClass, ...]:
-        for name in ("share", "demand") if classes else ():
-            total = sum(getattr(item, name) for item in classes)
-            if abs(total - 1) > _SUM:
-                raise wrong(f"{name}s do not add up (got {got(round(total, 9))}), expected a sum of 1")
-        return classes
-
-    @field_validator("weights")
-    @classmethod
-    def _one_each(cls, weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        places = known(info).places
-        if weights and places is not None and len(weights) != places:
-            raise wrong(f"{len(weights)} weights for {places} storage places, expected one for each")
-        if weights and not any(weights):
-            raise wrong("all weights are 0, expected one above 0")
-        return weights
-
-    @model_validator(mode="after")
-    def _either(self) -> Popularity:
-        if bool(self.classes) == bool(self.weights):
-            both = "both classes and weights" if self.classes else "neither classes nor weights"
-            raise wrong(f"{both}, expected one of the two")
-        return self
-
-
-class WeightsFile(Part):
-    """Weights from a column of a CSV file with one row for each storage place, in order of number."""
-
-    file: Name = Field(description="CSV file, relative to the model file")
-    column: Name = Field("popularity", description="the column with the weights")
+GoodsRule = Annotated[
+    Annotated[
+        tuple[
+            Annotated[
+                Annotated[GoodNumber, form("number")] | Annotated[Good, form("task")],
+                Forms(
+                    "the number of a good, or a section with good, release, due, priority and to",
+                    pick=by_type(number=int, task=SECTION),
+                ),
+            ],
+            ...,
+        ],
+        Field(min_length=1),
+        form("list"),
+    ]
+    | Annotated[RandomGoods, form("random")]
+    | Annotated[SaturatedGoods, form("saturated")]
+    | Annotated[PoissonGoods, form("poisson")],
+    Forms(_GOODS, pick=_goods_form),
+]
+"""The goods to fetch: a list, drawn once, always some open, or arriving at random."""
 
 
 class Tasks(Part):
     """The work: which goods, where they are unloaded, how long handling takes."""
 
-    goods: Annotated[
-        Annotated[
-            tuple[
-                Annotated[
-                    Annotated[GoodNumber, form("number")] | Annotated[Good, form("task")],
-                    Forms(
-                        "the number of a good, or a section with good, release, due, priority and to",
-                        pick=by_type(number=int, task=SECTION),
-                    ),
-                ],
-                ...,
-            ],
-            Field(min_length=1),
-            form("list"),
-        ]
-        | Annotated[RandomGoods, form("random")]
-        | Annotated[SaturatedGoods, form("saturated")]
-        | Annotated[PoissonGoods, form("poisson")],
-        Forms(
-            "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}",
-            pick=_goods_form,
-        ),
-    ] = Field(description="the goods to fetch, one by one or drawn")
-    popularity: Annotated[
-        Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
-        Forms(
-            "'uniform', 'layout', or a section with classes, weights or file",
-            WeightsFile,
-            pick=by_type(rule=str, given=SECTION),
-        ),
-    ] = Field("uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights")
+    goods: GoodsRule | None = Field(
+        None, description="the goods to fetch, one by one or drawn; this or flows", json_schema_extra=LATER
+    )
+    flows: Named[FlowSpec] = Field(
+        FrozenMap(), description="instead of goods: what is brought from where to where", json_schema_extra=LATER
+    )
+    demand: Positive = Field(1.0, description="multiplies all rates of arrival", json_schema_extra=LATER)
+    popularity: PopularityRule = Field(
+        "uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights"
+    )
     unload_at: NodesOfStations = Field(
-        min_length=1, description="nodes, or names of stations: one node for all robots, or one each"
+        (),
+        min_length=1,
+        description="nodes, or names of stations: one for all robots or one each; must be given with goods",
+        json_schema_extra=LATER,
     )
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
-        "each", description="each: one for all or one each; else any of unload_at, chosen for every task"
+        "each",
+        description="each: one for all or one each, of flows the nearest; else any of several, chosen for every task",
     )
-    load_time: Time = Field(description="at the storage place")
-    unload_time: Time = Field(description="at the station")
+    load_time: Varying = Field(description="at the storage place")
+    unload_time: Varying = Field(description="at the station")
     clear_time: Time = Field(0.0, description="after unloading, before driving on; the next task is assigned before it")
+
+    @property
+    def mean_load(self) -> float:
+        """The mean time of loading, which estimates take."""
+        return mean_of(self.load_time)
+
+    @property
+    def mean_unload(self) -> float:
+        """The mean time of unloading, which estimates take."""
+        return mean_of(self.unload_time)
 
     @field_validator("goods", mode="before")
     @classmethod
@@ -392,16 +371,36 @@ class Tasks(Part):
             at_most("tasks", len(goods))
         return goods
 
-    @field_validator("popularity")
-    @classmethod
-    def _of_the_layout(cls, popularity: str | Popularity, info: ValidationInfo) -> str | Popularity:
-        if popularity == "layout" and known(info).blocks:
-            expected = "'uniform', classes or weights, as blocks say nothing of it"
-            raise wrong(f"no popularity in the layout (got 'layout'), expected {expected}")
-        return popularity
+    @property
+    def never_end(self) -> bool:
+        """Whether tasks are released without end."""
+        if self.flows:
+            return any(flow.never_ends for flow in self.flows.values())
+        return isinstance(self.goods, SaturatedGoods | PoissonGoods)
+
+    @property
+    def arrive(self) -> bool:
+        """Whether tasks arrive at random, however many are open."""
+        if self.flows:
+            return any(isinstance(flow.when, PoissonArrivals | ProfileArrivals) for flow in self.flows.values())
+        return isinstance(self.goods, PoissonGoods)
+
+    @model_validator(mode="after")
+    def _goods_or_flows(self) -> Tasks:
+        if self.goods is None and not self.flows:
+            raise wrong(f"missing, expected {_GOODS}, or flows", "goods")
+        if self.goods is not None and self.flows:
+            raise wrong("both goods and flows, expected one of the two", "flows")
+        if self.flows and self.unload_at:
+            raise wrong("beside flows, which say where their loads go (to); leave it out", "unload_at")
+        if not self.flows and not self.unload_at:
+            raise wrong("missing, expected names of stations or nodes", "unload_at")
+        return self
 
     @model_validator(mode="after")
     def _stations(self, info: ValidationInfo) -> Tasks:
+        if self.flows:
+            return self
         entries, robots = len(self.unload_at), known(info).robots
         if self.station_choice == "each" and robots is not None and entries not in {1, robots}:
             fleet = "1 robot" if robots == 1 else f"{robots} robots"
@@ -519,7 +518,23 @@ class RunSpec(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
     length: Duration | None = Field(None, description="default: until all work is done")
+    start: Text = Field(
+        "00:00",
+        description="when a run starts: a time of day, or a date with one (2026-03-02T06:00); for orders from files",
+        json_schema_extra=LATER,
+    )
     warm_up: Time = Field(0.0, description="indicators count from here on")
+
+    @field_validator("start")
+    @classmethod
+    def _a_time(cls, start: str) -> str:
+        day, _, clock = start.rpartition("T")
+        try:
+            dt.time.fromisoformat(clock)
+            dt.date.fromisoformat(day or "2026-03-02")
+        except ValueError:
+            raise wrong(f"not a time (got {got(start)}), expected one such as '06:00' or '2026-03-02T06:00'") from None
+        return start
 
     @field_validator("warm_up")
     @classmethod
@@ -528,6 +543,15 @@ class RunSpec(Part):
         if length is not None and warm_up >= length:
             raise wrong(f"too long (got {got(warm_up)}), expected a time below run.length, {got(length)}")
         return warm_up
+
+
+def _without_end(tasks: Tasks) -> str:
+    """Which work goes on for ever, for a message."""
+    for name, flow in tasks.flows.items():
+        if flow.never_ends:
+            return f"as tasks.flows.{name} goes on for ever"
+    kind, number = next(iter(tasks.goods.content().items())) if isinstance(tasks.goods, Part) else ("", "")
+    return f"as tasks.goods {{{kind}: {number}}} goes on for ever"
 
 
 class Cost(Part):
@@ -583,13 +607,17 @@ class Model(Part):
     @field_validator("run")
     @classmethod
     def _ends(cls, run: RunSpec, info: ValidationInfo) -> RunSpec:
-        goods = info.data["tasks"].goods if "tasks" in info.data else None
-        if isinstance(goods, SaturatedGoods | PoissonGoods) and run.length is None:
-            kind, number = next(iter(goods.content().items()))
-            without_end = f"as tasks.goods {{{kind}: {number}}} goes on for ever"
-            raise wrong(f"missing, expected the time at which the run ends, {without_end}", "length")
-        if isinstance(goods, PoissonGoods) and run.length is not None and "units" in info.data:
-            at_most("tasks", round(goods.poisson * run.length / info.data["units"].hour), "length")
+        tasks: Tasks | None = info.data.get("tasks")
+        if tasks is None:
+            return run
+        if tasks.never_end and run.length is None:
+            raise wrong(f"missing, expected the time at which the run ends, {_without_end(tasks)}", "length")
+        if run.length is not None and "units" in info.data:
+            hour = info.data["units"].hour
+            rates = [mean_rate(flow, run.length, hour) or 0.0 for flow in tasks.flows.values()]
+            if isinstance(tasks.goods, PoissonGoods):
+                rates = [tasks.goods.poisson]
+            at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
         return run
 
     def content(self) -> dict[str, Any]:

@@ -1,8 +1,9 @@
-"""CSV files that a model file names: weights of storage places, and the places themselves."""
+"""CSV files that a model file names: storage places, their weights, measured times, from-to matrices."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,8 +12,12 @@ from pydantic import ValidationError
 from desim_warehouse.errors import nearest, reason, spoken
 from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.layout.spec import StorageFile
+from desim_warehouse.model.distributions import ObservedFile
+from desim_warehouse.model.flows import MatrixFile
 from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
-from desim_warehouse.model.schema import OUTLINE, WeightsFile
+from desim_warehouse.model.orders import sha256
+from desim_warehouse.model.popularity import WeightsFile
+from desim_warehouse.model.schema import OUTLINE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +25,6 @@ if TYPE_CHECKING:
 
 _LISTED = 12
 """Columns named in a message."""
-POPULARITY: Keys = ("tasks", "popularity")
 STORAGE: Keys = ("layout", "storage")
 
 
@@ -36,16 +40,36 @@ def resolve(data: dict[str, Any], folder: Path, places: Places) -> list[Problem]
         What is wrong with the tables.
     """
     problems: list[Problem] = []
-    for keys, read in ((STORAGE, _storage), (POPULARITY, _weights)):
-        section = data.get(str(keys[0]))
-        named = section.get(keys[1]) if isinstance(section, dict) else None
-        if isinstance(section, dict) and isinstance(named, dict) and "file" in named:
-            try:
-                section[str(keys[1])] = read(named, folder, places)
-            except _RefusedError as refused:
-                problems += refused.problems
-                del section[str(keys[1])]
+    for section, keys, read in _named(data):
+        try:
+            section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, places)
+        except _RefusedError as refused:
+            problems += refused.problems
+            del section[str(keys[-1])]
     return problems
+
+
+def _named(data: dict[str, Any]) -> list[tuple[dict[str, Any], Keys, Reader]]:
+    """Where tables are named: the section, the keys, and how to read what stands there."""
+    layout = data.get("layout")
+    found: list[tuple[dict[str, Any], Keys, Reader]] = []
+    if isinstance(layout, dict) and _names_file(layout.get("storage")):
+        found.append((layout, STORAGE, _storage))
+    return [*found, *_below(data.get("tasks"), ("tasks",))]
+
+
+def _below(section: Any, keys: Keys) -> Iterator[tuple[dict[str, Any], Keys, Reader]]:
+    if not isinstance(section, dict):
+        return
+    for key, value in section.items():
+        if key in _READERS and _names_file(value):
+            yield section, (*keys, key), _READERS[key]
+        else:
+            yield from _below(value, (*keys, key))
+
+
+def _names_file(value: Any) -> bool:
+    return isinstance(value, dict) and "file" in value
 
 
 class _RefusedError(Exception):
@@ -55,17 +79,45 @@ class _RefusedError(Exception):
         self.problems = problems
 
 
-def _weights(named: dict[str, Any], folder: Path, places: Places) -> dict[str, Any]:
-    keys: Keys = (*POPULARITY, "weights")
-    form = _form(WeightsFile, named, POPULARITY)
-    table = _Table.read(folder / form.file, (*POPULARITY, "file"), places)
-    table.require(form.column, (*POPULARITY, "column" if "column" in named else "file"))
+def _weights(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
+    form = _form(WeightsFile, named, keys)
+    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    table.require(form.column, (*keys, "column" if "column" in named else "file"))
     for rank, row in enumerate(table.rows):
-        places.values[*keys, rank] = row.at[form.column]
+        places.values[*keys, "weights", rank] = row.at[form.column]
     return {"weights": [row.number(form.column) for row in table.rows]}
 
 
-def _storage(named: dict[str, Any], folder: Path, places: Places) -> list[dict[str, Any]]:
+def _times(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
+    form = _form(ObservedFile, named, keys)
+    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    table.require(form.column, (*keys, "column"))
+    rows = [row for row in table.rows if row.cells[form.column]]  # a table may have longer columns beside it
+    for rank, row in enumerate(rows):
+        places.values[*keys, "values", rank] = row.at[form.column]
+    return {"values": [row.number(form.column) for row in rows]}
+
+
+def _pairs(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
+    """A from-to matrix: origins in the first column, destinations in the first line."""
+    form = _form(MatrixFile, named, keys)
+    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    if len(table.header) < 2:  # noqa: PLR2004 - origins, and a destination
+        text = f"no matrix (got '{table.name}'), expected origins in the first column, destinations in line 1"
+        raise _RefusedError(Problem((*keys, "file"), text))
+    first, *targets = table.header
+    made: list[dict[str, Any]] = []
+    for row in table.rows:
+        for target in targets:
+            if row.cells[target] not in {"", "0"}:
+                at: Keys = (*keys, len(made))
+                places.keys[at] = places.values[at] = places.values[*at, "from", 0] = row.at[first]
+                places.values[*at, "to", 0] = places.values[*at, "per_hour"] = row.at[target]
+                made.append({"from": row.cells[first], "to": target, "per_hour": row.number(target)})
+    return made
+
+
+def _storage(named: dict[str, Any], _: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
     form = _form(StorageFile, named, STORAGE)
     table = _Table.read(folder / form.file, (*STORAGE, "file"), places)
     if "node" not in table.header or {"from", "to", "offset"} & set(table.header):
@@ -87,6 +139,24 @@ def _storage(named: dict[str, Any], folder: Path, places: Places) -> list[dict[s
         made.append(item)
     return made
 
+
+def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Places) -> dict[str, Any]:
+    """Orders stay in their file, which is read while the run goes on; the model keeps its full path and its digest."""
+    if not isinstance(named["file"], str):
+        return named
+    path = (folder / named["file"]).absolute()
+    try:
+        return {**named, "file": str(path), "sha256": sha256(path)}
+    except OSError as error:
+        if named.get("sha256"):  # the model of a run that is looked at elsewhere
+            return named
+        text = f"cannot be read (got '{path}': {reason(error)}), expected a CSV or Parquet file"
+        raise _RefusedError(Problem((*keys, "file"), text)) from None
+
+
+Reader = Callable[[dict[str, Any], Keys, "Path", Places], Any]
+_READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
+"""How tables are read that are named below tasks, by their key."""
 
 _Form = TypeVar("_Form", bound=Part)
 

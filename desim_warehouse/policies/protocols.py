@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One good to be brought from its storage place to a station.
+    """One load to be brought from a storage place or a station to another.
 
-    It is picked `offset` beyond the start of `edge`; one at a node has that node for both ends, and offset 0.
-    `to`: nodes of which it goes to one; empty: it goes where all do (tasks.unload_at).
+    It is picked `offset` beyond the start of `edge`; one at a node or in the station beside it has that node for both
+    ends, and offset 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of which it
+    goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage place to
+    which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names its flow,
+    of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty: all.
     """
 
     number: int
@@ -30,6 +33,11 @@ class Task:
     due: float | None = None
     priority: int = 0
     to: tuple[str, ...] = ()
+    drop: tuple[tuple[str, str], float] | None = None
+    flow: str = ""
+    nth: int = 0
+    kinds: tuple[str, ...] = ()
+    order: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +45,8 @@ class RobotView:
     """A robot as a policy sees it, read-only; energies in the model's unit.
 
     `node` is where it is or comes to next; of a busy robot where it will be free, in about `free_in` time units.
-    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one.
+    `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one. `kind`
+    is its kind in fleet.kinds; empty for ordinary robots.
     """
 
     number: int
@@ -51,6 +60,7 @@ class RobotView:
     free: bool = True
     free_in: float = 0.0
     queue: tuple[Task, ...] = ()
+    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Handling:
-    """Times spent apart from driving, and the weights of Cost_total; in the units of the model file."""
+    """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
+
+    Of times that vary it is the mean. `flows`: loading and unloading of the flows that have times of their own.
+    """
 
     load_time: float
     unload_time: float
@@ -23,6 +26,11 @@ class Handling:
     distance: float = 1.0
     time: float = 1.0
     collisions: float = 1.0
+    flows: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def times(self, task: Task) -> tuple[float, float]:
+        """The mean times of loading and unloading a task."""
+        return self.flows.get(task.flow, (self.load_time, self.unload_time))
 
 
 @dataclass(frozen=True)
@@ -76,13 +84,31 @@ class Situation:
         import numpy as np
 
         handling = self.handling
-        fixed = handling.load_time + handling.unload_time + handling.clear_time
+        times = [handling.times(task) for task in tasks]
+        fixed = np.array([load + unload + handling.clear_time for load, unload in times])
+        if any(task.drop is not None for task in tasks):
+            return self._driven_loaded(robot, tasks) + fixed
         stations = [self.station(robot, task) for task in tasks]
         nodes = list(dict.fromkeys(stations))
         driven = self.travel.times([task.edge[1] for task in tasks], nodes)
         picked = driven[np.arange(len(tasks)), [nodes.index(node) for node in stations]]
         rest = np.array([(self.length(task.edge) - task.offset) / robot.speed for task in tasks])
         return picked + rest + fixed
+
+    def _driven_loaded(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
+        """Free driving time of every task with its load: up to the end of the edge, where it is a storage place."""
+        import numpy as np
+
+        found = []
+        for task in tasks:
+            rest = self.length(task.edge) - task.offset
+            if task.drop is None:
+                goal = self.station(robot, task)
+            else:
+                goal = task.drop[0][0]
+                rest += self.length(task.drop[0])
+            found.append(float(self.travel.times([task.edge[1]], [goal])[0, 0]) + rest / robot.speed)
+        return np.array(found)
 
     def onward(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
         """Free driving time from the station of every task (rows) to every good (columns)."""

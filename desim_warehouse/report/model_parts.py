@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.flows import in_words
 from desim_warehouse.report import html, words
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def model_facts(model: Model) -> Html:
 def work(model: Model) -> str:
     """The demand in words."""
     goods = model.tasks.goods
+    if model.tasks.flows:
+        return "; ".join(f"{name}: {in_words(flow)}" for name, flow in model.tasks.flows.items())
     if isinstance(goods, tuple):
         return f"{len(goods)} goods, one by one as listed"
     for name, text in (

@@ -145,7 +145,7 @@ def worst_places(run: Run) -> Html:
 
 def warm_up_figures(run: Run) -> list[Axes]:
     """Where the warm-up ends, for a lifelong run long enough to tell."""
-    if isinstance(run.model.tasks.goods, tuple) or hasattr(run.model.tasks.goods, "random"):
+    if not run.model.tasks.never_end:
         return []
     try:
         return [plot.warm_up(run)]

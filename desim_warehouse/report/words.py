@@ -6,7 +6,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any, get_args
 
-from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.indicators import look_up
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import plain
@@ -51,13 +51,13 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
 
 def indicator_kind(indicator: str) -> str:
     """The kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
-    known = INDICATORS.get(indicator)
+    known = look_up(indicator)
     return known.unit if known else _COLUMNS.get(indicator, ("", ""))[1]
 
 
 def indicator_name(indicator: str) -> str:
     """An indicator's title; the column's own name if it is no indicator."""
-    known = INDICATORS.get(indicator)
+    known = look_up(indicator)
     return known.title if known else _COLUMNS.get(indicator, (indicator, ""))[0]
 
 

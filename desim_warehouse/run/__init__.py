@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse import account, indicators, verdicts
 from desim_warehouse.history import History
+from desim_warehouse.model.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -197,12 +198,23 @@ def check(model: Model) -> Check:
         f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
         f"the lanes hold {checks.capacity(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
+    facts += _times_that_vary(model)
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
     findings, calculation = examine(model, layout)
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
+
+
+def _times_that_vary(model: Model) -> list[str]:
+    """The distributions of the model, in words."""
+    times = {"loading": model.tasks.load_time, "unloading": model.tasks.unload_time}
+    return [
+        f"{name} varies: {time.words(model.units.time)}; estimates take the mean"
+        for name, time in times.items()
+        if isinstance(time, Distribution)
+    ]
 
 
 @contextmanager

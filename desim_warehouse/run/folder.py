@@ -79,6 +79,8 @@ def _write(run: Run, folder: Path) -> Path:
             "end": log.end,
             "rings": log.rings,
             "due": list(log.due.items()),
+            "flows": list(log.flows.items()),
+            "orders": list(log.orders.items()),
             "energy": log.energy,
             "robots": log.robots,
             "edges": log.edges,
@@ -128,6 +130,8 @@ def load_run(folder: str | Path) -> Run:
             edges=kept["edges"],
             nodes=kept["nodes"],
             due=dict(kept["due"]),
+            flows=dict(kept.get("flows", [])),
+            orders=dict(kept.get("orders", [])),
             energy=kept.get("energy", []),  # version 0.1.0 did not write it
             begin=kept["begin"],
             end=kept["end"],

@@ -67,7 +67,7 @@ from desim_warehouse.fields import (
     form,
     wrong,
 )
-from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.indicators import INDICATORS, look_up
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
@@ -83,7 +83,7 @@ _REPLICATIONS = "a number of at least 1, or {indicator: T, half_width: 2 %}"
 
 
 def _indicator(name: Any) -> Any:
-    if name in INDICATORS:
+    if isinstance(name, str) and look_up(name) is not None:
         return name
     near = nearest(str(name), INDICATORS)
     hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"

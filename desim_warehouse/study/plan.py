@@ -7,7 +7,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods, SpreadEnergy
+from desim_warehouse.model.distributions import Distribution
+from desim_warehouse.model.schema import SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
 from desim_warehouse.study.file import Until
@@ -108,14 +109,16 @@ def is_deterministic(model: Model) -> bool:
     """Whether a model is free of chance, so that one run of it is enough.
 
     This is known before a run; what a run did is in its record (`Run.deterministic`). Chance enters by goods that are
-    drawn or that arrive at random, by stations chosen at random, by batteries that start at a random level, and by
-    policies that say so (`random = True`); about policies that are not ours nothing is known.
+    drawn or that arrive at random, by stations chosen at random, by handling times that vary, by batteries that start
+    at a random level, and by policies that say so (`random = True`); about policies that are not ours nothing
+    is known.
     """
     from desim_warehouse.policies.catalogue import find
 
     tasks = model.tasks
     spread = model.battery is not None and isinstance(model.fleet.start_energy, SpreadEnergy)
-    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread:
+    varies = any(isinstance(time, Distribution) for time in (tasks.load_time, tasks.unload_time))
+    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread or varies:
         return False
     return not model.policies.own() and not any(
         getattr(find(kind, spec.name), "random", False) for kind, spec in model.policies.specs().items()
@@ -124,4 +127,4 @@ def is_deterministic(model: Model) -> bool:
 
 def is_lifelong(model: Model) -> bool:
     """Whether work arrives without end, so that T is the length of the run and says nothing."""
-    return isinstance(model.tasks.goods, SaturatedGoods | PoissonGoods)
+    return model.tasks.never_end

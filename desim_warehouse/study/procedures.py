@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.indicators import INDICATORS, find, within
+from desim_warehouse.indicators import INDICATORS, find, look_up, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.plan import is_deterministic, models
@@ -207,7 +207,9 @@ def read_target(text: str) -> statistics.Target:
         StudyError: not a target, or a share outside 0 to 1.
     """
     percent = _PERCENT.search(text)
-    goal = statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)
+    goal = statistics.parse_target(text[: percent.end(1)] if percent else text)
+    if look_up(goal.indicator) is None:
+        statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)  # says what is meant
     if not find(goal.indicator).is_share:
         if percent:
             raise StudyError(f"target {text!r}: {goal.indicator} is no share, expected a number without %")

@@ -78,7 +78,7 @@ def settle(
     Source: MSER-5, see `statistics.mser`.
     """
     length = model.run.length
-    if length is None or isinstance(model.tasks.goods, tuple):
+    if length is None or not (model.tasks.never_end or hasattr(model.tasks.goods, "random")):
         raise StudyError(
             f"{model.name}: its work ends, so it has no steady state and needs no warm-up; lifelong demand such as "
             "tasks.goods {saturated: 20} or {poisson: 200} with run.length has"

@@ -6,6 +6,7 @@ import traceback
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
+from desim_warehouse.model.distributions import mean_of
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
 
@@ -118,13 +119,27 @@ def _view(bay: Bay) -> BayView:
     return BayView(bay.node, bay.free, 0 if bay.chargers is None else int(bay.chargers.capacity), bay.taken)
 
 
+def handling_of(model: Model) -> Handling:
+    """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
+    tasks, cost = model.tasks, model.cost
+    flows = {
+        name: (
+            tasks.mean_load if flow.load_time is None else mean_of(flow.load_time),
+            tasks.mean_unload if flow.unload_time is None else mean_of(flow.unload_time),
+        )
+        for name, flow in tasks.flows.items()
+    }
+    return Handling(
+        tasks.mean_load, tasks.mean_unload, tasks.clear_time, cost.distance, cost.time, cost.collisions, flows
+    )
+
+
 class Situations:
     """Builds what the allocation policy decides on."""
 
     def __init__(
         self,
         env: Environment,
-        model: Model,
         layout: Layout,
         travel: FreeTravel,
         *,
@@ -141,14 +156,7 @@ class Situations:
         self.streams = streams
         self._length = layout.length
         self._generators: dict[str, Generator] = {}
-        self.handling = Handling(
-            model.tasks.load_time,
-            model.tasks.unload_time,
-            model.tasks.clear_time,
-            model.cost.distance,
-            model.cost.time,
-            model.cost.collisions,
-        )
+        self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
         """The situation at present; `free` are the free robots by number, `fleet` shows all."""

@@ -12,7 +12,7 @@ from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, Satura
 from desim_warehouse.policies import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Collection, Generator, Sequence
 
     from simpy import Environment
 
@@ -32,9 +32,10 @@ class Demand:
         self.storage = layout.storage
         self.own = own_destinations(model, layout)
         self.streams = streams
+        assert model.tasks.goods is not None
         self.goods = model.tasks.goods
         self.popularity = model.tasks.popularity
-        self.hour = model.units.hour
+        self.hour = model.units.hour / model.tasks.demand
         self.total: int | None = None
         self._number = 0
         self._drawn: list[int] = []
@@ -58,13 +59,13 @@ class Demand:
             for item, to in zip(goods, self.own, strict=True):
                 self._announce(item if isinstance(item, Good) else Good(good=item), to)
 
-    def refill(self, still_open: int) -> None:
-        """A task was taken, so many are open, on the list or in a robot's queue.
+    def refill(self, _: Task, still_open: Sequence[Collection[Task]]) -> None:
+        """A task was taken, and these are open, on the list or in a robot's queue.
 
         Where work never ends another one is released in its place; not where a robot has given tasks back: there are
         as many as there should be, then.
         """
-        if isinstance(self.goods, SaturatedGoods) and still_open < self.goods.saturated:
+        if isinstance(self.goods, SaturatedGoods) and sum(map(len, still_open)) < self.goods.saturated:
             self._release(Good(good=self._draw()), self.goods.due_within)
 
     def _announce(self, good: Good, to: tuple[str, ...]) -> None:

@@ -13,9 +13,10 @@ from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.world.ask import asked
 from desim_warehouse.world.events import DECISIONS, end_of_instant
 from desim_warehouse.world.forecast import busy_view
+from desim_warehouse.world.reach import may_do
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from simpy import Environment
 
@@ -55,7 +56,7 @@ class Dispatcher:
         departures: Departures,
         reach: Reach,
         situations: Situations,
-        on_assigned: Callable[[int], None],
+        on_assigned: Callable[[Task, Sequence[Collection[Task]]], None],
     ) -> None:
         self.env = env
         self.log = log
@@ -85,7 +86,7 @@ class Dispatcher:
         """A new task is known."""
         self.open[task.number] = task
         self.released += 1
-        self.log.released(self.env.now, task.number, task.good, task.due)
+        self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
         self.call()
 
     def wait(self, robot: Robot) -> Event:
@@ -128,7 +129,8 @@ class Dispatcher:
 
     def delivered(self, robot: Robot) -> None:
         """A task is done."""
-        robot.record("delivered")
+        drop = robot.itinerary.drop
+        robot.record("delivered", None if drop is None else drop[0].edge)
         self.done += 1
         robot.delivered += 1
         assert robot.job is not None
@@ -137,8 +139,8 @@ class Dispatcher:
 
     def _forget(self, robot: Robot) -> None:
         assert robot.job is not None
-        self.stations.release(robot.job, robot.station)
-        robot.job = robot.station = robot.itinerary.pick = None
+        self.stations.release(robot.job, robot.station, robot.source)
+        robot.job = robot.station = robot.source = robot.itinerary.pick = robot.itinerary.drop = None
         robot.body.task = -1
 
     def _put_back(self, number: int) -> None:
@@ -269,8 +271,10 @@ class Dispatcher:
             return  # as many as may be under way are: robot and task wait for the next decision
         robot, event = self.free[number]
         task, view = self.open[task_number], robot.view()
+        if not may_do(view, task):
+            raise self._fault(f"robot {number} is of no kind that does task {task_number}: {', '.join(task.kinds)}")
         node = self.stations.choose(view, task)
-        if not self.stations.has_room(view, node):
+        if not self.stations.has_room(view, task, node):
             return  # taken by another pair of this decision: robot and task wait for the next
         if not self.reach.may_take(view, task, node):
             if not first:
@@ -282,10 +286,11 @@ class Dispatcher:
         del self.free[number], self.open[task_number]
         self._passing.discard(number)
         robot.station = self.stations.reserve(task, node)
+        robot.source = self.stations.reserve_pick(task, robot.docked)
         robot.job = task
         robot.must_charge = False
         robot.body.task = task.number
         self.departures.under_way.add(number)
         robot.record("assigned")
         event.succeed()
-        self.on_assigned(len(self.open) + sum(map(len, self.queues.values())))
+        self.on_assigned(task, [self.open.values(), *self.queues.values()])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.world.reach import loaded_time
+
 if TYPE_CHECKING:
     from desim_warehouse.policies import RobotView
     from desim_warehouse.world.reach import Reach
@@ -32,24 +34,28 @@ def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
 
 
 def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
-    speed, job, tasks = robot.body.speed, robot.job, reach.tasks
+    speed, job = robot.body.speed, robot.job
     travel = reach.travel(speed)
     ways, time = travel.ways, time_to_node(robot, now)
     if job is None:
         bay = robot.bay.node if robot.bay is not None else robot.home
         return bay, time + ways.time(robot.node, bay)
-    station = reach.stations.of(job)
+    station, (load, unload) = reach.stations.of(job), reach.handling.times(job)
     since = now - robot.since_state
-    if robot.state in ("queueing", "unloading"):
-        return station, max(tasks.unload_time - (since if robot.state == "unloading" else 0.0), 0.0)
+    if robot.state == "unloading" or (robot.state == "queueing" and robot.has_load):
+        rest = 0.0 if job.drop is None else travel.along(*job.drop)[1]
+        return station, max(unload - (since if robot.state == "unloading" else 0.0), 0.0) + rest
     if robot.state == "loaded":
-        return station, time + ways.time(robot.node, station) + tasks.unload_time
+        if job.drop is None:
+            return station, time + ways.time(robot.node, station) + unload
+        return station, time + ways.time(robot.node, job.drop[0][0]) + sum(travel.along(*job.drop)) + unload
     length = reach.length(job.edge)
-    beyond = (length - job.offset) / speed + ways.time(job.edge[1], station) + tasks.unload_time
-    if robot.state == "loading":
-        return station, max(tasks.load_time - since, 0.0) + beyond
+    onward = ways.time(job.edge[1], station) if job.drop is None else loaded_time(travel, job, station)
+    beyond = (length - job.offset) / speed + onward + unload
+    if robot.state in ("loading", "queueing"):
+        return station, max(load - (since if robot.state == "loading" else 0.0), 0.0) + beyond
     if robot.body.lane is not None and robot.body.lane.edge == job.edge:
         to_good = max(time - (length - job.offset) / speed, 0.0)
     else:
         to_good = time + ways.time(robot.node, job.edge[0]) + job.offset / speed
-    return station, to_good + tasks.load_time + beyond
+    return station, to_good + load + beyond

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Itinerary:
     """The route of one robot: `legs` are what is left of it, `pick` the lane on which it fetches its good, and where.
 
-    A good at a node is fetched standing on the node, as in a station's: `pick` is None.
+    A good at a node is fetched standing on the node, as in a station's: `pick` is None. `drop` is the lane on which the
+    good is put into storage, and where; None where it is brought to a node or a station.
 
     `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
     """
@@ -43,6 +44,7 @@ class Itinerary:
         self.free = free
         self.guard = guard
         self.pick: tuple[Lane, float] | None = None
+        self.drop: tuple[Lane, float] | None = None
         self.legs: list[list[Lane]] = []
 
     @property
@@ -54,30 +56,49 @@ class Itinerary:
         """The edge on which it picks a task's good: of a two-way lane the one that it drives."""
         return task.edge if self.pick is None else self.pick[0].edge
 
-    def take_task(self, node: str, task: Task, station: str, bay: str | None) -> bool:
-        """From `node` to the good, the station and, from one in the lane, to `bay`; False: the change is not safe."""
-        self.pick = self._pick(node, task, station)
+    def take_task(self, node: str, task: Task, station: str, bay: str | None, *, docks: bool = False) -> bool:
+        """From `node` to the good, the station and, from one in the lane, to `bay`; False: the change is not safe.
+
+        `docks`: it is loaded in a station, from which the rest of its route is declared (`bring`).
+        """
+        goal = station if task.drop is None else task.drop[0][0]
+        self.pick = self._on_lane(node, task.edge, task.offset, goal)
         start, end = self.edge_of(task)
         legs = [self.routes.route(node, start)]
         if self.pick is not None:
             legs = [[*legs[0], self.pick[0]]]
-        if self.guard is not None:
-            legs.append(self.routes.route(end, station))
-            if bay is not None:
-                legs.append(self.routes.route(station, bay))
+        if self.guard is not None and not docks:
+            legs += self._legs_with_load(end, task, station, bay)
         return self._set(*legs)
 
-    def _pick(self, node: str, task: Task, station: str) -> tuple[Lane, float] | None:
-        """The good's lane, and how far along; a two-way lane is driven from the end that is sooner for the task."""
-        if task.edge[0] == task.edge[1]:
+    def bring(self, node: str, task: Task, station: str, bay: str | None) -> list[Lane]:
+        """The leg with the load, from `node`; out of a station it is declared only now, with that to `bay`."""
+        if self.guard is None:
+            return self._legs_with_load(node, task, station, None)[0]
+        if not self.body.is_on_lanes:
+            self._set(*self._legs_with_load(node, task, station, bay))
+        return self.legs.pop(0)
+
+    def _legs_with_load(self, node: str, task: Task, station: str, bay: str | None) -> list[list[Lane]]:
+        self.drop = None if task.drop is None else self._on_lane(node, *task.drop, station)
+        if self.drop is None:
+            leg, end = self.routes.route(node, station), station
+        else:
+            start, end = self.drop[0].edge
+            leg = [*self.routes.route(node, start), self.drop[0]]
+        return [leg] if bay is None else [leg, self.routes.route(end, bay)]
+
+    def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> tuple[Lane, float] | None:
+        """A storage place's lane, and how far along; a two-way lane is driven from the end that is sooner to `goal`."""
+        if edge[0] == edge[1]:
             return None
-        lane, offset, times = self.lanes[task.edge], task.offset, self.free.time
+        lane, times = self.lanes[edge], self.free.time
         if lane.twin is None:
             return lane, offset
 
-        def time(pick: tuple[Lane, float]) -> float:
-            start, end = pick[0].edge
-            return times(node, start) + times(end, station)
+        def time(way: tuple[Lane, float]) -> float:
+            start, end = way[0].edge
+            return times(node, start) + times(end, goal)
 
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 

@@ -1,7 +1,8 @@
 """What a battery lets a robot do: which tasks it may take, when it gives one back, when it must charge.
 
 Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy;
-waiting is not foreseen. Energies are in the model's unit, consumption by state as in the model's battery section.
+waiting is not foreseen, and of handling times that vary the mean is taken. Energies are in the model's unit,
+consumption by state as in the model's battery section.
 """
 
 from __future__ import annotations
@@ -19,9 +20,22 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.policies import Levels, RobotView, Task
+    from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.bays import Bays
     from desim_warehouse.world.stations import Stations
+
+
+def may_do(robot: RobotView, task: Task) -> bool:
+    """Whether a robot is of a kind that does a task."""
+    return not task.kinds or robot.kind in task.kinds
+
+
+def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
+    """Free driving time from the end of the edge on which a task was picked to where it is free, at `station`."""
+    if task.drop is None:
+        return travel.from_edge(task.edge, station)
+    edge, offset = task.drop
+    return travel.from_edge(task.edge, edge[0]) + travel.half_turn + sum(travel.along(edge, offset))
 
 
 class Reach:
@@ -41,10 +55,13 @@ class Reach:
         stations: Stations,
         bays: Bays,
         open_tasks: Collection[Task],
+        handling: Handling,
     ) -> None:
         self.batteries = model.battery is not None
         self._model, self._layout = model, layout
         self.tasks = model.tasks
+        self.kinds = any(flow.kinds for flow in model.tasks.flows.values())
+        self.handling = handling
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
@@ -66,8 +83,10 @@ class Reach:
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
         """Whether there is room at the station and the charging policy lets the robot take the task."""
+        if not may_do(robot, task):
+            return False
         station = self.stations.choose(robot, task)
-        return self.stations.has_room(robot, station) and self.may_take(robot, task, station)
+        return self.stations.has_room(robot, task, station) and self.may_take(robot, task, station)
 
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
         """Whether the charging policy lets the robot take the task and bring it to a station.
@@ -95,8 +114,9 @@ class Reach:
         table = np.ones((len(robots), len(tasks)), dtype=bool)
         chosen = self._stations_of(robots, tasks)
         for i, robot in enumerate(robots if self.stations.by_node else ()):
-            room = {node: self.stations.has_room(robot, node) for node in dict.fromkeys(chosen[i])}
-            table[i] = [room[node] for node in chosen[i]]
+            table[i] = self._have_room(robot, tasks, chosen[i])
+        if self.kinds:
+            table &= np.array([[may_do(robot, task) for task in tasks] for robot in robots])
         if not self.batteries:
             return table
         levels = [self.levels(robot) for robot in robots]
@@ -109,9 +129,26 @@ class Reach:
             table[above] &= np.array([robot.energy for robot in some])[:, None] >= least
         return table
 
+    def _have_room(self, robot: RobotView, tasks: Sequence[Task], nodes: Sequence[str]) -> list[bool]:
+        """Whether there is room for each task where it is loaded and unloaded."""
+        known: dict[tuple[str, str, bool], bool] = {}
+        found = []
+        for task, node in zip(tasks, nodes, strict=True):
+            key = node, task.edge[0] if task.good < 0 else "", task.drop is None
+            if key not in known:
+                known[key] = self.stations.has_room(robot, task, node)
+            found.append(known[key])
+        return found
+
+    def _first(self, robot: RobotView) -> Task | None:
+        """The first open task that a robot of this kind may do."""
+        if not self.kinds:
+            return next(iter(self.open_tasks), None)
+        return next((task for task in self.open_tasks if may_do(robot, task)), None)
+
     def _stations_of(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> list[list[str]]:
         """The station of every pair; robots whose tasks go to the same stations share one list."""
-        each = self.stations.choice == "each"
+        each = self.stations.choice == "each" and len(self.stations.nodes) > 1
         keys = [robot.number % len(self.stations.nodes) if each else 0 for robot in robots]
         asking = dict(zip(keys, robots, strict=True))
         chosen = {key: [self.stations.choose(robot, task) for task in tasks] for key, robot in asking.items()}
@@ -121,14 +158,14 @@ class Reach:
 
     def must_charge(self, robot: RobotView) -> bool:
         """Whether a robot's energy, below full, does not let it take the first open task."""
-        task = next(iter(self.open_tasks), None)
+        task = self._first(robot)
         if task is None or robot.energy >= self.levels(robot).full - EPS * robot.capacity:
             return False
         return not self.lasts(robot, task)
 
     def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
         """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
-        task = next(iter(self.open_tasks), None)
+        task = self._first(robot)
         return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
 
     def enough_after_parking(self, robot: RobotView, levels: Levels) -> float:
@@ -136,7 +173,7 @@ class Reach:
 
         With less it would drive there, be too low for the task, and come back.
         """
-        task = next(iter(self.open_tasks), None)
+        task = self._first(robot)
         if task is None:
             return 0.0
         station, ways = self.stations.choose(robot, task), self.travel(robot.speed).ways
@@ -224,8 +261,8 @@ class Reach:
         unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
         return float(
             rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
-            + rates["loading"] * (tasks.load_time + tasks.unload_time)
-            + rates["loaded"] * (after + (travel.from_edge(task.edge, station) + unknown))
+            + rates["loading"] * sum(self.handling.times(task))
+            + rates["loaded"] * (after + (loaded_time(travel, task, station) + unknown))
         )
 
     # Driving times

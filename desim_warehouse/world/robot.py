@@ -55,15 +55,17 @@ class Robot:
     """A robot with a home, a battery and at most one task at hand (`job`).
 
     `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
-    elsewhere. `station` is the one where it has a slot reserved, `docked` the one it is in.
+    elsewhere. `station` is the one where it has a slot reserved to unload, `source` to load, `docked` the one it is in.
+    `has_load`: it carries the load of its task.
     `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
     no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
     """
 
-    def __init__(self, world: World, number: int, home: str, speed: float) -> None:
+    def __init__(self, world: World, number: int, home: str, speed: float, kind: str = "") -> None:
         self.world = world
         self.env = world.env
         self.number = number
+        self.kind = kind
         self.home = self.parked_at = self.last_bay = home
         self.body = Body(number, speed, world.traffic.nodes[home], self)
         self.itinerary = Itinerary(
@@ -78,10 +80,11 @@ class Robot:
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
         self.station: Station | None = None
+        self.source: Station | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
         self.offer: Event | None = None
-        self.must_charge = self.is_charging = self.has_charged = False
+        self.must_charge = self.is_charging = self.has_charged = self.has_load = False
         self.recharged = self.delivered = 0
         self.state = "idle"
         self.since_state = 0.0
@@ -143,6 +146,10 @@ class Robot:
     def fetch(self) -> Generator[Event, object, bool]:
         """Drive to the good and load it; False if the battery sent the robot home before it got there."""
         world = self.world
+        assert self.job is not None
+        if self.docked is not None and self.docked is world.stations.at_pick(self.job):
+            yield from self._load_in(self.docked)
+            return True
         if not self._take_task():
             # To the bay where its declared route ends: from there it can set out anew.
             self.body.recall_at = math.inf
@@ -162,17 +169,48 @@ class Robot:
             self.body.recall_at = math.nextafter(self.env.now, math.inf)
             drive = self.drive(drive.rest, stop)
         self.body.recall_at = math.inf
-        self.enter("loading")
-        yield Timeout(self.env, world.model.tasks.load_time)
-        self.enter("loaded")
+        if self.source is None:
+            yield from self._load()
+        else:
+            source, self.source = self.source, None
+            yield from self._load_in(self._dock(source))
         return True
+
+    def _load(self) -> Steps:
+        assert self.job is not None
+        self.enter("loading")
+        yield Timeout(self.env, self.world.handling.load(self.job))
+        self.has_load = True
+        self.enter("loaded")
+
+    def _load_in(self, station: Station) -> Steps:
+        """Load in the station that it stands in, when it is served."""
+        with station.servers.request() as turn:
+            if not turn.triggered:
+                self.enter("queueing")
+            yield turn
+            yield from self._load()
+
+    def _dock(self, station: Station) -> Station:
+        """From the node that it stands on into the station beside it."""
+        self.enter_bay(station.node)
+        self.docked = station
+        station.dock(self.number)
+        self.record("docked")
+        return station
 
     def _take_task(self) -> bool:
         """Set its route to the good and the station, or not, if the change would not be safe."""
-        job, bay = self.job, self.bay
+        job = self.job
         assert job is not None
-        end = bay.node if self.station is None and bay is not None else None
-        return self.itinerary.take_task(self.node, job, self.world.stations.of(job), end)
+        docks = self.source is not None
+        return self.itinerary.take_task(
+            self.node, job, self.world.stations.of(job), self._bay_after_unloading(), docks=docks
+        )
+
+    def _bay_after_unloading(self) -> str | None:
+        """The bay to which it goes from a place in the lane, if nothing else comes; None: it unloads in a station."""
+        return self.bay.node if self.station is None and self.bay is not None else None
 
     def _turns_back(self) -> bool:
         """Recalled on the way to a good: whether it may go to the bay where it has a slot instead."""
@@ -186,21 +224,21 @@ class Robot:
         world = self.world
         assert self.job is not None
         node = world.stations.of(self.job)
-        yield from self.drive(self.itinerary.leg(self.node, node))
+        leg = self.itinerary.bring(self.node, self.job, node, self._bay_after_unloading())
+        _, stop = self.itinerary.drop or (None, None)
+        yield from self.drive(leg, stop)
         if self.station is None:
             self.enter("unloading")
-            yield Timeout(self.env, world.model.tasks.unload_time)
+            yield Timeout(self.env, world.handling.unload(self.job))
         else:
-            self.enter_bay(node)
-            self.docked, self.station = self.station, None
-            self.docked.dock(self.number)
-            self.record("docked")
-            with self.docked.servers.request() as turn:
+            station, self.station = self.station, None
+            with self._dock(station).servers.request() as turn:
                 if not turn.triggered:
                     self.enter("queueing")
                 yield turn
                 self.enter("unloading")
-                yield Timeout(self.env, world.model.tasks.unload_time)
+                yield Timeout(self.env, world.handling.unload(self.job))
+        self.has_load = False
         world.dispatcher.delivered(self)
 
     def ask_for_more(self) -> Steps:
@@ -419,6 +457,8 @@ class Robot:
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
+            if self.job is None and self.body.lane is not None and self.body.held is None:  # it unloaded on an edge
+                free_in += time_to_node(self, self.env.now, self.world.model.traffic.node_time)
         return RobotView(
             self.number,
             self.node if node is None else node,
@@ -431,6 +471,7 @@ class Robot:
             free,
             free_in,
             tuple(self.world.dispatcher.queues.get(self.number, ())),
+            self.kind,
         )
 
     def drive(self, route: Sequence[Lane], stop: float | None = None) -> Drive:
@@ -462,11 +503,11 @@ class Robot:
         self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
         self.alarms.watch()
 
-    def record(self, kind: str) -> None:
+    def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
         """A row of the log: what it does, with its energy."""
         now = self.env.now
         energy = None if self.battery.spec is None else self.battery.level(now)
-        self.world.log.event(now, kind, self.number, self.body.task, self.node, energy)
+        self.world.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
 
     def tally(self, now: float) -> dict[str, float]:
         """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""

@@ -93,10 +93,20 @@ class Stations:
             node = self._drawn[task.number] = nodes[drawn]
         return node
 
-    def has_room(self, robot: RobotView, node: str) -> bool:
-        """Whether a robot may set out for a station; one that stands in it leaves its slot first."""
-        station = self.by_node.get(node)
-        return station is None or station.free > 0 or robot.number in station.inside
+    def at_pick(self, task: Task) -> Station | None:
+        """The station in which a task is loaded; None: it is picked from storage, or standing on a node."""
+        return self.by_node.get(task.edge[0]) if task.good < 0 else None
+
+    def at_drop(self, task: Task, node: str) -> Station | None:
+        """The station beside `node` in which a task is unloaded; None: it is unloaded in the lane."""
+        return self.by_node.get(node) if task.drop is None else None
+
+    def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
+        """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first."""
+        return all(
+            station is None or station.free > 0 or robot.number in station.inside
+            for station in (self.at_drop(task, node), self.at_pick(task))
+        )
 
     # Tasks in hand
 
@@ -107,20 +117,29 @@ class Stations:
         """
         self._of_task[task.number] = node
         self._bound[node] += 1
-        station = self.by_node.get(node)
+        station = self.at_drop(task, node)
         if station is not None:
             station.taken += 1
+        return station
+
+    def reserve_pick(self, task: Task, docked: Station | None) -> Station | None:
+        """Reserve a slot where a task is loaded; None: it is loaded in the lane, or where its robot is `docked`."""
+        station = self.at_pick(task)
+        if station is None or station is docked:
+            return None
+        station.taken += 1
         return station
 
     def of(self, task: Task) -> str:
         """The node where a task in hand is unloaded."""
         return self._of_task[task.number]
 
-    def release(self, task: Task, slot: Station | None) -> None:
-        """A task is no longer in hand; `slot` was reserved for it and is not needed any more."""
+    def release(self, task: Task, *slots: Station | None) -> None:
+        """A task is no longer in hand; `slots` were reserved for it and are not needed any more."""
         self._bound[self._of_task.pop(task.number)] -= 1
-        if slot is not None:
-            slot.taken -= 1
+        for slot in slots:
+            if slot is not None:
+                slot.taken -= 1
 
     def forget(self, task: Task) -> None:
         """A task is done: its draw is not needed again."""

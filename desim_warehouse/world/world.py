@@ -19,13 +19,15 @@ from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.policies import create
 from desim_warehouse.streams import Streams
-from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations
+from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
 from desim_warehouse.world.dispatch import Dispatcher
 from desim_warehouse.world.events import happened
+from desim_warehouse.world.flows import Flows
+from desim_warehouse.world.handling import HandlingTimes
 from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
 from desim_warehouse.world.routes import Routes
@@ -93,6 +95,7 @@ class World:
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)
+        self.handling = HandlingTimes(model.tasks, streams)
         homes = fleet.homes(layout.bays)
         self.bays = _bays(env, layout, homes, keep=self.traffic.rules.guard is not None)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
@@ -105,10 +108,11 @@ class World:
             stations=self.stations,
             bays=self.bays,
             open_tasks=open_tasks.values(),
+            handling=handling_of(model),
         )
         parking = create("parking", policies.parking.name, policies.parking.params)
         self.bay_choice = BayChoice(env, parking, self.travel, self.reach)
-        self.demand = Demand(env, model, layout, streams)
+        self.demand = (Flows if model.tasks.flows else Demand)(env, model, layout, streams)
         self.robots: list[Robot] = []
         allocation = create("allocation", policies.allocation.name, policies.allocation.params)
         self.dispatcher = Dispatcher(
@@ -124,7 +128,6 @@ class World:
             reach=self.reach,
             situations=Situations(
                 env,
-                model,
                 layout,
                 self.travel,
                 routes=self.routes,
@@ -135,8 +138,9 @@ class World:
             on_assigned=self.demand.refill,
         )
         levels = energy.start_levels(model, streams)
-        for number, (shape, home, level) in enumerate(zip(fleet.robots(), homes, levels, strict=True)):
-            robot = Robot(self, number, home, shape.speed)
+        shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
+        for number, (shape, kind, home, level) in enumerate(shapes):
+            robot = Robot(self, number, home, shape.speed, kind)
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)

@@ -13,6 +13,7 @@
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
 | where the warm-up ends                         | `warm_up`               | Run or observations          |
+| measured times and fitted distributions        | `fitted`                | `statistics.Fitted`          |
 
 Every function takes `title` (none by default), `style` ("light" for screens, "print" for papers) and `ax` (axes
 to draw on; default: those of a new figure, which is `ax.figure`). `model` gives the axes their units. Nothing here
@@ -25,6 +26,7 @@ from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.account import account
 from desim_warehouse.report.plot.battery import battery
 from desim_warehouse.report.plot.factors import by_factor, facets, throughput
+from desim_warehouse.report.plot.fitted import fitted
 from desim_warehouse.report.plot.fleet import gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
 from desim_warehouse.report.plot.forest import differences
@@ -40,6 +42,7 @@ __all__ = [
     "congestion",
     "differences",
     "facets",
+    "fitted",
     "gantt",
     "layout",
     "surface",

@@ -220,7 +220,7 @@ def _task_columns(history: History, scale: Scale) -> Columns:
     shown = [
         (number, task)
         for number, task in sorted(history.tasks.items())
-        if task.released <= scale.end and task.delivered > scale.start
+        if task.released <= scale.end and task.delivered > scale.start and task.good >= 0
     ]
     after = scale.end + (scale.end - scale.start) + 1.0
     loaded = [min(task.loaded, after) for _, task in shown]

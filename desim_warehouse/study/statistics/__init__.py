@@ -10,6 +10,7 @@
 | how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
 | when does the warm-up end?                     | `mser`                                     |
+| what do measured times follow?                 | `fit`                                      |
 | which of several changes gains most?           | `gains_steps`                              |
 | which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
 
@@ -29,6 +30,7 @@ from desim_warehouse.study.statistics.cheapest import (
 )
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
+from desim_warehouse.study.statistics.fitting import Candidate, Fitted, fit
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
 from desim_warehouse.study.statistics.precision import (
@@ -66,12 +68,14 @@ from desim_warehouse.study.statistics.warmup import WarmUp, mser
 __all__ = [
     "Between",
     "Budget",
+    "Candidate",
     "Cheapest",
     "Comparison",
     "DesignVerdict",
     "Difference",
     "Estimate",
     "FirstOrder",
+    "Fitted",
     "Gain",
     "Gains",
     "Knee",
@@ -93,6 +97,7 @@ __all__ = [
     "compare",
     "estimate",
     "first_order",
+    "fit",
     "follow",
     "gains_steps",
     "holm",

@@ -1,0 +1,61 @@
+"""`desim fit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from desim_warehouse.cli.tables import show
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.statistics import Fitted
+
+
+@click.command("fit")
+@click.argument("file")
+@click.option("--column", required=True, help="The column with the times.")
+@click.option("--unit", default="s", show_default=True, help="What the times are in, for words and figure.")
+@click.option("--out", metavar="DIR", help="For the figure: fit.png and fit.svg.")
+def command(file: str, column: str, unit: str, out: str | None) -> None:
+    """Propose a distribution for the measured times in a column of FILE (CSV).
+
+    Example: desim fit picks.csv --column load_s --out out/fit
+    """
+    from desim_warehouse.errors import got
+    from desim_warehouse.study.statistics import fit
+    from desim_warehouse.study.times import read_times
+
+    found = fit(read_times(Path(file), column))
+    _show(found, unit)
+    if found.fits:
+        click.echo(f"proposed: {got(found.best.content())}")
+    else:
+        click.echo(f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}}}}}")
+    if out is not None:
+        from desim_warehouse.cli.figures import save
+        from desim_warehouse.report.plot import fitted
+
+        save(fitted(found, unit=unit).get_figure(root=True), Path(out), "fit")
+        click.echo(f"written to {out}")
+
+
+def _show(found: Fitted, unit: str) -> None:
+    from rich.table import Table
+
+    times = found.times
+    click.echo(
+        f"{len(times)} times from {times.min():.4g} to {times.max():.4g} {unit}, mean {times.mean():.4g} {unit}, "
+        f"cv {times.std() / times.mean():.4g}"
+    )
+    table = Table(box=None)
+    table.add_column("distribution")
+    table.add_column("AIC", justify="right")
+    for one in found.candidates:
+        table.add_row(one.distribution.words(unit), f"{one.aic:,.1f}")
+    show(table)
+    verdict = "nothing speaks against it" if found.fits else "it does not fit"
+    click.echo(
+        f"{found.best.kind}: Cramér-von Mises {found.statistic:.3g}, p = {found.p_value:.2g} (Monte Carlo): {verdict}"
+    )

@@ -1,0 +1,36 @@
+"""The mean task of a robot in free flow, part by part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.model.schema import Consumption
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
+
+    `empty` is the drive from the station of the task before to the good, `loaded` that from there to the station.
+    """
+
+    empty: float
+    load: float
+    loaded: float
+    unload: float
+    clear: float
+
+    @property
+    def time(self) -> float:
+        """All of it."""
+        return self.empty + self.load + self.loaded + self.unload + self.clear
+
+    def energy(self, draws: Consumption) -> float:
+        """What it draws from the battery."""
+        return (
+            draws.empty * (self.empty + self.clear)
+            + draws.handling * (self.load + self.unload)
+            + draws.loaded * self.loaded
+        )

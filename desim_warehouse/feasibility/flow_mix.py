@@ -1,0 +1,229 @@
+"""Free driving where the work is flows: from many kinds of places to many others, at one speed.
+
+Flows that are always open take what time is left, so their tasks are not in the mean task unless there are no others.
+Of more than `POINTS` places a systematic sample stands for all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.feasibility.cycle import Cycle
+from desim_warehouse.layout import build
+from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.distributions import mean_of
+from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, SaturatedArrivals, StorageEnd, mean_rate
+from desim_warehouse.model.orders import Reading, summary
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.policies import create
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.flows import FlowSpec, Route
+
+POINTS = 300
+
+
+@dataclass(frozen=True)
+class Points:
+    """Where tasks begin or end: the node by which a robot comes and that by which it goes on, for each place.
+
+    `before` and `after` are the times from the one to the place and from there to the other; `weights` add up to 1.
+    """
+
+    comes: list[str]
+    goes: list[str]
+    before: Any
+    after: Any
+    weights: Any
+
+
+@dataclass(frozen=True)
+class Leg:
+    """The drives with a load on one route of a flow: `share` is its part of all tasks, `times` of pick by drop.
+
+    `of` is the part of the pairs of pick and drop.
+    """
+
+    flow: str
+    route: Route
+    share: float
+    picks: Points
+    drops: Points
+    times: Any
+    of: Any
+
+
+class FlowMix:
+    """What the flows of a model come to in free flow, at one speed."""
+
+    def __init__(self, model: Model, layout: Layout, speed: float) -> None:
+        self.model = model
+        self.layout = layout
+        policy = model.policies.routing
+        cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
+        self.stations = destinations(model, layout)
+        self.travel: FreeTravel = travel_on(
+            layout, speed, model.traffic.node_time, cost, (*layout.bays, *layout.stations, *self.stations)
+        )
+        self.rates = flow_rates(model)
+        self.legs = list(self._legs())
+
+    def cycle(self) -> Cycle:
+        """The mean task, tasks taken as they come."""
+        import numpy as np
+
+        legs = [leg for leg in self.legs if leg.share]
+        comes = [node for leg in legs for node in leg.picks.comes]
+        goes = [node for leg in legs for node in leg.drops.goes]
+        to = np.concatenate([leg.share * leg.picks.weights for leg in legs])
+        ends = [leg.share * leg.of.sum(axis=0) for leg in legs]
+        empty = np.concatenate(ends) @ self.travel.times(goes, comes) @ to
+        empty += sum(leg.share * (leg.picks.weights @ leg.picks.before) for leg in legs)
+        empty += sum(end @ leg.drops.after for leg, end in zip(legs, ends, strict=True))
+        loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
+        load, unload = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1))
+        return Cycle(float(empty), float(load), float(loaded), float(unload), self.model.tasks.clear_time)
+
+    def station_demand(self) -> Any:
+        """For each of `stations` the handlings in it, as a part of all tasks."""
+        import numpy as np
+
+        found = dict.fromkeys(self.stations, 0.0)
+        for leg in self.legs:
+            for places, nodes, parts in (
+                (leg.route.source, leg.picks.comes, leg.picks.weights),
+                (leg.route.target, leg.drops.goes, leg.of.sum(axis=0)),
+            ):
+                if not isinstance(places, StorageEnd):
+                    for node, part in zip(nodes, parts, strict=True):
+                        found[node] += leg.share * float(part)
+        return np.array(list(found.values()))
+
+    def station_times(self) -> dict[str, float]:
+        """For each of `stations` the mean time of a handling in it."""
+        total = dict.fromkeys(self.stations, 0.0)
+        for leg in self.legs:
+            load, unload = self.handling(leg.flow)
+            for places, nodes, parts, time in (
+                (leg.route.source, leg.picks.comes, leg.picks.weights, load),
+                (leg.route.target, leg.drops.goes, leg.of.sum(axis=0), unload),
+            ):
+                if not isinstance(places, StorageEnd):
+                    for node, part in zip(nodes, parts, strict=True):
+                        total[node] += leg.share * float(part) * time
+        return {
+            node: total[node] / part if part else 0.0
+            for node, part in zip(self.stations, self.station_demand().tolist(), strict=True)
+        }
+
+    def handling(self, flow: str) -> tuple[float, float]:
+        """The mean times of loading and unloading a task of a flow."""
+        tasks, spec = self.model.tasks, self.model.tasks.flows[flow]
+        return (
+            tasks.mean_load if spec.load_time is None else mean_of(spec.load_time),
+            tasks.mean_unload if spec.unload_time is None else mean_of(spec.unload_time),
+        )
+
+    def _legs(self) -> Iterator[Leg]:
+        import numpy as np
+
+        total = sum(self.rates.values())
+        for name, flow in self.model.tasks.flows.items():
+            for route in flow.routes:
+                picks, drops = self._points(route.source), self._points(route.target)
+                times = self.travel.times(picks.goes, drops.comes) + picks.after[:, None] + drops.before
+                of = picks.weights[:, None] * drops.weights
+                if not isinstance(route.target, StorageEnd) and self.model.tasks.station_choice in {"each", "nearest"}:
+                    of = picks.weights[:, None] * np.eye(len(drops.comes))[times.argmin(axis=1)]
+                yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of)
+
+    def _points(self, places: StorageEnd | tuple[str, ...]) -> Points:
+        import numpy as np
+
+        if not isinstance(places, StorageEnd):
+            nodes, none = list(places), np.zeros(len(places))
+            return Points(nodes, nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
+        storage = self.layout.storage
+        popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
+        weights = shares(popularity, storage)
+        weights = np.full(len(storage), 1 / len(storage)) if weights is None else weights
+        there = np.flatnonzero(weights)
+        weights = weights[there]
+        if len(there) > POINTS:
+            at = np.searchsorted(np.cumsum(weights), (np.arange(POINTS) + 0.5) / POINTS * weights.sum())
+            there, weights = there[np.minimum(at, len(there) - 1)], np.full(POINTS, 1 / POINTS)
+        some = [storage[number] for number in there]
+        times = [self.travel.along(place.edge, place.offset) for place in some]
+        before, after = (np.array(part) for part in zip(*times, strict=True))
+        return Points([place.edge[0] for place in some], [place.edge[1] for place in some], before, after, weights)
+
+
+def flow_rates(model: Model) -> dict[str, float]:
+    """Tasks an hour of each flow; 0 for those that are always open, unless all are: then how many of each."""
+    flows, hour = model.tasks.flows, model.units.hour
+    length = model.run.length or _end_of_schedule(model)
+    rates = {
+        name: len_of_orders(model, flow) / length * hour
+        if isinstance(flow.when, OrdersArrivals)
+        else mean_rate(flow, length, hour) or 0.0
+        for name, flow in flows.items()
+    }
+    if any(rates.values()):
+        return {name: rate * factor(model, flows[name]) for name, rate in rates.items()}
+    return {
+        name: float(flow.when.saturated) for name, flow in flows.items() if isinstance(flow.when, SaturatedArrivals)
+    } or dict.fromkeys(flows, 1.0)
+
+
+def always_open(model: Model) -> bool:
+    """Whether some tasks are always open, so that robots never rest."""
+    return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
+
+
+def factor(model: Model, flow: FlowSpec) -> float:
+    """What multiplies the rates of a flow: tasks.demand, but not what a schedule says."""
+    return model.tasks.demand if flow.never_ends else 1.0
+
+
+def len_of_orders(model: Model, flow: FlowSpec) -> int:
+    """How many tasks the file of a flow's orders has."""
+    assert isinstance(flow.when, OrdersArrivals)
+    return summary(flow.when.orders, Reading.of(model, build(model.layout))).tasks
+
+
+def _end_of_schedule(model: Model) -> float:
+    flows = model.tasks.flows.values()
+    times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
+    times += [
+        summary(flow.when.orders, Reading.of(model, build(model.layout))).last
+        for flow in flows
+        if isinstance(flow.when, OrdersArrivals)
+    ]
+    return max(times, default=0.0) or model.units.hour
+
+
+def peak_rate(model: Model) -> float | None:
+    """Tasks an hour in the busiest hour of a run, where rates change in it; else None."""
+    flows, hour = model.tasks.flows, model.units.hour
+    length = model.run.length
+    profiles = {name: flow for name, flow in flows.items() if isinstance(flow.when, ProfileArrivals)}
+    if not profiles or length is None or length <= hour:
+        return None
+    known = {
+        name: Rates(flow.when.profile, hour, model.tasks.demand)
+        for name, flow in profiles.items()
+        if isinstance(flow.when, ProfileArrivals)
+    }
+    steady = sum(rate for name, rate in flow_rates(model).items() if name not in profiles)
+    step = min(rates.every for rates in known.values())
+    starts = [n * step for n in range(int((length - hour) / step) + 1)]
+    return steady + max(
+        sum(rates.expected(start + hour) - rates.expected(start) for rates in known.values()) for start in starts
+    )

@@ -1,0 +1,393 @@
+"""Flows: what is brought from where to where, when it is asked for, and how; several run at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.fields import (
+    SECTION,
+    Count,
+    Duration,
+    Forms,
+    FrozenMap,
+    Integer,
+    Name,
+    NotNegative,
+    Part,
+    Quantity,
+    Rate,
+    Share,
+    Time,
+    by_type,
+    form,
+    known,
+    limited,
+    wrong,
+)
+from desim_warehouse.layout.spec import NodesOfStations
+from desim_warehouse.model.distributions import Varying
+from desim_warehouse.model.popularity import PopularityRule
+
+STORAGE = "storage"
+_SUM = 1e-6  # shares written with a few digits add up to 1 within this
+
+# From where, to where
+
+
+class StorageEnd(Part):
+    """A storage place, drawn for each task."""
+
+    popularity: PopularityRule | None = Field(None, description="default: tasks.popularity")
+
+
+def _short_end(value: Any) -> Any:
+    """`storage` is any storage place; one name is a list of one."""
+    if value == STORAGE:
+        return StorageEnd()
+    return (value,) if isinstance(value, str) else value
+
+
+End = Annotated[
+    Annotated[NodesOfStations, Field(min_length=1), form("nodes")] | Annotated[StorageEnd, form("storage")],
+    Forms(
+        "'storage', names of stations or nodes, or {popularity: ...} for storage places by popularity",
+        {"type": "string"},
+        pick=by_type(nodes=(list, tuple), storage=SECTION),
+    ),
+    BeforeValidator(_short_end),
+]
+"""Where tasks of a flow begin or end: at one of some nodes, or at a storage place."""
+
+
+class Pair(Part):
+    """A cell of a from-to matrix: how many tasks an hour go from one place to another."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
+
+    source: End = Field(alias="from", description="where they begin")
+    target: End = Field(alias="to", description="where they end")
+    per_hour: NotNegative = Field(description="tasks per hour")
+
+
+class MatrixFile(Part):
+    """A from-to matrix as CSV: a row for each origin, a column for each destination, in the cells tasks per hour."""
+
+    file: Name = Field(description="CSV file, relative to the model file; the first column names the origins")
+
+
+# When
+
+
+class PoissonArrivals(Part):
+    """`poisson: n`: at random, n per hour on average."""
+
+    poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
+
+
+class SaturatedArrivals(Part):
+    """`saturated: n`: n tasks are always open, a new one is released as one is taken."""
+
+    saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
+
+
+HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
+
+
+class Profile(Part):
+    """Rates that follow one another from the start of the run, and then again from the first."""
+
+    per_hour: tuple[HourlyRate, ...] = Field(min_length=1, description="tasks per hour, one rate after the other")
+    every: Duration | None = Field(None, description="how long each rate lasts; default: an hour")
+
+    @field_validator("per_hour")
+    @classmethod
+    def _some(cls, rates: tuple[float, ...]) -> tuple[float, ...]:
+        if not any(rates):
+            raise wrong("all rates are 0, expected one above 0")
+        return rates
+
+
+class ProfileArrivals(Part):
+    """`profile: {per_hour: [20, 60, 40]}`: at random, at a rate that changes with the time of day."""
+
+    profile: Profile = Field(description="the rates")
+
+
+class Batch(Part):
+    """Some tasks at one time, as a lorry brings or fetches them."""
+
+    at: Time = Field(description="when they are released, from the start of the run")
+    tasks: Annotated[Count, limited("tasks")] = Field(1, description="how many")
+
+
+class ScheduleArrivals(Part):
+    """`schedule: [{at: 1 h, tasks: 30}]`: so many at these times, and then no more."""
+
+    schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
+
+
+ORDER_COLUMNS = ("release", "from", "to", "due", "priority", "quantity", "order")
+
+
+class OrdersFile(Part):
+    """Orders, one a row, in the order of their release; columns: release, from, to, due, priority, quantity, order.
+
+    Only release must be there. Times are numbers from the start of the run, times of day or ISO dates with times (see
+    run.start); from and to name nodes, stations or storage places (by number). A row of quantity n is n tasks.
+    """
+
+    file: Name = Field(description="CSV or Parquet file, relative to the model file")
+    columns: Annotated[Mapping[Name, Name], AfterValidator(FrozenMap)] = Field(
+        FrozenMap(), description="what the file calls the columns, such as {release: created_at}"
+    )
+    resample: Duration | None = Field(
+        None,
+        description="draw the orders of each stretch of this length anew from those in it: replications differ, and "
+        "the pattern of the day stays",
+    )
+    sha256: Name | None = Field(None, description="of the file; reading puts it here")
+
+    @field_validator("columns")
+    @classmethod
+    def _known(cls, columns: Mapping[str, str]) -> Mapping[str, str]:
+        for ours in columns:
+            if ours not in ORDER_COLUMNS:
+                near = nearest(ours, ORDER_COLUMNS)
+                hint = f"; did you mean '{near}'?" if near else ""
+                raise wrong(f"unknown column (got {got(ours)}), expected {spoken(ORDER_COLUMNS, 'or')}{hint}", ours)
+        return columns
+
+
+class OrdersArrivals(Part):
+    """`orders: {file: orders.csv}`: as in a file, from the WMS."""
+
+    orders: OrdersFile = Field(description="the file")
+
+
+_ARRIVALS: dict[str, type[Part]] = {
+    next(iter(kind.model_fields)): kind
+    for kind in (PoissonArrivals, SaturatedArrivals, ProfileArrivals, ScheduleArrivals, OrdersArrivals)
+}
+
+
+def _arrivals_form(value: Any) -> str | None:
+    keys = next(iter(type(value).model_fields)) if isinstance(value, Part) else value
+    return next((f"\0{key}" for key in _ARRIVALS if isinstance(keys, str | Mapping) and key in keys), None)
+
+
+Arrivals = Annotated[
+    Annotated[PoissonArrivals, form("poisson")]
+    | Annotated[SaturatedArrivals, form("saturated")]
+    | Annotated[ProfileArrivals, form("profile")]
+    | Annotated[ScheduleArrivals, form("schedule")]
+    | Annotated[OrdersArrivals, form("orders")],
+    Forms(
+        "{poisson: n per hour}, {saturated: n}, {profile: {per_hour: [...]}}, {schedule: [{at, tasks}]} or "
+        "{orders: {file: ...}}",
+        pick=_arrivals_form,
+    ),
+]
+
+# How
+
+
+class PriorityShare(Part):
+    """A part of a flow's tasks with one priority."""
+
+    priority: Integer = Field(description="higher first")
+    share: Share = Field(description="part of the tasks")
+
+
+class Route(NamedTuple):
+    """From where to where tasks of a flow go, and their part of the flow."""
+
+    source: tuple[str, ...] | StorageEnd
+    target: tuple[str, ...] | StorageEnd
+    share: float
+
+
+class FlowSpec(Part):
+    """Tasks of one kind: from where to where, when they are asked for, and how they are done."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
+
+    source: End | None = Field(None, alias="from", description="where loads are picked")
+    target: End | None = Field(None, alias="to", description="where they are brought")
+    from_to: Annotated[
+        tuple[Pair, ...],
+        Forms("a list of pairs (from, to, per_hour), or {file: from_to.csv}", MatrixFile),
+    ] = Field((), description="instead of from and to: a from-to matrix")
+    arrivals: Arrivals | None = Field(
+        None, description="when they are asked for; default for from_to: at random, at its rates"
+    )
+    load_time: Varying | None = Field(None, description="default: tasks.load_time")
+    unload_time: Varying | None = Field(None, description="default: tasks.unload_time")
+    due_within: Duration | None = Field(None, description="due so long after release")
+    due_at: tuple[Time, ...] = Field((), description="due at the next of these times, such as departures of lorries")
+    priority: Annotated[
+        Annotated[Integer, form("number")] | Annotated[tuple[PriorityShare, ...], Field(min_length=1), form("shares")],
+        Forms(
+            "a whole number, or a list of priorities and shares",
+            pick=by_type(number=(int, float), shares=(list, tuple)),
+        ),
+    ] = Field(0, description="higher first, for policies that look at it; or several, each for a share of the tasks")
+    kinds: tuple[Name, ...] = Field((), description="kinds of robots (fleet.kinds) that do it; default: all robots")
+
+    @field_validator("priority")
+    @classmethod
+    def _sum(cls, priority: int | tuple[PriorityShare, ...]) -> int | tuple[PriorityShare, ...]:
+        if isinstance(priority, tuple):
+            total = math.fsum(one.share for one in priority)
+            if abs(total - 1) > _SUM:
+                raise wrong(f"shares do not add up (got {got(round(total, 9))}), expected a sum of 1")
+        return priority
+
+    @field_validator("kinds")
+    @classmethod
+    def _of_the_fleet(cls, kinds: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        there = known(info).kinds
+        for rank, kind in enumerate(kinds if there is not None else ()):
+            if kind not in (there or ()):
+                near = nearest(kind, there or ())
+                expected = f"one of {spoken(there, 'or')}" if there else "one of fleet.kinds, which has none"
+                hint = f"; did you mean '{near}'?" if near else ""
+                raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}{hint}", rank)
+        return kinds
+
+    @field_validator("due_at")
+    @classmethod
+    def _in_order(cls, times: tuple[float, ...]) -> tuple[float, ...]:
+        if list(times) != sorted(times):
+            raise wrong(f"not in order (got {got(times)}), expected the earliest time first")
+        return times
+
+    @model_validator(mode="after")
+    def _whole(self) -> FlowSpec:
+        ends = {"from": self.source, "to": self.target}
+        for key, end in ends.items():
+            if self.from_to and end is not None:
+                raise wrong("both this and from_to, expected one of the two", key)
+            if not self.from_to and end is None:
+                raise wrong(f"missing, expected {_ENDS[key]}", key)
+        if self.arrivals is None and not self.from_to:
+            raise wrong("missing, expected when tasks are asked for, such as {poisson: 40}", "arrivals")
+        if self.from_to and not any(pair.per_hour for pair in self.from_to):
+            raise wrong("all rates are 0, expected one above 0", "from_to")
+        if self.due_at and self.due_within is not None:
+            raise wrong("both this and due_within, expected one of the two", "due_at")
+        for pair in self.routes:
+            if isinstance(pair.source, tuple) and pair.source == pair.target and len(pair.source) == 1:
+                raise wrong(f"from a node to itself (got {got(pair.source[0])}), expected two places", "to")
+        return self
+
+    @property
+    def routes(self) -> tuple[Route, ...]:
+        """From where to where, and the part of the tasks of each; a single one without a matrix."""
+        if not self.from_to:
+            assert self.source is not None
+            assert self.target is not None
+            return (Route(self.source, self.target, 1.0),)
+        total = math.fsum(pair.per_hour for pair in self.from_to)
+        return tuple(Route(pair.source, pair.target, pair.per_hour / total) for pair in self.from_to if pair.per_hour)
+
+    @property
+    def when(self) -> PoissonArrivals | SaturatedArrivals | ProfileArrivals | ScheduleArrivals | OrdersArrivals:
+        """When tasks are asked for; by default as often as the matrix says."""
+        if self.arrivals is None:
+            return PoissonArrivals(poisson=math.fsum(pair.per_hour for pair in self.from_to))
+        return self.arrivals
+
+    @property
+    def never_ends(self) -> bool:
+        """Whether tasks of this flow are released without end."""
+        when = self.when
+        if isinstance(when, OrdersArrivals):
+            return when.orders.resample is not None
+        return not isinstance(when, ScheduleArrivals)
+
+
+_ENDS = {
+    "from": "where loads are picked: 'storage', or names of stations or nodes",
+    "to": "where they are brought: 'storage', or names of stations or nodes",
+}
+
+
+def in_words(flow: FlowSpec) -> str:
+    """A flow in a few words, such as `dock to storage, 40 tasks an hour`."""
+    (first, *more) = flow.routes
+    way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
+    when = flow.when
+    if isinstance(when, PoissonArrivals):
+        said = f"{when.poisson:g} tasks an hour"
+    elif isinstance(when, SaturatedArrivals):
+        said = f"{when.saturated} tasks always open"
+    elif isinstance(when, ProfileArrivals):
+        rates = when.profile.per_hour
+        said = f"{min(rates):g} to {max(rates):g} tasks an hour by a profile"
+    elif isinstance(when, OrdersArrivals):
+        said = f"orders from {PurePath(when.orders.file).name}"
+    else:
+        said = f"{sum(batch.tasks for batch in when.schedule)} tasks by a schedule"
+    return f"{way}, {said}"
+
+
+def _named(end: tuple[str, ...] | StorageEnd) -> str:
+    return STORAGE if isinstance(end, StorageEnd) else spoken(end, "or")
+
+
+def mean_rate(flow: FlowSpec, length: float, hour: float) -> float | None:
+    """Tasks an hour over the first `length` of a run; None: as many as can be done, or as a file says."""
+    when = flow.when
+    if isinstance(when, PoissonArrivals):
+        return when.poisson
+    if isinstance(when, ProfileArrivals):
+        return Rates(when.profile, hour).expected(length) / length * hour
+    if isinstance(when, ScheduleArrivals):
+        return sum(batch.tasks for batch in when.schedule if batch.at <= length) / length * hour
+    return None
+
+
+class Rates:
+    """A profile of arrival rates, and how many tasks it makes by a time; it begins anew when it is over."""
+
+    def __init__(self, profile: Profile, hour: float, demand: float = 1.0) -> None:
+        self.every = hour if profile.every is None else profile.every
+        self.rates = [rate * demand / hour for rate in profile.per_hour]
+        self.sums = [0.0]
+        for rate in self.rates:
+            self.sums.append(self.sums[-1] + rate * self.every)
+
+    def expected(self, time: float) -> float:
+        """The mean number of tasks by a time."""
+        rounds, rest = divmod(time, self.every * len(self.rates))
+        step = min(int(rest // self.every), len(self.rates) - 1)
+        return rounds * self.sums[-1] + self.sums[step] + (rest - step * self.every) * self.rates[step]
+
+    def when(self, tasks: float) -> float:
+        """The time by which so many tasks are expected: the inverse of `expected`.
+
+        A Poisson process of rate 1, taken through it, is one with these rates (Cinlar, Introduction to Stochastic
+        Processes, 1975): arrival by arrival the same chance, whatever the rates.
+        """
+        from bisect import bisect_left
+
+        rounds, rest = divmod(tasks, self.sums[-1])
+        step = max(bisect_left(self.sums, rest) - 1, 0)
+        while not self.rates[step]:  # rest is 0: the first step in which there are tasks
+            step += 1
+        whole = rounds * self.every * len(self.rates) + step * self.every
+        return whole + (rest - self.sums[step]) / self.rates[step]

@@ -1,0 +1,73 @@
+"""`desim fit`: what it proposes, the figure it writes, and files that it cannot read."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.errors import StudyError
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.study.statistics import fit
+
+
+def call(*arguments):
+    return CliRunner().invoke(desim, ["fit", *map(str, arguments)], catch_exceptions=False)
+
+
+@pytest.fixture
+def picks(tmp_path):
+    times = np.random.default_rng(3).lognormal(2, 0.4, 200)
+    file = tmp_path / "picks.csv"
+    file.write_text("pick,load_s\n" + "".join(f"{n},{time:.1f}\n" for n, time in enumerate(times)), encoding="utf-8")
+    return file
+
+
+def test_what_is_proposed_can_be_put_into_a_model(picks, tmp_path):
+    said = call(picks, "--column", "load_s", "--out", tmp_path / "out")
+    (proposed,) = (line.removeprefix("proposed: ") for line in said.stdout.splitlines() if line.startswith("proposed"))
+    model = dw.load("models/tutorial.yaml", {"tasks.load_time": read_yaml(proposed, "proposed").data})
+    assert model.tasks.load_time.kind == "lognormal"
+    assert model.tasks.load_time.mean == pytest.approx(8.1, abs=0.3)
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.png", "fit.svg"}
+
+
+def test_where_nothing_fits_the_file_itself_is_proposed(tmp_path):
+    file = tmp_path / "two.csv"
+    file.write_text("s\n" + "5\n5.1\n" * 20 + "20\n21\n" * 20, encoding="utf-8")
+    said = call(file, "--column", "s")
+    assert f"{{empirical: {{file: {file}, column: s}}}}" in said.stdout
+
+
+def test_cells_that_are_no_times_are_listed_by_row(tmp_path):
+    file = tmp_path / "bad.csv"
+    file.write_text("s\n5\nsoon\n-1\n" + "x\n" * 30, encoding="utf-8")
+    with pytest.raises(StudyError) as refused:
+        call(file, "--column", "s")
+    lines = str(refused.value).splitlines()
+    assert lines[:2] == [
+        f"{file}:3: s: not a time (got 'soon'), expected a number of at least 0",
+        f"{file}:4: s: not a time (got '-1'), expected a number of at least 0",
+    ]
+    assert len(lines) == 21
+    assert lines[-1] == f"{file}: and 12 more"
+
+
+def test_a_column_that_is_not_there(picks, tmp_path):
+    with pytest.raises(StudyError, match=r"no column 'load' .*did you mean 'load_s'"):
+        call(picks, "--column", "load")
+    with pytest.raises(StudyError, match="cannot be read"):
+        call(tmp_path / "none.csv", "--column", "load")
+
+
+def test_the_figure_shows_the_times_and_the_best_three():
+    times = np.random.default_rng(3).lognormal(2, 0.4, 200)
+    found = fit(times)
+    axes = dw.plot.fitted(found, unit="min")
+    measured, *curves = axes.get_lines()
+    assert measured.get_xdata() == pytest.approx(np.sort(times))
+    assert measured.get_ydata()[-1] == 1
+    assert [line.get_label() for line in curves] == [one.distribution.words("min") for one in found.candidates[:3]]
+    best = curves[0]
+    assert best.get_ydata() == pytest.approx(found.candidates[0].share_below(best.get_xdata()))
+    assert axes.get_xlabel() == "Time (min)"

@@ -1,0 +1,58 @@
+"""Distributions proposed for measured times: the right family and its parameters, and what fits none."""
+
+import numpy as np
+import pytest
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import fit
+
+DRAWN = {
+    "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),
+    "gamma": lambda rng: rng.gamma(2, 4, 600),
+    "exponential": lambda rng: rng.exponential(8, 600),
+    "weibull": lambda rng: 9 * rng.weibull(3, 600),
+    "uniform": lambda rng: rng.uniform(4, 12, 600),
+}
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+def test_the_family_that_times_were_drawn_from_is_proposed(kind):
+    times = DRAWN[kind](np.random.default_rng(3))
+    found = fit(times)
+    assert found.best.kind == kind
+    assert found.fits
+    assert found.best.mean == pytest.approx(times.mean(), rel=0.03)
+    assert found.best.cv == pytest.approx(times.std() / times.mean(), rel=0.1)
+    assert [one.aic for one in found.candidates] == sorted(one.aic for one in found.candidates)
+
+
+def test_the_criterion_is_scipys_likelihood_by_hand():
+    times = np.random.default_rng(5).exponential(8, 50)
+    (aic,) = (one.aic for one in fit(times).candidates if one.distribution.kind == "exponential")
+    # log L = -n (ln mean + 1), one parameter
+    assert aic == pytest.approx(2 + 2 * 50 * (np.log(times.mean()) + 1))
+
+
+def test_two_kinds_of_picks_fit_no_curve():
+    rng = np.random.default_rng(5)
+    assert not fit([*rng.normal(5, 0.3, 200), *rng.normal(20, 1, 100)]).fits
+
+
+def test_with_thousands_of_times_some_are_tested():
+    found = fit(np.random.default_rng(5).exponential(8, 20_000))
+    assert found.best.kind in {"exponential", "gamma", "weibull"}  # which are all but the same here
+    assert found.fits
+
+
+def test_a_time_of_0_rules_out_what_has_none():
+    found = fit([0.0, *np.random.default_rng(5).exponential(8, 50)])
+    assert {one.distribution.kind for one in found.candidates} == {"exponential", "uniform"}
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [([1.0, 2.0], "too few"), ([5.0] * 30, "all times are 5"), ([-1.0, *range(30)], "negative or no numbers")],
+)
+def test_what_says_nothing_is_refused(times, said):
+    with pytest.raises(StudyError, match=said):
+        fit(times)

@@ -1,0 +1,434 @@
+"""Flows: from anywhere to anywhere, worked out by hand; when tasks arrive; what is drawn, and for whom."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ModelError
+from desim_warehouse.layout import build
+from desim_warehouse.model.flows import Profile, Rates
+from desim_warehouse.streams import Streams
+from desim_warehouse.world.flows import _Flow
+from tests.accounting import faults
+from tests.auditor import audit
+
+RING = {
+    "name": "ring",
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["C", "D"], "offset": 5}, {"edge": ["B", "C"], "offset": 10}],
+        "bays": {"home": {"at": ["A"], "places": 4}},
+        "stations": {"dock": {"at": ["B"], "places": 2}, "pack": {"at": ["D"], "places": 2}},
+    },
+    "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+    "tasks": {"load_time": 4, "unload_time": 6},
+}
+"""One way round, 20 to a side; a robot at A drives at speed 1."""
+
+
+def ring(flow, **changes):
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    return dw.simulate(dw.load(RING, {"tasks.flows": {"flow": flow}, **changes}))
+
+
+def first(place):
+    """Storage places by weights that leave one of the two."""
+    return {"popularity": {"weights": [int(place == 0), int(place == 1)]}}
+
+
+def states(run, robot=0):
+    return [(span.state, span.start) for span in run.history.states[robot]]
+
+
+ONCE = {"schedule": [{"at": 0}]}
+
+
+def test_from_a_station_into_storage():
+    run = ring({"from": "dock", "to": first(0), "arrivals": ONCE})
+    # A to B 20, loads in the dock to 24; B to C 20, 5 along C>D: 49, unloads on the lane to 55; 15 to D, 20 to A: 90
+    assert states(run) == [("empty", 0), ("loading", 20), ("loaded", 24), ("unloading", 49), ("returning", 55)]
+    assert run.T == 90
+    (task,) = run.history.tasks.values()
+    assert (task.good, task.flow, task.loaded, task.delivered) == (-1, "flow", 24, 55)
+    (row,) = run.history.rows("delivered")
+    assert (row.node, row.edge) == ("D", ("C", "D"))
+    assert audit(run) == []
+    assert faults(run) == []
+
+
+def test_from_storage_to_a_station():
+    run = ring({"from": first(1), "to": ["pack"], "arrivals": ONCE})
+    # 20 to B, 10 along B>C: 30, loads to 34; 10 to C, 20 to D: 64, unloads in the station to 70; 20 to A
+    assert states(run) == [("empty", 0), ("loading", 30), ("loaded", 34), ("unloading", 64), ("returning", 70)]
+    assert run.T == 90
+    assert run.history.delivered[0].station == "D"
+
+
+def test_between_stations():
+    run = ring({"from": "dock", "to": "pack", "arrivals": ONCE, "load_time": 1, "unload_time": 2})
+    # B 20, 21; D 61, 63; A 83
+    assert states(run) == [("empty", 0), ("loading", 20), ("loaded", 21), ("unloading", 61), ("returning", 63)]
+    assert run.T == 83
+
+
+def test_from_one_storage_place_to_another():
+    run = ring({"from": first(1), "to": first(0), "arrivals": ONCE})
+    # 30, 34; 10 to C, 5 along C>D: 49, 55; 15 to D, 20 to A
+    assert states(run) == [("empty", 0), ("loading", 30), ("loaded", 34), ("unloading", 49), ("returning", 55)]
+    assert run.T == 90
+
+
+def test_from_a_node_without_a_station_it_is_loaded_on_the_node():
+    run = ring({"from": "C", "to": "pack", "arrivals": ONCE})
+    assert states(run) == [("empty", 0), ("loading", 40), ("loaded", 44), ("unloading", 64), ("returning", 70)]
+
+
+def test_what_is_to_be_fetched_where_it_stands_is_loaded_there():
+    flows = {
+        "in": {"from": "C", "to": "dock", "arrivals": ONCE},
+        "out": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 1}]}},
+    }
+    run = dw.simulate(dw.load(RING, {"tasks.flows": flows}))
+    # C 40, loads to 44; round to B 60 more: 104, unloads to 110, and loads there to 114; D 154, 160; A 180
+    assert [one for one in states(run) if one[1] >= 104] == [
+        ("unloading", 104),
+        ("loading", 110),
+        ("loaded", 114),
+        ("unloading", 154),
+        ("returning", 160),
+    ]
+    assert audit(run) == []
+    assert run.T == 180
+
+
+def test_after_unloading_on_a_lane_the_next_task_begins_there():
+    run = ring({"from": "dock", "to": first(0), "arrivals": {"schedule": [{"at": 0, "tasks": 2}]}})
+    # unloaded on C>D at 55; D 70, A 90, B 110: loads to 114; C>D at 139
+    assert [start for state, start in states(run) if state == "unloading"] == [49, 139]
+    assert run.history.assignments[1].start == 55
+
+
+def test_a_full_dock_holds_robots_back_in_their_bays():
+    changes = {"fleet.size": 3, "layout.stations.dock": {"at": ["B"], "places": 1}}
+    run = ring({"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}}, **changes)
+    starts = sorted(assignment.start for assignment in run.history.assignments)
+    # the first loads at B from 20 to 24 and leaves at once; its slot is free then
+    assert starts[0] == 0
+    assert starts[1] == 24
+    assert audit(run) == []
+
+
+def test_due_at_the_next_departure():
+    schedule = {"schedule": [{"at": 0}, {"at": 50}, {"at": 150}]}
+    run = ring({"from": "dock", "to": "pack", "arrivals": schedule, "due_at": [50, 100]})
+    assert [task.due for task in run.history.tasks.values()] == [50, 50, None]
+
+
+def test_kinds_of_robots_that_do_a_flow():
+    flows = {
+        "heavy": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}, "kinds": ["truck"]},
+        "light": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}},
+    }
+    kinds = {"truck": {"count": 1, "speed": 0.5}}
+    for allocation in ("in-order", "nearest", "hungarian", "earliest-due", "regret"):
+        changes = {"tasks.flows": flows, "fleet.size": 3, "fleet.kinds": kinds, "policies.allocation": allocation}
+        run = dw.simulate(dw.load(RING, changes))
+        robots = {run.history.tasks[one.task].flow: [] for one in run.history.assignments}
+        for one in run.history.assignments:
+            robots[run.history.tasks[one.task].flow].append(one.robot)
+        assert robots["heavy"] == [0, 0, 0], allocation
+        assert run.kpis["tasks"] == 6
+
+
+def test_a_policy_cannot_give_a_task_to_another_kind():
+    flows = {"heavy": {"from": "dock", "to": "pack", "arrivals": ONCE, "kinds": ["truck"]}}
+    changes = {"tasks.flows": flows, "fleet.size": 2, "fleet.kinds": {"truck": {"count": 1}}}
+    steps = dw.steps(dw.load(RING, changes))
+    decision = next(steps)
+    assert [decision.feasible(robot, decision.tasks[0]) for robot in decision.robots] == [True, False]
+    with pytest.raises(dw.PolicyError, match="robot 1 is of no kind that does task 0: truck"):
+        steps.tell([(1, 0)])
+
+
+LINE = {
+    "name": "line",
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [40, 0], "D": [20, 20], "E": [0, 20], "F": [40, 20]},
+        "edges": [
+            {"from": one, "to": other, "two_way": True}
+            for one, other in (("A", "B"), ("B", "C"), ("B", "D"), ("D", "E"), ("D", "F"))
+        ],
+        "storage": [{"edge": ["A", "B"], "offset": 8}, {"edge": ["D", "E"], "offset": 12}, {"node": "F"}],
+        "bays": {"home": {"at": ["C"], "places": 6}},
+        "stations": {"dock": {"at": ["E"], "places": 2}, "pack": {"at": ["A"], "places": 1}},
+    },
+    "fleet": {"size": 4, "robot": {"radius": 0.5, "speed": 1}, "first_exit_time": 1},
+    "tasks": {
+        "load_time": 4,
+        "unload_time": 6,
+        "flows": {
+            "in": {"from": "dock", "to": "storage", "arrivals": {"schedule": [{"at": 0, "tasks": 12}]}},
+            "out": {"from": "storage", "to": "pack", "arrivals": {"schedule": [{"at": 30, "tasks": 12}]}},
+            "round": {"from": "storage", "to": "storage", "arrivals": {"schedule": [{"at": 60, "tasks": 12}]}},
+            "over": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 90, "tasks": 12}]}},
+        },
+    },
+}
+"""A tree of two-way lanes, with stations and storage at its tips."""
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("allocation", ["in-order", "nearest"])
+def test_work_never_stops_on_two_way_lanes_either(seed, allocation):
+    run = dw.simulate(dw.load(LINE, {"policies.allocation": allocation}), seed)
+    assert run.kpis["tasks"] == 48
+    assert audit(run) == []
+    assert faults(run) == []
+
+
+# Several at once
+
+DAY = {
+    "name": "day",
+    "layout": {
+        "blocks": {"columns": 4, "rows": 2, "block_depth": 4, "goods_size": 1.2, "aisle_width": 2.4},
+        "bays": {"charging": {"along": "west", "places": 2}, "parking": {"along": "east", "places": 4, "chargers": 0}},
+        "stations": {"dock": {"at": ["B", "D"], "places": 3, "servers": 2}, "pack": {"at": ["L", "N"], "places": 3}},
+    },
+    "fleet": {"size": 8, "start": ["parking"], "robot": {"radius": 0.4, "speed": 1.5, "margin": 0.1}},
+    "tasks": {
+        "load_time": {"lognormal": {"mean": 8, "cv": 0.4}},
+        "unload_time": {"gamma": {"mean": 10, "cv": 0.5}},
+        "flows": {
+            "inbound": {"from": "dock", "to": "storage", "arrivals": {"poisson": 40}},
+            "outbound": {
+                "from": {"popularity": {"classes": [{"share": 0.2, "demand": 0.8}, {"share": 0.8, "demand": 0.2}]}},
+                "to": "pack",
+                "arrivals": {"profile": {"per_hour": [60, 180, 60]}},
+                "due_within": 600,
+                "priority": [{"priority": 1, "share": 0.9}, {"priority": 5, "share": 0.1}],
+            },
+            "restock": {"from": "storage", "to": "storage", "arrivals": {"saturated": 2}, "priority": -1},
+        },
+    },
+    "battery": {"capacity": 1500, "threshold": 300, "consumption": 0.5, "charge_rate": 4},
+    "policies": {"allocation": "earliest-due", "charging": "four-thresholds"},
+    "run": {"length": 7200, "warm_up": 600},
+    "log": "all",
+}
+
+
+def day(changes=(), seed=2):
+    return dw.simulate(dw.load(DAY, dict(changes)), seed)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return day()
+
+
+def test_three_flows_run_at_once_and_the_run_is_sound(plain):
+    assert audit(plain) == []
+    assert faults(plain) == []
+    for flow in ("inbound", "outbound", "restock"):
+        assert plain.kpis[f"tasks:{flow}"] > 50
+    restocked = [task for task in plain.history.tasks.values() if task.flow == "restock"]
+    open_at_end = [task for task in restocked if task.number not in {one.task for one in plain.history.assignments}]
+    assert len(open_at_end) == 2
+
+
+def test_indicators_of_flows_are_those_of_their_tasks(plain):
+    history, kpis = plain.history, plain.kpis
+    counted = [task for task in history.delivered if task.delivered >= 600]
+    for flow in ("inbound", "outbound", "restock"):
+        mine = [task for task in counted if task.flow == flow]
+        times = [task.delivered - task.released for task in mine]
+        assert kpis[f"tasks:{flow}"] == len(mine)
+        assert kpis[f"throughput_per_hour:{flow}"] == pytest.approx(len(mine) / (6600 / 3600))
+        assert kpis[f"cycle_time_mean:{flow}"] == pytest.approx(np.mean(times))
+        assert kpis[f"cycle_time_p95:{flow}"] == pytest.approx(np.quantile(times, 0.95))
+    mine = [task for task in counted if task.flow == "outbound"]
+    assert kpis["on_time:outbound"] == pytest.approx(np.mean([task.delivered <= task.due for task in mine]))
+    assert "on_time:inbound" not in kpis
+    assert sum(kpis[f"tasks:{flow}"] for flow in DAY["tasks"]["flows"]) == kpis["tasks"]
+    assert sum(kpis[f"backlog:{flow}"] for flow in DAY["tasks"]["flows"]) == kpis["backlog"]
+
+
+def test_a_run_is_saved_with_its_flows(plain, tmp_path):
+    again = dw.load_run(plain.save(tmp_path / "run"))
+    assert again.kpis == plain.kpis
+    assert [task.flow for task in again.history.tasks.values()] == [task.flow for task in plain.history.tasks.values()]
+
+
+# What is drawn
+
+CHANGES = [
+    {"fleet.size": 5},
+    {"fleet.size": 12},
+    {"fleet.robot.speed": 1},
+    {"fleet.kinds": {"slow": {"count": 3, "speed": 0.8}}},
+    {"fleet.start_energy": {"uniform": [0.5, 1]}},
+    {"fleet.exit_time": 4},
+    {"policies.allocation": "nearest"},
+    {"policies.allocation": "hungarian"},
+    {"policies.routing": "fastest"},
+    {"policies.charging": "threshold"},
+    {"policies.parking": "nearest"},
+    {"battery": None},
+    {"traffic.node_time": 1},
+    {"traffic.collision_angle": 60},
+    {"tasks.station_choice": "random"},
+    {"tasks.station_choice": "least-loaded"},
+    {"tasks.clear_time": 3},
+    {"tasks.flows.more": {"from": "pack", "to": "dock", "arrivals": {"poisson": 30}}},
+    {"tasks.flows.restock.arrivals.saturated": 5},
+    {"tasks.flows.inbound.arrivals": {"schedule": [{"at": 0, "tasks": 9}]}},
+    {"run.warm_up": 0, "log": "tasks"},
+]
+
+
+def drawn(run, flow):
+    """Of each task of a flow, by its rank: when it came, where from, where to, how urgent, how long it took."""
+    tasks = [task for task in run.history.tasks.values() if task.flow == flow]
+    rank = {task.number: nth for nth, task in enumerate(tasks)}
+    times = {state: {} for state in ("loading", "unloading")}
+    for spans in run.history.states:
+        for span in spans:
+            if span.state in times and span.task in rank and span.end < run.T:
+                times[span.state][rank[span.task]] = span.end - span.start
+    return [(task.released, task.good, task.due) for task in tasks], times
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
+    run = day(changes)
+    flow = "outbound"
+    tasks, times = drawn(plain, flow)
+    others, other_times = drawn(run, flow)
+    assert others == tasks
+    for state, known in times.items():
+        both = known.keys() & other_times[state].keys()
+        assert len(both) > 100
+        assert {nth: other_times[state][nth] for nth in both} == pytest.approx({nth: known[nth] for nth in both})
+
+
+def test_of_tasks_that_are_always_open_the_nth_is_the_same(plain):
+    def places(run):
+        return [task.good for task in run.history.tasks.values() if task.flow == "restock"]
+
+    few = places(day({"fleet.size": 4}))
+    assert places(plain)[: len(few)] == few
+
+
+# When
+
+
+def arrivals(written, seed=1, until=24 * 3600.0, **changes):
+    """The times of a flow's tasks, without the warehouse."""
+    model = dw.load(RING, {"tasks.flows": {"f": {"from": "dock", "to": "pack", "arrivals": written}}, **changes})
+    flow = _Flow("f", model.tasks.flows["f"], model, build(model.layout), Streams(seed))
+    found = []
+    for time in flow.arrivals():
+        if time >= until:
+            return found
+        found.append(time)
+    return found
+
+
+LONG = {"run.length": 24 * 3600}
+RATES = [20, 60, 0, 200]
+
+
+def test_a_profile_keeps_its_rates_hour_by_hour():
+    days = 60
+    counts = np.zeros((days, 24))
+    for seed in range(days):
+        counts[seed] = np.histogram(arrivals({"profile": {"per_hour": RATES}}, seed, **LONG), 24, (0, 86400))[0]
+    for hour in range(24):
+        rate = RATES[hour % 4]  # it begins anew
+        low, high = stats.poisson.interval(0.99, days * rate)
+        assert low <= counts[:, hour].sum() <= high
+        if rate:  # as many as their mean: dispersion 1
+            dispersion = counts[:, hour].var(ddof=1) / rate * (days - 1)
+            assert stats.chi2.ppf(0.0005, days - 1) < dispersion < stats.chi2.ppf(0.9995, days - 1)
+
+
+def test_within_a_rate_arrivals_are_even():
+    times = [
+        time % 900
+        for seed in range(20)
+        for time in arrivals({"profile": {"per_hour": [300], "every": 900}}, seed, **LONG)
+    ]
+    assert stats.kstest(times, stats.uniform(0, 900).cdf).pvalue > 0.001
+
+
+def test_the_nth_arrival_of_any_profile_is_the_nth_of_the_other():
+    """By inversion: the same chance, at other rates."""
+    steady = arrivals({"poisson": 60}, **LONG)
+    rates = Rates(Profile(per_hour=(20, 100)), 3600)
+    varying = arrivals({"profile": {"per_hour": [20, 100]}}, **LONG)
+    assert [rates.expected(time) * 60 for time in varying] == pytest.approx(steady[: len(varying)])
+
+
+def test_demand_multiplies_all_rates():
+    plain = arrivals({"profile": {"per_hour": [60, 120]}}, **LONG)
+    twice = arrivals({"profile": {"per_hour": [60, 120]}}, **LONG, **{"tasks.demand": 2})
+    assert twice == arrivals({"profile": {"per_hour": [120, 240]}}, **LONG)
+    assert len(twice) == pytest.approx(2 * len(plain), rel=0.1)
+    goods = {"tasks.unload_at": ["D"], "run.length": 7200, "tasks.goods": {"poisson": 100}}
+    one, two = dw.load(RING, {**goods, "tasks.demand": 2}), dw.load(RING, {**goods, "tasks.goods": {"poisson": 200}})
+    assert [row[:2] for row in dw.simulate(one).record.rows] == [row[:2] for row in dw.simulate(two).record.rows]
+
+
+def test_a_schedule_comes_as_it_says():
+    assert arrivals({"schedule": [{"at": 60, "tasks": 2}, {"at": 5}]}) == [5, 60, 60]
+
+
+@pytest.mark.parametrize("time", [0, 10, 3600, 5000, 7200, 9000, 10800, 20000])
+def test_expected_and_when_are_inverse(time):
+    rates = Rates(Profile(per_hour=(60, 0, 120)), 3600)
+    assert rates.expected(rates.when(rates.expected(time))) == pytest.approx(rates.expected(time))
+    steps = [60 * min(time % 10800, 3600) / 3600, 120 * max(time % 10800 - 7200, 0) / 3600]
+    assert rates.expected(time) == pytest.approx(180 * (time // 10800) + sum(steps))
+
+
+# From-to matrix
+
+
+def test_a_from_to_matrix(tmp_path):
+    (tmp_path / "from_to.csv").write_text("from,pack,storage\ndock,30,10\nstorage,60,\n", encoding="utf-8")
+    written = dict(
+        RING, tasks={**RING["tasks"], "flows": {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}}
+    )
+    model = dw.load(written, {"run.length": 40 * 3600, "log": "tasks", "fleet.size": 3})
+    assert [(pair.source, pair.per_hour) for pair in model.tasks.flows["all"].from_to][:2] == [
+        (("B",), 30),
+        (("B",), 10),
+    ]
+    run = dw.simulate(model)
+    ends = Counter(
+        ("storage" if task.good >= 0 else "dock", "pack" if row.edge is None else "storage")
+        for row in run.history.rows("delivered")
+        for task in [run.history.tasks[row.task]]
+    )
+    arrived = len(run.history.tasks)
+    low, high = stats.poisson.interval(0.999, 40 * 100)
+    assert low <= arrived <= high
+    total = sum(ends.values())
+    shares = {("dock", "pack"): 0.3, ("dock", "storage"): 0.1, ("storage", "pack"): 0.6}
+    assert ends.keys() == shares.keys()
+    assert stats.chisquare([ends[key] for key in shares], [share * total for share in shares.values()]).pvalue > 1e-4
+
+
+def test_a_cell_of_the_matrix_that_is_no_rate_is_named(tmp_path):
+    (tmp_path / "from_to.csv").write_text("from,pack,nowhere\ndock,many,2\n", encoding="utf-8")
+    flows = {"all": {"from_to": {"file": str(tmp_path / "from_to.csv")}}}
+    with pytest.raises(ModelError) as refused:
+        dw.load(dict(RING, tasks={**RING["tasks"], "flows": flows}), {"run.length": 3600})
+    said = "\n".join(refused.value.problems)
+    assert "from_to.csv:2:6: tasks.flows.all.from_to.0.per_hour: should be a number (got 'many')" in said
+    assert "from_to.csv:2:11: tasks.flows.all.from_to.1.to.0: no such node or station (got 'nowhere')" in said

@@ -1,0 +1,97 @@
+"""Handling times that vary: one draw for each task and purpose, whoever does it and whatever else happens."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import desim_warehouse as dw
+from desim_warehouse.run import check
+from desim_warehouse.study.plan import is_deterministic
+
+FLOOR = {
+    "name": "handling",
+    "layout": {
+        "blocks": {"columns": 5, "rows": 2, "block_depth": 5, "goods_size": 2, "aisle_width": 2},
+        "bays": {"home": {"along": "north"}},
+        "stations": {"pack": {"at": ["P"], "places": 20, "servers": 20}},
+    },
+    "fleet": {"size": 6, "robot": {"radius": 0.4, "speed": 2}},
+    "tasks": {
+        "goods": {"random": 60},
+        "unload_at": ["P"],
+        "load_time": {"lognormal": {"mean": 8, "cv": 0.4}},
+        "unload_time": {"uniform": [5, 15]},
+    },
+    "battery": {"capacity": 400, "threshold": 120, "consumption": 1, "charge_rate": 5},
+}
+CHANGES = [
+    {"fleet.size": 3},
+    {"fleet.size": 9},
+    {"fleet.robot.speed": 1},
+    {"fleet.exit_time": 4},
+    {"fleet.start_energy": {"uniform": [0.5, 1]}},
+    {"policies.allocation": "nearest"},
+    {"policies.allocation": "hungarian"},
+    {"policies.allocation": "regret"},
+    {"policies.routing": "congestion-aware"},
+    {"policies.charging": "reach-aware"},
+    {"policies.parking": "nearest"},
+    {"battery": None},
+    {"battery.capacity": 500},
+    {"traffic.node_time": 1},
+    {"tasks.station_choice": "random", "tasks.unload_at": ["P", "N"]},
+    {"tasks.clear_time": 3},
+]
+
+
+def simulated(changes, seed=3):
+    return dw.simulate(dw.load(FLOOR, changes), seed)
+
+
+def times(run, state):
+    """How long each task was in a state of a robot."""
+    return {span.task: span.end - span.start for robot in run.history.states for span in robot if span.state == state}
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return simulated({})
+
+
+def test_handling_takes_as_long_as_is_drawn(plain):
+    loading, unloading = times(plain, "loading"), times(plain, "unloading")
+    assert sorted(loading) == sorted(unloading) == list(range(60))
+    sigma = np.sqrt(np.log1p(0.16))
+    known = stats.lognorm(sigma, scale=8 / np.exp(sigma**2 / 2))
+    assert stats.kstest(list(loading.values()), known.cdf).pvalue > 0.001
+    assert stats.kstest(list(unloading.values()), stats.uniform(5, 10).cdf).pvalue > 0.001
+    assert abs(np.corrcoef([loading[n] for n in loading], [unloading[n] for n in loading])[0, 1]) < 0.4
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+def test_a_task_takes_as_long_whatever_else_changes(changes, plain):
+    run = simulated(changes)
+    assert times(run, "loading") == pytest.approx(times(plain, "loading"))
+    assert times(run, "unloading") == pytest.approx(times(plain, "unloading"))
+    assert [task.good for task in run.history.tasks.values()] == [task.good for task in plain.history.tasks.values()]
+
+
+def test_another_seed_draws_other_times(plain):
+    other = times(simulated({}, seed=4), "loading")
+    assert all(other[task] != pytest.approx(time) for task, time in times(plain, "loading").items())
+
+
+def test_a_list_of_goods_is_not_deterministic_then():
+    listed = {"tasks.goods": [0, 1, 2], "tasks.unload_time": 5}
+    assert not is_deterministic(dw.load(FLOOR, listed))
+    assert not simulated(listed).deterministic
+    assert is_deterministic(dw.load(FLOOR, {**listed, "tasks.load_time": {"constant": 8}}))
+    assert simulated({**listed, "tasks.load_time": 8}).deterministic
+
+
+def test_check_says_what_varies_and_calculates_with_the_mean():
+    report = check(dw.load(FLOOR))
+    assert "loading varies: lognormal, mean 8 s, cv 0.4; estimates take the mean" in report.facts
+    assert "unloading varies: uniform from 5 to 15 s, mean 10 s, cv 0.2887; estimates take the mean" in report.facts
+    same = check(dw.load(FLOOR, {"tasks.load_time": 8, "tasks.unload_time": 10}))
+    assert report.lines == same.lines
