@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
+from desim_warehouse import money
 from desim_warehouse.errors import StudyError, nearest
 from desim_warehouse.states import TIMES
 
@@ -28,6 +29,8 @@ Unit = Literal[
     "tasks",
     "tasks per hour",
     "weighted",
+    "money per year",
+    "money per task",
     "capacity per hour",
     "share of tasks",
     "share of orders",
@@ -179,6 +182,10 @@ def _charger_utilisation(history: History) -> float:
 def _station_wait(history: History) -> float:
     """Robots queue for a server or for a charger; rounding may leave these sums just below 0."""
     return max(history.totals["queueing"] - history.charger_wait, 0.0)
+
+
+def _has_prices(history: History) -> bool:
+    return history.model.prices is not None
 
 
 def _has_orders(history: History) -> bool:
@@ -450,6 +457,25 @@ INDICATORS = {
             "less",
             _station_wait,
             _has_stations,
+        ),
+        Indicator(
+            "annual_cost",
+            "Annual cost",
+            "money per year",
+            "robots, chargers, energy, servers and late orders at the prices of the section `prices`, for a year of "
+            "its `hours` like the counted time; only with prices",
+            "less",
+            money.annual_cost,
+            _has_prices,
+        ),
+        Indicator(
+            "cost_per_task",
+            "Cost per task",
+            "money per task",
+            "`annual_cost` by the tasks that such a year delivers; only with prices",
+            "less",
+            money.cost_per_task,
+            _has_prices,
         ),
         *(_share_of(state) for state in TIMES.values()),
     )

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got
+from desim_warehouse.errors import got, spoken
 from desim_warehouse.fields import (
     LATER,
     NUMBER,
@@ -562,6 +562,30 @@ class Cost(Part):
     collisions: NotNegative = Field(1.0, description="w_c, for each collision")
 
 
+class Prices(Part):
+    """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
+
+    hours: Positive = Field(description="hours a year that the warehouse runs as in this model")
+    robot: NotNegative = Field(0.0, description="a robot, per year: price / years of use, and maintenance")
+    kinds: Named[NotNegative] = Field(FrozenMap(), description="robots of a kind, per year; default: robot")
+    charger: NotNegative = Field(0.0, description="a charger, per year")
+    energy: NotNegative = Field(0.0, description="a unit of the energy that robots draw")
+    station_hour: NotNegative = Field(0.0, description="an hour of a server of a station, such as its staff")
+    late_order: NotNegative = Field(
+        0.0, description="an order delivered late, or due and not delivered; without orders from a file a task"
+    )
+
+    @field_validator("kinds")
+    @classmethod
+    def _of_the_fleet(cls, kinds: Mapping[str, float], info: ValidationInfo) -> Mapping[str, float]:
+        there = known(info).kinds
+        for kind in kinds if there is not None else ():
+            if kind not in (there or ()):
+                expected = f"one of {spoken(there, 'or')}" if there else "one of fleet.kinds, which has none"
+                raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}", kind)
+        return kinds
+
+
 class Model(Part):
     """A complete model: everything a run depends on but the seed."""
 
@@ -576,6 +600,7 @@ class Model(Part):
     policies: Policies = Policies()
     run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
+    prices: Prices | None = Field(None, description="none: no costs are worked out", json_schema_extra=LATER)
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
         (),

@@ -1,0 +1,51 @@
+"""What a run comes to in money: the year's cost, from its prices and what was counted in the run."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.history import History
+    from desim_warehouse.model.schema import Prices
+
+
+def annual_cost(history: History) -> float:
+    """The cost of a year of `prices.hours` hours like those counted; nan without prices, or where none were."""
+    prices, hours = history.model.prices, history.counted / history.model.units.hour
+    if prices is None or not hours:
+        return math.nan
+    servers = sum(station.servers for station in history.layout.stations.values())
+    by_the_hour = (
+        prices.energy * history.totals["energy"] / hours
+        + prices.station_hour * servers
+        + prices.late_order * late(history) / hours
+    )
+    return _fleet(history, prices) + prices.charger * history.chargers + by_the_hour * prices.hours
+
+
+def cost_per_task(history: History) -> float:
+    """The year's cost by the tasks that it delivers at the rate counted; nan where there were none."""
+    prices, hours = history.model.prices, history.counted / history.model.units.hour
+    tasks = history.totals["delivered"] / hours if hours else 0.0
+    return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
+
+
+def late(history: History) -> int:
+    """Orders (without any: tasks) delivered late in the counted time, or due in it and not delivered."""
+    if history.log.orders:
+        overdue = {
+            (task.flow, task.order) for task in history.tasks.values() if _is_overdue(history, task.due, task.delivered)
+        }
+        return sum((one.lateness or 0.0) > 0 for one in history.counted_orders) + len(overdue)
+    overdue_tasks = sum(_is_overdue(history, task.due, task.delivered) for task in history.tasks.values())
+    return sum(late > 0 for late in history.lateness) + overdue_tasks
+
+
+def _is_overdue(history: History, due: float | None, delivered: float) -> bool:
+    return due is not None and history.begin <= due < history.end and math.isinf(delivered)
+
+
+def _fleet(history: History, prices: Prices) -> float:
+    kinds = history.model.fleet.kinds_of_robots()
+    return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
