@@ -80,7 +80,10 @@ def against_baseline(study: Results, indicator: str, comparison: Comparison) -> 
 def _follows(study: Results, indicator: str, row: Difference) -> bool:
     """Whether a difference only reflects more demand: no finding."""
     ours, base = study.models.get(str(row.design)), study.models.get(study.baseline)
-    return indicator in VOLUMES and ours is not None and base is not None and ours.tasks.goods != base.tasks.goods
+    if indicator not in VOLUMES or ours is None or base is None:
+        return False
+    asked = [(model.tasks.goods, model.tasks.flows, model.tasks.demand) for model in (ours, base)]
+    return asked[0] != asked[1]
 
 
 def name_of(study: Results, design: str) -> str:

@@ -1,0 +1,93 @@
+"""The hand calculation of flows, worked out on a ring of 20 to a side, and what `desim check` finds in them."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.run import check
+from tests.world.test_flows import RING, first
+
+HOUR = {"run.length": 3 * 3600}
+
+
+def checked(flows, **changes):
+    flows = flows if "from" not in flows else {"flow": flows}
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    return check(dw.load(RING, {"tasks.flows": flows, **HOUR, **changes}))
+
+
+def found(report):
+    return {item.code: item for item in report.findings if item.level != "note"}
+
+
+def test_between_stations():
+    report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 20}})
+    # pack at D to dock at B: 40; B to D: 40; 4 and 6 to load and unload
+    cycle = report.calculation.cycle
+    assert (cycle.empty, cycle.load, cycle.loaded, cycle.unload) == (40, 4, 40, 6)
+    assert report.calculation.robots_needed == pytest.approx(20 * 90 / 3600)
+    assert report.calculation.fleet_capacity * 3600 == pytest.approx(40)
+    # each is one of two handlings of every task; unloading at pack takes 6 of 180 s
+    busy = {item.node: item.busy for item in report.calculation.stations}
+    assert busy == pytest.approx({"B": 20 * 4 / 3600, "D": 20 * 6 / 3600})
+
+
+def test_from_storage_to_storage():
+    report = checked({"from": first(1), "to": first(0), "arrivals": {"poisson": 20}})
+    # from offset 5 of C>D: 15 to D, 40 to B, 10 along B>C: 65; with the load 10 to C, 5 along C>D: 15
+    assert (report.calculation.cycle.empty, report.calculation.cycle.loaded) == pytest.approx((65, 15))
+
+
+def test_several_flows_are_mixed_by_their_rates():
+    flows = {
+        "over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}, "load_time": 8},
+        "back": {"from": "pack", "to": "dock", "arrivals": {"poisson": 10}},
+        "more": {"from": "storage", "to": "storage", "arrivals": {"saturated": 2}},
+    }
+    cycle = checked(flows).calculation.cycle
+    # loads 40 either way; empty: from D to B 40 or from B to D 40, 3/4 x 3/4 and 1/4 x 1/4 of the tasks, else nothing
+    assert cycle.loaded == 40
+    assert cycle.empty == pytest.approx(40 * (9 / 16 + 1 / 16))
+    assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4)
+
+
+def test_the_busiest_hour_is_worked_out_apart():
+    report = checked({"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [10, 60, 10]}}})
+    assert report.calculation.rate * 3600 == pytest.approx(80 / 3)
+    assert report.calculation.peak * 3600 == pytest.approx(60)
+    assert "the 60 of the busiest hour 1.5" in " ".join(report.lines)
+    assert found(report).keys() >= {"PEAK_ABOVE_FLEET"}
+    quarter = {"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [0, 40, 80, 40, 0], "every": 900}}}
+    assert checked(quarter, run__length=4500).calculation.peak * 3600 == pytest.approx(40)
+
+
+def test_more_than_the_fleet_can_do():
+    report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 50}})
+    assert found(report)["DEMAND_ABOVE_FLEET"].place == "tasks.flows"
+    assert "50 tasks an hour" in found(report)["DEMAND_ABOVE_FLEET"].text
+    assert "DEMAND_ABOVE_FLEET" not in found(checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}))
+    twice = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}, tasks__demand=2)
+    assert "60 tasks an hour" in found(twice)["DEMAND_ABOVE_FLEET"].text
+
+
+def test_due_before_it_can_be_delivered():
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 10}}
+    assert found(checked({**flow, "due_within": 49}))["DUE_TOO_SOON"].place == "tasks.flows.flow.due_within"
+    assert "DUE_TOO_SOON" not in found(checked({**flow, "due_within": 51}))
+
+
+def test_a_battery_that_does_not_last_for_a_task_of_a_flow():
+    battery = {"capacity": 80, "threshold": 5, "consumption": 1, "charge_rate": 5}
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 10}}
+    # 20 to the dock, 4, 40, 6, and 20 to the charger at A: 90
+    small = found(checked(flow, battery=battery))["BATTERY_TOO_SMALL"]
+    assert small.text.startswith("a task of flow 'flow' draws at least 90")
+    assert "BATTERY_TOO_SMALL" not in found(checked(flow, battery={**battery, "capacity": 95}))
+
+
+def test_the_hand_calculation_is_what_an_unhurried_robot_does():
+    """A lone robot that always has a task: its throughput is that of the calculation."""
+    flows = {"all": {"from": "storage", "to": "pack", "arrivals": {"saturated": 1}}}
+    changes = {"tasks.flows": flows, "run.length": 40 * 3600, "log": "tasks"}
+    model = dw.load(RING, changes)
+    by_hand = check(model).calculation.fleet_capacity * 3600
+    assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)
