@@ -84,8 +84,9 @@ class Situation:
         import numpy as np
 
         handling = self.handling
-        times = [handling.times(task) for task in tasks]
-        fixed = np.array([load + unload + handling.clear_time for load, unload in times])
+        fixed: Any = handling.load_time + handling.unload_time + handling.clear_time
+        if handling.flows:
+            fixed = np.array([sum(handling.times(task)) + handling.clear_time for task in tasks])
         if any(task.drop is not None for task in tasks):
             return self._driven_loaded(robot, tasks) + fixed
         stations = [self.station(robot, task) for task in tasks]

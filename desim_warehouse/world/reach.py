@@ -61,7 +61,9 @@ class Reach:
         self._model, self._layout = model, layout
         self.tasks = model.tasks
         self.kinds = any(flow.kinds for flow in model.tasks.flows.values())
+        self.flows = bool(model.tasks.flows)
         self.handling = handling
+        self._handled = handling.load_time + handling.unload_time
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
@@ -114,7 +116,11 @@ class Reach:
         table = np.ones((len(robots), len(tasks)), dtype=bool)
         chosen = self._stations_of(robots, tasks)
         for i, robot in enumerate(robots if self.stations.by_node else ()):
-            table[i] = self._have_room(robot, tasks, chosen[i])
+            if self.flows:
+                table[i] = self._have_room(robot, tasks, chosen[i])
+            else:
+                room = {node: self.stations.has_room(robot, tasks[0], node) for node in dict.fromkeys(chosen[i])}
+                table[i] = [room[node] for node in chosen[i]]
         if self.kinds:
             table &= np.array([[may_do(robot, task) for task in tasks] for robot in robots])
         if not self.batteries:
@@ -261,7 +267,7 @@ class Reach:
         unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
         return float(
             rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
-            + rates["loading"] * sum(self.handling.times(task))
+            + rates["loading"] * (sum(self.handling.times(task)) if self.flows else self._handled)
             + rates["loaded"] * (after + (loaded_time(travel, task, station) + unknown))
         )
 

@@ -103,10 +103,11 @@ class Stations:
 
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
         """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first."""
-        return all(
-            station is None or station.free > 0 or robot.number in station.inside
-            for station in (self.at_drop(task, node), self.at_pick(task))
-        )
+        station = self.at_drop(task, node)
+        if station is not None and station.free <= 0 and robot.number not in station.inside:
+            return False
+        station = self.at_pick(task)
+        return station is None or station.free > 0 or robot.number in station.inside
 
     # Tasks in hand
 
