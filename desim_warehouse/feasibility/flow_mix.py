@@ -20,7 +20,7 @@ from desim_warehouse.model.popularity import shares
 from desim_warehouse.policies import create
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
@@ -90,6 +90,10 @@ class FlowMix:
         loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
         load, unload = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1))
         return Cycle(float(empty), float(load), float(loaded), float(unload), self.model.tasks.clear_time)
+
+    def to_edges(self, nodes: Sequence[str]) -> Any:
+        """Times from nodes (rows) to all places where tasks are picked (columns)."""
+        return self.travel.times(nodes, list(dict.fromkeys(node for leg in self.legs for node in leg.picks.comes)))
 
     def station_demand(self) -> Any:
         """For each of `stations` the handlings in it, as a part of all tasks."""

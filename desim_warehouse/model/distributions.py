@@ -402,6 +402,23 @@ Varying = Annotated[
 """A time that is always the same, or a distribution."""
 
 
+def scaled(time: float | Distribution, factor: float) -> float | Distribution:
+    """A time that may vary, every time of it `factor` times as long."""
+    if not isinstance(time, Distribution):
+        return time * factor
+    return type(time).model_validate({time.kind: _times(time.content()[time.kind], factor)})
+
+
+_PURE = {"cv", "shape", "alpha", "beta", "weights"}
+"""Parameters that are no times."""
+
+
+def _times(value: Any, factor: float) -> Any:
+    if isinstance(value, Mapping):
+        return {key: item if key in _PURE else _times(item, factor) for key, item in value.items()}
+    return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
+
+
 def mean_of(time: float | Distribution) -> float:
     """The mean of a time that may vary."""
     return time.mean if isinstance(time, Distribution) else time

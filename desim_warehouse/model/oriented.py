@@ -10,6 +10,7 @@ import networkx as nx
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.layout.orient import Orientation, orient_lanes
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.read import load
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def orientation(model: Model) -> Orientation:
     for place in layout.storage:
         for node in place.edge:
             ends[node] = ends.get(node, 0.0) + place.popularity
-    hubs = sorted({*model.tasks.unload_at})
+    hubs = sorted({*destinations(model, layout)})
     outside = sorted({*ends, *hubs} - main)
     if outside:
         where = f"node {outside[0]} cannot be reached or left"

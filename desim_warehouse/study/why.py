@@ -14,7 +14,9 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.indicators import find
 from desim_warehouse.layout import build
-from desim_warehouse.model.schema import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.distributions import scaled
+from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet import Designs, could_run
@@ -96,7 +98,7 @@ def suspects(run: Run) -> list[Suspect]:
 def _stations(run: Run) -> dict[str, list[str]]:
     """The nodes of each station that is used."""
     found: dict[str, list[str]] = {}
-    for node in dict.fromkeys(run.model.tasks.unload_at):
+    for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
             found.setdefault(run.layout.stations[node].zone, []).append(node)
     return found
@@ -112,7 +114,7 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
             more[f"{key}.places"] = station.servers + 1
         yield Suspect(f"station {zone}", f"one server more at each node of {zone}", more, share)
     layout = build(model.layout)
-    used = [node for node in dict.fromkeys(model.tasks.unload_at) if node in layout.stations]
+    used = [node for node in destinations(model, layout) if node in layout.stations]
     if queued and sum(layout.stations[node].places for node in used) < model.fleet.size:
         more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in queued}
         yield Suspect("places at the stations", "one place more at each node of the stations", more, None)
@@ -129,8 +131,15 @@ def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
 def _plain(model: Model) -> Iterator[Suspect]:
     """Handling, the number of robots, and demand: nobody waits for them, but they may be what limits."""
     tasks = model.tasks
+    sections = {
+        "tasks": tasks,
+        **{f"tasks.flows.{name}": flow for name, flow in tasks.flows.items() if "." not in name},
+    }
     shorter = {
-        f"tasks.{key}": getattr(tasks, key) * SOONER for key in ("load_time", "unload_time") if getattr(tasks, key)
+        f"{section}.{key}": scaled(getattr(part, key), SOONER)
+        for section, part in sections.items()
+        for key in ("load_time", "unload_time")
+        if getattr(part, key)
     }
     if shorter:
         yield Suspect("handling", "loading and unloading a tenth shorter", shorter, None)
@@ -141,12 +150,15 @@ def _plain(model: Model) -> Iterator[Suspect]:
     if isinstance(goods, PoissonGoods):
         less = {"tasks.goods": {**goods.content(), "poisson": goods.poisson * FEWER}}
         yield Suspect("demand", "5 % fewer orders", less, None)
+    elif tasks.arrive:
+        yield Suspect("demand", "5 % fewer orders", {"tasks.demand": tasks.demand * FEWER}, None)
 
 
 def usual_indicator(run: Run) -> str:
     """What the costs are counted in, where nobody says: throughput where work always waits, else time."""
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
-    if isinstance(run.model.tasks.goods, SaturatedGoods) or overloaded:
+    tasks = run.model.tasks
+    if (tasks.never_end and not tasks.arrive) or overloaded:
         return "throughput_per_hour"
     return "cycle_time_mean" if is_lifelong(run.model) else "T"
 

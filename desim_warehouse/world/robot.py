@@ -458,7 +458,7 @@ class Robot:
         elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
             if self.job is None and self.body.lane is not None and self.body.held is None:  # it unloaded on an edge
-                free_in += time_to_node(self, self.env.now, self.world.model.traffic.node_time)
+                free_in += time_to_node(self, self.env.now)
         return RobotView(
             self.number,
             self.node if node is None else node,

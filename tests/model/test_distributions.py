@@ -9,7 +9,7 @@ from scipy import stats
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import json_schema, load
-from desim_warehouse.model.distributions import mean_of
+from desim_warehouse.model.distributions import mean_of, scaled
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 DRAWS = 4000
@@ -70,6 +70,15 @@ def test_a_few_times_come_as_often_as_is_said(name):
     expected = [DRAWS * shares.count(value) / len(shares) for value in values]
     assert stats.chisquare([drawn.count(value) for value in values], expected).pvalue > UNLIKELY
     assert (given.mean, given.variance) == pytest.approx((np.mean(shares), np.var(shares)))
+
+
+@pytest.mark.parametrize("name", [*CONTINUOUS, *DISCRETE])
+def test_scaled_every_time_is_so_many_times_as_long(name):
+    given = time({**CONTINUOUS, **DISCRETE}[name][0])
+    shorter = scaled(given, 0.5)
+    assert (shorter.mean, shorter.cv) == pytest.approx((given.mean / 2, given.cv))
+    assert shorter.kind == given.kind
+    assert scaled(8.0, 0.5) == 4
 
 
 def test_a_time_that_does_not_vary_is_a_number():

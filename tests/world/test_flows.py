@@ -11,6 +11,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.model.flows import Profile, Rates
 from desim_warehouse.streams import Streams
+from desim_warehouse.study.why import suspects
 from desim_warehouse.world.flows import _Flow
 from tests.accounting import faults
 from tests.auditor import audit
@@ -432,3 +433,12 @@ def test_a_cell_of_the_matrix_that_is_no_rate_is_named(tmp_path):
     said = "\n".join(refused.value.problems)
     assert "from_to.csv:2:6: tasks.flows.all.from_to.0.per_hour: should be a number (got 'many')" in said
     assert "from_to.csv:2:11: tasks.flows.all.from_to.1.to.0: no such node or station (got 'nowhere')" in said
+
+
+def test_what_may_hold_a_day_up_is_asked_of_flows_too(plain):
+    found = {suspect.name: suspect.overrides for suspect in suspects(plain)}
+    assert found["demand"] == {"tasks.demand": 0.95}
+    assert found["handling"]["tasks.load_time"].mean == pytest.approx(8 * 0.9)
+    assert {"station dock", "station pack"} <= found.keys()
+    for change in found.values():
+        plain.model.replace(change)
