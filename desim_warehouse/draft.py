@@ -183,7 +183,8 @@ def _text(words: Draft) -> str:
     servers = max(math.ceil(words.orders * UNLOAD_TIME / 3600 / words.stations / BUSY), 1)
     width, height = words.size
     blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
-    counted = f"{words.stations} packing stations, {words.robots} robots, {words.chargers} chargers"
+    parts = {"packing station": words.stations, "robot": words.robots, "charger": words.chargers}
+    counted = ", ".join(f"{number} {name}{'s' * (number != 1)}" for name, number in parts.items())
     return f"""\
 # {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour.
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then

@@ -22,7 +22,7 @@ PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 ELSEWHERE = {ROOT / "docs/how-to/own-policy.md": ROOT / "tests/policies/test_own_policy_page.py"}
 """Pages that have a test of their own."""
 _FENCE = re.compile(r"^(?P<indent> *)```(?P<kind>[a-z]*)( [a-z]+=.*)? *$")
-_NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails)(: (?P<rest>.*?))? -->$")
+_NOTE = re.compile(r"^ *<!-- (?P<word>file|not run|fails|slow)(: (?P<rest>.*?))? -->$")
 _CHECKER = doctest.OutputChecker()
 
 

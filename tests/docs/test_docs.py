@@ -32,9 +32,24 @@ def copy(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in pages.ELSEWHERE], ids=_name)
 def test_every_block_of_a_page_does_what_the_page_says(page, copy):
+    _carry_out_page(page, copy, {"slow": "not run"})
+
+
+SLOW = [page for page in PAGES if any(block.note[0] == "slow" for block in pages.blocks(page))]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", SLOW, ids=_name)
+def test_so_do_the_slow_blocks(page, copy):
+    """Those that take minutes, marked `<!-- slow: why -->`."""
+    _carry_out_page(page, copy, {"slow": ""})
+
+
+def _carry_out_page(page, copy, read_as):
     names = {"__name__": "page"}
     for block in pages.blocks(page):
         word, rest = block.note
+        word = read_as.get(word, word)
         if word == "file":
             (copy / rest).parent.mkdir(parents=True, exist_ok=True)
             (copy / rest).write_text(block.text, encoding="utf-8")
