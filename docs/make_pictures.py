@@ -47,6 +47,16 @@ def shoot(browser: Any, name: str, width: int, height: int, *, phone: bool = Fal
         raise SystemExit(f"{name} is larger than {MOST_BYTES:,} bytes")
 
 
+def floor(folder: Path) -> None:
+    """The floor of the warehouse that docs/plan-a-warehouse.md drafts, as `desim draw` draws it."""
+    from desim_warehouse.draft import Draft, draft
+    from desim_warehouse.report.plot.floor import save
+
+    model = folder / "w.yaml"
+    model.write_text(draft(Draft(aisles=8, stations=3, due=5.0)), encoding="utf-8")
+    save(dw.load(model), PICTURES / "floor.png")
+
+
 def replays(browser: Any, folder: Path) -> None:
     """The paper's warehouse in the middle of a run, in its colours; heat maps of a crowded one; on a phone."""
     page = folder / "replay.html"
@@ -88,6 +98,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         browser = start(Path(folder) / "profile")
         try:
+            floor(Path(folder))
             replays(browser, Path(folder))
             report(browser, Path(folder))
         finally:
