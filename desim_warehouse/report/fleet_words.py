@@ -152,9 +152,8 @@ def _strategy(plan: FleetPlan) -> str:
     """Whether another strategy makes do with less."""
     if plan.strategy is not None:
         return f"With {plan.strategy.label} instead of {plan.own} fewer are needed: these numbers are for it."
-    names = [plan.own, *(strategy.label for strategy in plan.strategies)]
-    text = spoken(names)
-    return f"{text[:1].upper()}{text[1:]} make no difference: with none of them fewer robots or chargers are enough."
+    others = spoken([strategy.label for strategy in plan.strategies], "or")
+    return f"With {others} instead of {plan.own} no fewer are enough."
 
 
 def _bottleneck(plan: FleetPlan) -> str:

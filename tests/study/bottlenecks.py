@@ -32,6 +32,7 @@ def planted(number):
         "tasks.goods": {"saturated": 3 * robots},
         "battery.consumption": CONSUMPTION,
         "battery.charge_rate": 0.5,
+        "battery.reserve": 100,  # nobody runs flat, however scarce chargers are
         "layout.stations.packing.servers": robots,
         "tasks.load_time": draw.randint(5, 15),
         "run.length": 3000,

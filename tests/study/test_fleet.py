@@ -47,7 +47,7 @@ def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(fou
         r"Today \(60 an hour\) \d robots? and \d chargers?: on_time is \S+ % \(\S+ to \S+\)\.", lines[0]
     )
     assert lines[1].startswith("With 30 % more orders (78 an hour) ")
-    assert lines[2].startswith("Nearest, hungarian and earliest-due make no difference")
+    assert lines[2] == "With hungarian or earliest-due instead of nearest no fewer are enough."
     assert lines[3].startswith("The bottleneck is ")
 
 
