@@ -1,7 +1,8 @@
-"""What the examples print, made anew: `python -m docs.make_outputs [PAGE ...]`.
+"""What the examples print, made anew: `python -m docs.make_outputs [--slow] [PAGE ...]`.
 
 For a change that moves numbers on purpose: look at the difference, and say under "Results change" in CHANGELOG.md
-what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet.
+what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet. Blocks that take minutes, marked
+`<!-- slow: why -->`, are carried out with `--slow` only.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Change = tuple[int, int, list[str]]
 """First line (from 1), how many lines, and the lines to put there."""
 
 
-def changes(page: Path, folder: Path) -> list[Change]:
+def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
     """What has to change in a page, from running its blocks in a copy of the folder."""
     found: list[Change] = []
     names: dict[str, object] = {"__name__": "page"}
@@ -27,7 +28,7 @@ def changes(page: Path, folder: Path) -> list[Change]:
         if word == "file":
             (folder / rest).parent.mkdir(parents=True, exist_ok=True)
             (folder / rest).write_text(block.text, encoding="utf-8")
-        elif word == "not run":
+        elif word == "not run" or (word == "slow" and not slow):
             continue
         elif block.kind == "python":
             printed = pages.run_python(block, names, page)
@@ -56,12 +57,13 @@ def main(arguments: list[str]) -> None:
     os.environ["COLUMNS"] = "120"
     home = Path.cwd()
     every = [page for page in pages.PAGES if page not in pages.ELSEWHERE]
-    for page in [Path(name).resolve() for name in arguments] or every:
+    slow = "--slow" in arguments
+    for page in [Path(name).resolve() for name in arguments if name != "--slow"] or every:
         with tempfile.TemporaryDirectory() as folder:
             for name in ("models", "studies"):
                 shutil.copytree(pages.ROOT / name, Path(folder) / name)
             os.chdir(folder)
-            made = changes(page, Path(folder))
+            made = changes(page, Path(folder), slow=slow)
             os.chdir(home)
         lines = page.read_text(encoding="utf-8").splitlines()
         for line, many, text in reversed(made):
