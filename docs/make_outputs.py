@@ -1,8 +1,8 @@
 """What the examples print, made anew: `python -m docs.make_outputs [--slow] [PAGE ...]`.
 
 For a change that moves numbers on purpose: look at the difference, and say under "Results change" in CHANGELOG.md
-what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet. Blocks that take minutes, marked
-`<!-- slow: why -->`, are carried out with `--slow` only.
+what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet. Blocks that
+take minutes, marked `<!-- slow: why -->`, are carried out with `--slow` only.
 """
 
 from __future__ import annotations

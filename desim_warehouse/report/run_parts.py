@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.model_parts import model_facts
 
@@ -75,6 +76,39 @@ def indicators(run: Run) -> Html:
 
 def _unit(run: Run, key: str) -> str:
     return words.unit(words.indicator_kind(key), run.model.units)
+
+
+def flow_figures(run: Run) -> list[Axes]:
+    """Orders that came and were delivered."""
+    return [plot.arrivals(run)] if run.history.tasks else []
+
+
+def resources(run: Run) -> Html:
+    """How busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
+    if run.record.level != "all":
+        return html.paragraph("How busy stations and chargers are needs a run with log: all.", "note")
+    nodes, counted, layout = run.account("node"), run.history.counted, run.layout
+    servers = {node: (item.zone, item.servers) for node, item in layout.stations.items()}
+    chargers = {
+        node: (layout.bays[node].zone, number)
+        for node, number in (chargers_at(run.model, layout) if run.model.battery else {}).items()
+    }
+    rows = [
+        [
+            f"{kind} {zone} at {node}",
+            words.number(number),
+            f"{words.number(100 * float(nodes[doing][node]) / (number * counted), 1)} %",
+            words.number(float(nodes[waiting][node]) / counted, 2),
+        ]
+        for kind, places, doing, waiting in (
+            ("station", servers, "unloading", "queueing_server"),
+            ("chargers of", chargers, "charging", "queueing_charger"),
+        )
+        for node, (zone, number) in places.items()
+    ]
+    if not rows or not counted:
+        return html.paragraph("There are no stations and no chargers.", "note")
+    return html.table(["where", "servers or chargers", "in use", "robots queueing, on average"], rows, name="resources")
 
 
 def robot_figures(run: Run) -> list[Axes]:

@@ -383,3 +383,32 @@ def test_what_cannot_be_drawn_is_said(runs, call, message):
 def test_models_without_batteries_have_no_battery_figure(model):
     with pytest.raises(ReportError, match="have none"):
         plot.battery(dw.simulate(model.replace({"battery": None})))
+
+
+def test_orders_that_came_and_went_are_counted_over_the_day(lifelong):
+    ax = plot.arrivals(lifelong)
+    came, went = ax.lines
+    tasks = lifelong.history.tasks.values()
+    delivered = [task for task in tasks if np.isfinite(task.delivered)]
+    assert (came.get_label(), came.get_ydata()[-1]) == ("released", len(tasks))
+    assert (went.get_label(), went.get_ydata()[-1]) == ("delivered", len(delivered))
+    hour = lifelong.model.units.hour
+    assert went.get_xdata()[1] == pytest.approx(min(task.delivered for task in delivered) / hour)
+    assert len(came.get_ydata()) == len(tasks) + 2
+
+
+def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
+    from desim_warehouse.report import run_parts
+
+    short = {"run.length": 5400, "run.warm_up": 1800, "log": "all", "tasks.goods": {"poisson": 300}}
+    run = dw.simulate(dw.load("models/mir250.yaml", short))
+    table = run_parts.resources(run)._repr_html_()
+    account = run.account("node")
+    busy = 100 * account["unloading"]["r2c2"] / (2 * 3600)
+    assert "station packing at r2c2" in table
+    assert f"{busy:.1f} %" in table
+    # the two chargers at r0c0, and nobody else's
+    assert "chargers of charging at r0c0" in table
+    assert "parking" not in table
+    few = run_parts.resources(dw.simulate(dw.load("models/mir250.yaml", {**short, "log": "tasks"})))
+    assert "needs a run with log: all" in few._repr_html_()

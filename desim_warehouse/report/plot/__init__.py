@@ -9,6 +9,7 @@
 | an indicator over two factors                  | `surface`               | study table                  |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
 | where the time of tasks, robots, ... went      | `account`               | Run                          |
+| orders that came and were delivered            | `arrivals`              | Run                          |
 | batteries                                      | `battery`               | Run                          |
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
@@ -29,6 +30,7 @@ from desim_warehouse.report.plot.factors import by_factor, facets, throughput
 from desim_warehouse.report.plot.fitted import fitted
 from desim_warehouse.report.plot.fleet import gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
+from desim_warehouse.report.plot.flow import arrivals
 from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
 from desim_warehouse.report.plot.response import surface
@@ -37,6 +39,7 @@ from desim_warehouse.report.plot.series import warm_up
 __all__ = [
     "COLOURS",
     "account",
+    "arrivals",
     "battery",
     "by_factor",
     "congestion",
