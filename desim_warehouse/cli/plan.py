@@ -95,12 +95,13 @@ def command(
     lines = fleet_words.sentences(found)
     shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)
     if as_json:
-        click.echo(json.dumps(_content(found, lines, shown)))
+        click.echo(json.dumps(_content(found, lines, shown) | {"notes": fleet_words.notes(loaded)}))
     else:
         for line in lines:
             click.echo(line)
         _show(shown)
-        click.echo(fleet_words.promise(found))
+        for line in (fleet_words.promise(found), *fleet_words.notes(loaded)):
+            click.echo(line)
         click.echo(f"{found.runs:,} runs in {_time(monotonic() - began)}", err=True)
     if not found.feasible:
         click.echo("no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck", err=True)

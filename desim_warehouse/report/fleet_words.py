@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
+from desim_warehouse.feasibility import estimate
+from desim_warehouse.feasibility.power import start_energy
 from desim_warehouse.indicators import find
+from desim_warehouse.layout import build
 from desim_warehouse.report import words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from desim_warehouse.model import Model
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
     from desim_warehouse.study.statistics import Estimate
 
@@ -59,6 +63,17 @@ def promise(plan: FleetPlan) -> str:
         f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {target(plan)}, and no smaller "
         f"one is better than that by {zone} or more (if more robots and chargers never do worse)."
     )
+
+
+def notes(model: Model) -> list[str]:
+    """What may mislead: batteries that start full and outlast the run, so that charging is not seen."""
+    found = estimate(model, build(model.layout)).power
+    length = model.run.length
+    if found is None or length is None or start_energy(model)[0] < 1 or length >= found.lasts:
+        return []
+    lasts, runs = (words.number(time / model.units.hour, 1) for time in (found.lasts, length))
+    cure = "Let runs last longer (run.length), or batteries start at random levels (fleet.start_energy)."
+    return [f"All batteries start full and last {lasts} h, the runs {runs} h: what charging costs hardly shows. {cure}"]
 
 
 def target(plan: FleetPlan) -> str:
