@@ -19,6 +19,7 @@ from desim_warehouse.feasibility import errors, estimate
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.indicators import find, within
 from desim_warehouse.layout import build
+from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import is_deterministic
@@ -409,9 +410,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
     model = study.plan.base.replace(point.overrides)
     layout = build(model.layout)
-    servers = sum(
-        layout.stations[node].servers for node in dict.fromkeys(model.tasks.unload_at) if node in layout.stations
-    )
+    servers = sum(layout.stations[node].servers for node in destinations(model, layout) if node in layout.stations)
     each = model.fleet.size / servers if servers else 0.0
     values = {
         "robots": [1 - sum(map(row.value, ("share_idle", "share_queueing", "share_waiting"))) for row in rows],
