@@ -291,7 +291,9 @@ _UNITS = {
 def indicators() -> str:
     """The indicators with unit and meaning."""
     rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
-    return table(("indicator", "unit", "what it is"), rows)
+    of_flows = ", ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_flow is not None)
+    said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
+    return table(("indicator", "unit", "what it is"), rows) + said
 
 
 def study_keys() -> str:

@@ -119,8 +119,9 @@ def least_needs(model: Model, layout: Layout) -> Needs:
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
     on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
-    flow = free_flow(model, layout, speed)
-    if isinstance(flow, FlowMix):
+    if tasks.flows:
+        flow = free_flow(model, layout, speed)
+        assert isinstance(flow, FlowMix)
         return _needs_of_flows(flow, draws, {**dict.fromkeys(begins, out), **on_lanes}, ends)
     reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))

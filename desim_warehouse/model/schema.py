@@ -170,7 +170,7 @@ class Fleet(Part):
     @field_validator("size")
     @classmethod
     def _size(cls, size: int, info: ValidationInfo) -> int:
-        known(info).robots = size
+        known(info).robots, known(info).kinds = size, ()
         return size
 
     @field_validator("start_on_lanes")
