@@ -233,7 +233,7 @@ def public() -> str:
     names = [name for name in dw.__all__ if not name.startswith("_")]
     lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
     for name in ("Model", "Run", "Study", "Results"):
-        members = ((member, _static(getattr(dw, name), member)) for member in vars(getattr(dw, name)))
+        members = ((member, _static(getattr(dw, name), member)) for member in list(vars(getattr(dw, name))))
         shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
         lines += [f"## {name}\n", table(("member", "what it is"), shown)]
     figures = [_entry(name, getattr(dw.plot, name)) for name in dw.plot.__all__ if callable(getattr(dw.plot, name))]
