@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
 from desim_warehouse.model import energy
-from desim_warehouse.model.schema import SpreadEnergy
+from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.policies import RobotView, create
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.schema import Consumption, SpreadEnergy
+from desim_warehouse.model.fleet import SpreadEnergy
+from desim_warehouse.model.schema import Consumption
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.distributions import Distribution
-from desim_warehouse.model.schema import SpreadEnergy
+from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
 from desim_warehouse.study.file import Until

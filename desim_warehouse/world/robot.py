@@ -25,7 +25,7 @@ from desim_warehouse.world.rules import EPS
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from desim_warehouse.model.schema import Start
+    from desim_warehouse.model.fleet import Start
     from desim_warehouse.policies import Levels, Task
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.drive import Drive

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.log import Log
-    from desim_warehouse.model.schema import Start
+    from desim_warehouse.model.fleet import Start
     from desim_warehouse.world.body import Body
 
 

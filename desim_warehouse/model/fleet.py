@@ -1,0 +1,194 @@
+"""What a model says of its fleet: kinds of robots, where they start, what their batteries hold then."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from desim_warehouse.errors import got
+from desim_warehouse.fields import (
+    LATER,
+    NUMBER,
+    SECTION,
+    Count,
+    Distance,
+    Forms,
+    FrozenMap,
+    Length,
+    Named,
+    Part,
+    Share,
+    Speed,
+    Time,
+    by_type,
+    form,
+    known,
+    limited,
+    wrong,
+)
+from desim_warehouse.layout.spec import (
+    EdgeName,
+    NodeName,
+    NodesOfBays,
+    Offset,
+    edge_or_node,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+
+class RobotSpec(Part):
+    """A robot's size and speed."""
+
+    radius: Length = Field(description="half of its diameter")
+    speed: Speed = Field(description="length units per time unit")
+    margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+
+
+class Kind(Part):
+    """Some robots of the fleet that differ in size or speed (the first `count`, then the next kind's)."""
+
+    count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
+    radius: Length | None = Field(None, description="default: fleet.robot.radius")
+    speed: Speed | None = Field(None, description="default: fleet.robot.speed")
+
+
+class SpreadEnergy(Part):
+    """`uniform: [a, b]`: for every robot drawn uniformly between two shares of the capacity, by the run's seed."""
+
+    uniform: tuple[Share, Share] = Field(description="lower and upper end, as shares of the capacity")
+
+    @field_validator("uniform")
+    @classmethod
+    def _in_order(cls, uniform: tuple[float, float]) -> tuple[float, float]:
+        if uniform[0] > uniform[1]:
+            raise wrong(f"in the wrong order (got {got(uniform)}), expected the lower end first")
+        return uniform
+
+
+class OnEdge(Part):
+    """Where a robot stands at the start: on an edge, `offset` from the edge's start."""
+
+    edge: EdgeName = Field(description="[from, to]; of a two-way lane the direction in which it goes on")
+    offset: Offset = Field(description="distance from the edge's start: at least D, and at least D before its end")
+
+
+class OnNode(Part):
+    """Where a robot stands at the start: on a node."""
+
+    node: NodeName = Field(description="the node")
+
+
+class Start(NamedTuple):
+    """Where a robot is at the start: in a bay at `node`, on the node (`on_lanes`), or on an `edge` that leads there."""
+
+    node: str
+    on_lanes: bool = False
+    edge: tuple[str, str] | None = None
+    offset: float = 0.0
+
+
+class Fleet(Part):
+    """The robots and where they start."""
+
+    size: Annotated[Count, limited("robots")] = Field(description="number of robots")
+    start: NodesOfBays = Field(
+        (), description="nodes with bays, or names of bays, assigned round-robin; default: all nodes with bays"
+    )
+    start_on_lanes: tuple[
+        Annotated[
+            Annotated[OnEdge, form("edge")] | Annotated[OnNode, form("node")],
+            Forms("a section with edge and offset, or with node", pick=edge_or_node),
+        ],
+        ...,
+    ] = Field(
+        (),
+        description="where robots stand at the start, from robot 0 on; the others are in their bays, and each has a "
+        "place in its bay",
+        json_schema_extra=LATER,
+    )
+    robot: RobotSpec
+    kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
+    first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
+    exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
+    start_energy: Annotated[
+        Annotated[Share, form("number")] | Annotated[SpreadEnergy, form("spread")],
+        Forms(
+            "a share of the capacity from 0 to 1, or {uniform: [a, b]}",
+            pick=by_type(number=(*NUMBER, str), spread=SECTION),
+        ),
+    ] = Field(
+        1.0, description="what the batteries hold at the start, as a share of the capacity", json_schema_extra=LATER
+    )
+
+    @field_validator("size")
+    @classmethod
+    def _size(cls, size: int, info: ValidationInfo) -> int:
+        known(info).robots, known(info).kinds = size, ()
+        return size
+
+    @field_validator("start_on_lanes")
+    @classmethod
+    def _not_more(cls, places: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+        size = info.data.get("size", math.inf)
+        if len(places) > size:
+            raise wrong(f"{len(places)} places for fleet.size, {size}, expected at most one for each robot")
+        return places
+
+    @field_validator("kinds")
+    @classmethod
+    def _of_the_fleet(cls, kinds: Mapping[str, Kind], info: ValidationInfo) -> Mapping[str, Kind]:
+        left = size = info.data.get("size", math.inf)
+        for name, kind in kinds.items():
+            if kind.count > left:
+                text = f"more robots than are left of fleet.size, {size} (got {kind.count}), expected at most {left}"
+                raise wrong(text, name, "count")
+            left -= kind.count
+        known(info).kinds = tuple(kinds)
+        return kinds
+
+    def robots(self) -> list[RobotSpec]:
+        """Every robot, by number: those of the kinds first, then the ordinary ones."""
+        special = [
+            RobotSpec(
+                radius=kind.radius or self.robot.radius,
+                speed=kind.speed or self.robot.speed,
+                margin=self.robot.margin,
+            )
+            for kind in self.kinds.values()
+            for _ in range(kind.count)
+        ]
+        return special + [self.robot] * (self.size - len(special))
+
+    def kinds_of_robots(self) -> list[str]:
+        """The kind of every robot, by number; ordinary ones have none."""
+        special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
+        return special + [""] * (self.size - len(special))
+
+    def homes(self, bays: Iterable[str]) -> list[str]:
+        """The node beside which every robot starts, by number, given the nodes with bays."""
+        start = self.start or tuple(bays)
+        return [start[number % len(start)] for number in range(self.size)]
+
+    def starts(self, bays: Iterable[str]) -> list[Start]:
+        """Where every robot is at the start, by number, given the nodes with bays."""
+        found = [Start(home) for home in self.homes(bays)]
+        for number, place in enumerate(self.start_on_lanes):
+            found[number] = (
+                Start(place.node, on_lanes=True)
+                if isinstance(place, OnNode)
+                else Start(place.edge[1], on_lanes=True, edge=place.edge, offset=place.offset)
+            )
+        return found
+
+    @property
+    def contact(self) -> float:
+        """D: the distance that the two largest robots keep.
+
+        One D for all: with a distance for each pair a large robot would not fit where a small one stood, and a full
+        ring could not turn.
+        """
+        return 2 * max(robot.radius for robot in self.robots()) + self.robot.margin
