@@ -70,7 +70,7 @@ def command(
     shown to be enough. Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report import fleet_words
-    from desim_warehouse.study.fleet import Prices, plan_fleet
+    from desim_warehouse.study.fleet import UnitPrices, plan_fleet
 
     loaded = load_model(model, question.assignments)
     began = monotonic()
@@ -82,7 +82,7 @@ def command(
             strategies=_strategies(vary),
             robots=_counts(robots, "--robots"),
             chargers=_counts(chargers, "--chargers"),
-            prices=Prices(price_robot, price_charger),
+            prices=UnitPrices(price_robot, price_charger),
             zone=None if zone is None else _zone(zone),
             confidence=question.confidence or 0.95,
             seed=question.seed or 0,

@@ -48,7 +48,7 @@ STRATEGIES = ("nearest", "hungarian", "earliest-due")
 
 
 @dataclass(frozen=True)
-class Prices:
+class UnitPrices:
     """What a robot and a charger cost, in any currency; None: fewest robots, then fewest chargers."""
 
     robot: float | None = None
@@ -124,7 +124,7 @@ class FleetPlan:
     grown: Sized | None
     strategies: tuple[Strategy, ...]
     strategy: Strategy | None
-    prices: Prices
+    prices: UnitPrices
     sized: str | None
     runs: int
 
@@ -242,7 +242,7 @@ class _Planner:
     zone: float
     confidence: float
     designs: Designs
-    prices: Prices
+    prices: UnitPrices
     seed: int
     first: int
     cap: int
@@ -434,7 +434,7 @@ def plan_fleet(
     strategies: Mapping[str, Any] | None = None,
     robots: Sequence[int] | None = None,
     chargers: Sequence[int] | None = None,
-    prices: Prices | None = None,
+    prices: UnitPrices | None = None,
     zone: float | None = None,
     confidence: float = 0.95,
     seed: int = 0,
@@ -477,7 +477,7 @@ def plan_fleet(
     budget = statistics.Budget(runs)
     designs = Designs(model, robots, chargers)
     planner = _Planner(
-        model, goal, zone, confidence, designs, prices or Prices(), seed, first, cap, timeout, budget, where
+        model, goal, zone, confidence, designs, prices or UnitPrices(), seed, first, cap, timeout, budget, where
     )
     if strategies is None:
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}

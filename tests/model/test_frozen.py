@@ -30,7 +30,7 @@ def test_every_value_in_a_model_is_of_a_kind_that_cannot_be_changed():
             yield from kinds(item)
 
     found = {kind for kind in kinds(load(MULTIBOTS, POLICY)) if not issubclass(kind, Part)}
-    assert found == {str, int, float, tuple, FrozenMap, type(None)}
+    assert found == {str, int, float, bool, tuple, FrozenMap, type(None)}
 
 
 def test_a_field_cannot_be_set():

@@ -9,7 +9,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report import fleet_words
-from desim_warehouse.study.fleet import Designs, Prices, plan_fleet
+from desim_warehouse.study.fleet import Designs, UnitPrices, plan_fleet
 from tests.docs import pages
 from tests.study import plans
 
@@ -154,10 +154,10 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
 
 
 def test_prices_choose_the_cheapest():
-    prices = Prices(30_000, 8_000)
+    prices = UnitPrices(30_000, 8_000)
     assert prices.total((3, 2)) == 106_000
     assert prices.key((3, 2)) < prices.key((4, 1))
-    assert Prices().key((3, 9)) < Prices().key((4, 1))
+    assert UnitPrices().key((3, 9)) < UnitPrices().key((4, 1))
 
 
 def test_chargers_come_with_places_for_the_robots_at_them():
