@@ -207,7 +207,7 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     worst = lifelong.nodes["blocked"].max()
     assert words.number(worst) in {row[1] for row in page.tables["places"]}
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
-        "Layout", "Share", "States", "Energy", "Account", "Time", "Warm-up",
+        "Layout", "Tasks", "Share", "States", "Energy", "Account", "Time", "Warm-up",
     ]  # fmt: skip
     parts = lifelong.account("task").sum()
     share = words.number(100 * parts.max() / parts.sum(), 0)
