@@ -50,7 +50,8 @@ class Shortest:
 
     def __post_init__(self) -> None:
         """Check the parameter."""
-        _check(self.spread)
+        if not self.spread >= 1:
+            raise ValueError(f"spread is {self.spread}, expected at least 1 route")
 
     @property
     def fixed(self) -> bool:
@@ -59,11 +60,11 @@ class Shortest:
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        return roads.oracle("length").way(origin, goal, _tie(self.turns, self.spread))
+        return roads.oracle(self.cost).way(origin, goal, _tie(self.turns, self.spread))
 
 
 @dataclass(frozen=True)
-class Fastest:
+class Fastest(Shortest):
     """The fastest route without traffic, node times and speed limits included; of several, `spread` of them in turn.
 
     Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
@@ -71,27 +72,7 @@ class Fastest:
     `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """
 
-    spread: int = 1
     cost: ClassVar[str] = "time"
-    turns: Iterator[int] = field(init=False, repr=False, compare=False, default_factory=itertools.count)
-
-    def __post_init__(self) -> None:
-        """Check the parameter."""
-        _check(self.spread)
-
-    @property
-    def fixed(self) -> bool:
-        """Whether the route between two nodes is always the same."""
-        return self.spread == 1
-
-    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
-        """The nodes from origin to goal, both included."""
-        return roads.oracle("time").way(origin, goal, _tie(self.turns, self.spread))
-
-
-def _check(spread: int) -> None:
-    if not spread >= 1:
-        raise ValueError(f"spread is {spread}, expected at least 1 route")
 
 
 def _tie(turns: Iterator[int], spread: int) -> int:
