@@ -283,16 +283,17 @@ class History:
         batteries = self.model.battery is not None
         levels = energy.start_levels(self.model, Streams(self.seed))
         starts = self.model.fleet.starts(self.layout.bays)
-        now = [
-            StateSpan(robot, "idle", 0.0, 0.0, NONE, level if batteries else None, start.node)
-            for robot, (level, start) in enumerate(zip(levels, starts, strict=True))
+        now: list[tuple[str, float, int, float | None, str]] = [
+            ("idle", 0.0, NONE, full if batteries else None, stand.node)
+            for full, stand in zip(levels, starts, strict=True)
         ]
         found: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
-            found[row.robot].append(now[row.robot]._replace(end=row.time))
-            now[row.robot] = StateSpan(row.robot, row.kind, row.time, row.time, row.task, row.value, row.node or "")
-        for last in now:
-            found[last.robot].append(last._replace(end=self.end))
+            state, start, task, level, node = now[row.robot]
+            found[row.robot].append(StateSpan(row.robot, state, start, row.time, task, level, node))
+            now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
+        for robot, (state, start, task, level, node) in enumerate(now):
+            found[robot].append(StateSpan(robot, state, start, self.end, task, level, node))
         return found
 
     @cached_property
