@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.cli.options import write_model
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -44,7 +43,7 @@ def command(file: str, out: str | None, force: bool, operations: tuple[str, ...]
     if out is None:
         click.echo(text, nl=False)
     else:
-        _write(Path(out), text, force)
+        write_model(out, text, force=force)
         layout = model.layout
         counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
         parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]
@@ -57,17 +56,6 @@ def _operation(text: str) -> tuple[str, str]:
     if not equals:
         raise click.BadParameter(f"{text!r}, expected NAME=WHAT such as 'Pack=unload'", param_hint="--operation")
     return name.strip(), what.strip()
-
-
-def _write(path: Path, text: str, force: bool) -> None:
-    """Write the model whole, or not at all."""
-    try:
-        with path.open("w" if force else "x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ModelError([f"{path}: is there already; --force writes over it"]) from None
-    except (OSError, ValueError) as error:
-        raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
 
 
 def _show(remarks: Iterable[Remark], err: bool) -> None:

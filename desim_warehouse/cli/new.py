@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.cli.options import write_model
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
@@ -39,13 +38,8 @@ def command(file: str | None, *, force: bool, **given: Any) -> None:
         if not sys.stdin.isatty():
             raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
         file, given = _asked(given)
-    if Path(file).exists() and not force:
-        raise ModelError([f"{file}: the file exists; choose another name, or overwrite it with --force"])
     text = draft(_words(given))
-    try:
-        Path(file).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ModelError([f"{file}: cannot be written ({error.strerror})"]) from error
+    write_model(file, text, force=force)
     click.echo(text.splitlines()[0].removeprefix("# "))
     click.echo(f"{file} is written; next: desim check {file}")
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import click
 
+from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.findings import Acceptable
 
 if TYPE_CHECKING:
@@ -45,6 +47,21 @@ def with_overrides(command: F) -> F:
 with_seed = click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
 )
+
+
+def write_model(path: str, text: str, *, force: bool) -> None:
+    """Write a model file; over one that is there only with `force`.
+
+    Raises ModelError where there is one, or none can be written.
+    """
+    try:
+        with Path(path).open("w" if force else "x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        problem = f"{path}: the file exists; choose another name, or overwrite it with --force"
+        raise ModelError([problem]) from None
+    except (OSError, ValueError) as error:
+        raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
 
 
 def load_model(path: str, assignments: tuple[str, ...]) -> Model:

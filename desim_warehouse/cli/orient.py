@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_model
-from desim_warehouse.errors import ModelError
+from desim_warehouse.cli.options import load_model, write_model
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
@@ -31,16 +30,10 @@ def command(model: str, out: str, runs: int, *, force: bool) -> None:
     """
     from desim_warehouse.model.oriented import orientation, oriented_text
 
-    target = Path(out)
-    if target.exists() and not force:
-        raise ModelError([f"{out}: the file exists; choose another name, or overwrite it with --force"])
     base = load_model(model, ())
     found = orientation(base)
     text = oriented_text(Path(model), base, found)
-    try:
-        target.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ModelError([f"{out}: cannot be written ({error.strerror})"]) from error
+    write_model(out, text, force=force)
     click.echo("\n".join(_said(found)))
     if runs:
         click.echo(_compared(base, load_model(out, ()), runs))

@@ -10,6 +10,7 @@ import networkx as nx
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.layout.orient import Orientation, orient_lanes
+from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.read import load
 
@@ -41,12 +42,11 @@ def orientation(model: Model) -> Orientation:
     if outside:
         where = f"node {outside[0]} cannot be reached or left"
         raise ModelError([f"{model.name}: {where}, but goods or stations are there; desim check says more"])
-    speed = max(robot.speed for robot in model.fleet.robots())
-    edges = layout.graph.edges
+    traffic, speed = model.traffic, max(robot.speed for robot in model.fleet.robots())
+    travel = FreeTravel(layout.graph, speed, traffic.node_time, node_times=dict(traffic.node_times))
 
     def seconds(edge: Edge) -> float:
-        data = edges[edge]
-        return float(data["length"] / min(speed, data["speed"]) + model.traffic.node_time)
+        return travel.along(edge, 0.0)[1]
 
     return orient_lanes(layout.graph.subgraph(main), lanes, ends, hubs, seconds)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Battery:
     """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
 
-    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "started", "used")
+    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "started", "used", "varies")
 
     def __init__(self, spec: BatterySpec | None) -> None:
         self.spec = spec
@@ -27,14 +27,9 @@ class Battery:
         self.charging = False
         self.started: float | None = None
         """What it held at the start of the run, until it is charged."""
-
-    @property
-    def varies(self) -> bool:
+        rates = self.rates
+        self.varies = rates["waiting"] not in (rates["empty"], rates["loaded"]) or len(set(rates.values())) > 1
         """Whether waiting draws another rate than driving."""
-        return (
-            self.rates["waiting"] not in (self.rates["empty"], self.rates["loaded"])
-            or len(set(self.rates.values())) > 1
-        )
 
     def start(self, level: float) -> None:
         """Hold so much at the start of the run."""

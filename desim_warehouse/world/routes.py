@@ -88,9 +88,12 @@ class Routes:
     def _ask(self, origin: str, goal: str) -> list[Lane]:
         policy, now = self.policy, self.env.now
         names = asked("routing", policy, now, lambda: list(policy.route(origin, goal, self.roads)))
-        known = all(isinstance(name, str) for name in names)
-        lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes] if known else []
-        if not known or not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
+        try:
+            lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes]
+        except TypeError:  # names that cannot be looked up
+            lanes = []
+        if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
+            known = all(isinstance(name, str) for name in names)
             raise PolicyError(
                 f"policies.routing ({type(policy).__name__}) at time {now:g}: "
                 f"{' > '.join(names if known else map(shown, names)) or 'nothing'} is no route from {origin} to {goal}"

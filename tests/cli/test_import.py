@@ -32,7 +32,7 @@ def test_or_to_a_file_that_is_not_there_yet(tmp_path):
     model = dw.load(path)
     assert model.fleet.size == 6
     assert set(model.layout.stations) == {"table 1", "scales"}
-    with pytest.raises(dw.ModelError, match="is there already; --force writes over it"):
+    with pytest.raises(dw.ModelError, match="the file exists; choose another name, or overwrite it with --force"):
         call(YARD, "-o", str(path))
     assert dw.load(path) == model
     assert call(YARD, "-o", str(path), "--force").exit_code == 0

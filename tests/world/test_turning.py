@@ -5,17 +5,12 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.run import check
 from tests.auditor import audit
+from tests.world import ring
 
 RING = {
-    "layout": {
-        "nodes": {"A": [0, 0], "B": [10, 0], "C": [10, 10], "D": [0, 10]},
-        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
-        "storage": [{"node": "B"}, {"edge": ["C", "D"], "offset": 5}],
-        "bays": {"home": {"at": ["A"]}},
-        "stations": {"pack": {"at": ["D"]}},
-    },
-    "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
-    "tasks": {"goods": [1], "unload_at": ["pack"], "load_time": 5, "unload_time": 3},
+    **ring.RING,
+    "fleet": {**ring.RING["fleet"], "size": 1},
+    "tasks": {**ring.RING["tasks"], "goods": [1]},
     "traffic": {"turn_time": 4},
 }
 
