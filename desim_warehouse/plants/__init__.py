@@ -5,31 +5,19 @@ A reader turns a file into a `Plant`; `imported` makes a model of it and says wh
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.plants import opentcs
+from desim_warehouse.plants.formats import read_plant
 from desim_warehouse.plants.model import Imported, imported
 from desim_warehouse.plants.plant import Plant, Remark
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from desim_warehouse.model import Model
 
 __all__ = ["Imported", "Plant", "Remark", "import_layout", "imported", "read_layout", "read_plant"]
-
-
-def read_plant(path: str | Path) -> Plant:
-    """What a foreign file holds: points, links, locations, vehicles.
-
-    Args:
-        path: a plant model of openTCS (XML, versions 0.0.2 to 7.0.0).
-
-    Raises:
-        ModelError: where it cannot be read, with the line.
-    """
-    return opentcs.read(Path(path))
 
 
 def import_layout(

@@ -23,9 +23,14 @@ _START = ("loopback:initialPosition", "tcs:initialPosition")
 _RULES = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
 
 
-def read(path: Path) -> Plant:
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be a plant model: XML."""
+    return start.startswith(b"<") or path.suffix.lower() == ".xml"
+
+
+def read(path: Path, content: bytes) -> Plant:
     """Read a plant model; raises ModelError with the line where it cannot be."""
-    root = read_xml(path, EXPECTED)
+    root = read_xml(path, content, EXPECTED)
     if root.tag != "model":
         root.refuse(f"not a plant model, expected {EXPECTED} with the root element model")
     version = root.text("version")

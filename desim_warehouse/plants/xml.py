@@ -7,7 +7,6 @@ is opened; size, depth and the number of elements are limited.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from io import BytesIO
 from typing import TYPE_CHECKING, NoReturn
 from xml.parsers import expat
 
@@ -62,35 +61,18 @@ class Element:
         raise ModelError([f"{self.file}:{self.line}: {self.tag}{f' {got(name)}' if name else ''}: {text}"]) from None
 
 
-def read_xml(path: Path, expected: str) -> Element:
+def read_xml(path: Path, content: bytes, expected: str) -> Element:
     """The root element of a file.
 
     Args:
-        path: the file.
+        path: the file, for messages.
+        content: its bytes.
         expected: what it should hold, for messages.
 
     Raises:
-        ModelError: where it cannot be read, is not XML, has a document type, or is too large.
+        ModelError: where it is not XML, has a document type, or too many elements.
     """
-    return _Reader(str(path), expected).read(content_of(path, expected))
-
-
-def content_of(path: Path, expected: str) -> bytes:
-    """The bytes of a foreign file, up to the limit of all files; raises ModelError."""
-    most = LIMITS["bytes"][0]
-    try:
-        regular = path.is_file() or not path.exists()  # a pipe or a device may never end
-        with path.open("rb") if regular else BytesIO() as file:
-            content = file.read(most + 1)
-    except FileNotFoundError:
-        raise ModelError([f"{path}: no such file, expected {expected}"]) from None
-    except (OSError, ValueError) as error:
-        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected {expected}"]) from None
-    if not regular:
-        raise ModelError([f"{path}: not a file, expected {expected}"])
-    if len(content) > most:
-        raise ModelError([f"{path}: too large, expected {expected} of at most {most:,} bytes"])
-    return content
+    return _Reader(str(path), expected).read(content)
 
 
 class _Reader:

@@ -1,0 +1,30 @@
+"""The bytes of a file that a stranger made: a regular file, of limited size."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.fields import LIMITS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def content_of(path: Path, expected: str) -> bytes:
+    """The bytes of a foreign file, up to the limit of all files; raises ModelError."""
+    most = LIMITS["bytes"][0]
+    try:
+        regular = path.is_file() or not path.exists()  # a pipe or a device may never end
+        with path.open("rb") if regular else BytesIO() as file:
+            content = file.read(most + 1)
+    except FileNotFoundError:
+        raise ModelError([f"{path}: no such file, expected {expected}"]) from None
+    except (OSError, ValueError) as error:
+        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected {expected}"]) from None
+    if not regular:
+        raise ModelError([f"{path}: not a file, expected {expected}"])
+    if len(content) > most:
+        raise ModelError([f"{path}: too large, expected {expected} of at most {most:,} bytes"])
+    return content
