@@ -7,7 +7,9 @@ meaning in `COLUMNS`, and to the methods of `Log` that write it; a kind of row h
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from desim_warehouse import states
@@ -147,12 +149,12 @@ class Log:
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
+        rows, number, task, edge = self.rows, robot.number, robot.task, robot.lane.edge
         if self.everything and lane is not None and lane.out_at > now:
-            row = (now, "drive", robot.number, robot.task, None, lane.edge, lane.length, lane.out_at, NONE)
-            self.rows.append(row)
-        self.enter(clear, robot)
+            rows.append((now, "drive", number, task, None, lane.edge, lane.length, lane.out_at, NONE))
+        rows.append((clear, "enter", number, task, None, edge, None, None, NONE))
         if self.everything:
-            self.drive(robot, robot.since)
+            rows.append((robot.since, "drive", number, task, None, edge, robot.target, robot.until, NONE))
 
     def enter(self, time: float, robot: _Body) -> None:
         """A robot's centre leaves a node for the lane it is now on."""
@@ -184,7 +186,8 @@ class Log:
     def close(self, end: float) -> None:
         """The run is over: sort rows by time, without those that were only announced for later."""
         self.end = end
-        self.rows = sorted((row for row in self.rows if row[0] <= end), key=lambda row: row[0])
+        self.rows.sort(key=itemgetter(0))
+        del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
 
     def frame(self) -> pd.DataFrame:
         """The rows as a table with the columns of `LogRow`; edges as `A>B`, robot, task and other -1 if none."""

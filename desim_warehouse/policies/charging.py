@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from desim_warehouse.policies.protocols import CHARGERS, Levels, RobotView
 
@@ -19,6 +20,7 @@ class Threshold:
 
     level: float | None = None
     charger: str = "own"
+    fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -45,6 +47,7 @@ class ReachAware:
 
     margin: float = 0.1
     charger: str = "nearest"
+    fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -69,6 +72,7 @@ class Opportunity:
     minimum: float = 0.2
     margin: float = 0.1
     charger: str = "nearest"
+    fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -97,6 +101,7 @@ class FourThresholds:
     full: float = 0.95
     margin: float = 0.1
     charger: str = "nearest"
+    fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -134,6 +139,7 @@ class Swap:
     level: float = 0.2
     margin: float = 0.1
     charger: str = "nearest"
+    fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""

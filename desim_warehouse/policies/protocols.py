@@ -197,7 +197,11 @@ class Routing(Protocol):
 
 
 class Charging(Protocol):
-    """When a robot leaves its work to charge, where, and when it is ready again."""
+    """When a robot leaves its work to charge, where, and when it is ready again.
+
+    A policy with the attribute `fixed = True` promises that the levels depend on a robot's capacity and threshold only:
+    it is asked once in a run.
+    """
 
     def levels(self, robot: RobotView) -> Levels:
         """The battery levels that hold for a robot now."""

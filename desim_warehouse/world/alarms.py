@@ -33,6 +33,7 @@ class Alarms:
         self.give_back = give_back
         self.looks_ahead = False
         self._flat_at = self._low_at = math.inf
+        self._rate = 0.0
 
     def watch(self) -> None:
         """Know when the battery will be flat and, on the way to a good, when the robot must be recalled."""
@@ -40,10 +41,12 @@ class Alarms:
         battery = robot.battery
         if battery.spec is None:
             return
-        flat_at = battery.lasts_until(now, -battery.spec.reserve)
-        if flat_at < self._flat_at:
-            self._flat_at = flat_at
-            Timeout(self.env, flat_at - now).callbacks.append(self._flat)
+        if battery.rate != self._rate:  # else it is flat when it was found to be
+            self._rate = battery.rate
+            flat_at = battery.lasts_until(now, -battery.spec.reserve)
+            if flat_at < self._flat_at:
+                self._flat_at = flat_at
+                Timeout(self.env, flat_at - now).callbacks.append(self._flat)
         if robot.job is None or robot.state != "empty":
             return
         robot.body.recall_at = self._recall()
@@ -58,7 +61,7 @@ class Alarms:
         what it has to spare.
         """
         now, robot = self.env.now, self.robot
-        levels = self.reach.levels(robot.view())
+        levels = self.reach.levels.of(robot)
         recall_at = robot.battery.lasts_until(now, levels.critical)
         self.looks_ahead = levels.margin is not None
         if levels.margin is not None and robot.body.is_waiting and not robot.is_at_good_edge:
@@ -68,6 +71,7 @@ class Alarms:
 
     def _flat(self, _: Event) -> None:
         self._flat_at = math.inf
+        self._rate = 0.0
         robot, now = self.robot, self.env.now
         spec = robot.battery.spec
         if spec is None or robot.battery.level(now) > 1e-9 * spec.capacity - spec.reserve:

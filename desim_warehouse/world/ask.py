@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.streams import Streams
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.reach import Reach
+    from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.routes import Routes
 
 Answer = TypeVar("Answer")
@@ -43,18 +44,26 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
 
 
 class ChargingLevels:
-    """Asks the charging policy for the battery levels that hold for a robot."""
+    """Asks the charging policy for the battery levels that hold for a robot; only once if they are the same for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env
         self.policy = policy
+        self._fixed: Levels | None = None
+
+    def of(self, robot: Robot) -> Levels:
+        """Those of a robot that is free where it is."""
+        return self._fixed or self(robot.view())
 
     def __call__(self, robot: RobotView) -> Levels:
         """The levels, checked."""
+        if self._fixed is not None:
+            return self._fixed
         policy = self.policy
         levels: object = asked("charging", policy, self.env.now, lambda: policy.levels(robot))
         fault = levels.fault() if isinstance(levels, Levels) else f"{shown(levels)} are no Levels"
         if fault is None and isinstance(levels, Levels):
+            self._fixed = levels if getattr(policy, "fixed", False) else None
             return levels
         raise PolicyError(
             f"policies.charging ({type(policy).__name__}) at time {self.env.now:g}, robot {robot.number}: {fault}"

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 class Battery:
     """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
 
-    __slots__ = ("_level", "_rate", "_since", "capacity", "charging", "rates", "spec", "started", "used", "varies")
+    __slots__ = ("_level", "_since", "capacity", "charging", "rate", "rates", "spec", "started", "used", "varies")
 
     def __init__(self, spec: BatterySpec | None) -> None:
         self.spec = spec
         self.capacity = math.inf if spec is None else spec.capacity
         self.rates = energy.rates(spec)
         self._level = self.capacity
-        self._rate = 0.0
+        self.rate = 0.0
         self._since = 0.0
         self.used = 0.0
         self.charging = False
@@ -39,7 +39,7 @@ class Battery:
         """Energy left at `now`: on demand, as between two changes it is a straight line or the charge curve."""
         if self.charging:
             return self._level + self.charge_gain(self._level, now - self._since)
-        return self._level - self._rate * (now - self._since)
+        return self._level - self.rate * (now - self._since)
 
     def is_full(self, now: float) -> bool:
         """Whether nothing was drawn from a full battery."""
@@ -47,17 +47,17 @@ class Battery:
 
     def draw(self, now: float, rate: float) -> None:
         """From now on energy is drawn at `rate` per time unit."""
-        if rate == self._rate:
+        if rate == self.rate:
             return
-        drawn = self._rate * (now - self._since)
+        drawn = self.rate * (now - self._since)
         self.used += drawn
         self._level -= drawn
-        self._rate = rate
+        self.rate = rate
         self._since = now
 
     def drawn(self, now: float) -> float:
         """Energy drawn since the start of the run."""
-        return self.used + self._rate * (now - self._since)
+        return self.used + self.rate * (now - self._since)
 
     def plug(self, now: float) -> None:
         """Begin to charge; nothing is drawn meanwhile."""
@@ -77,7 +77,7 @@ class Battery:
         left = self.level(now) - level
         if left <= 0:
             return now
-        return now + left / self._rate if self._rate else math.inf
+        return now + left / self.rate if self.rate else math.inf
 
     def charge_time(self, start: float, end: float) -> float:
         """Time to charge from one level to another."""

@@ -198,7 +198,8 @@ class Body:
 
     def waited_by(self, now: float) -> float:
         """Time waited in traffic so far, the present episode included."""
-        return self.waited - self.delay_after(now) + (now - self.waiting_since if self.is_waiting else 0.0)
+        waited = self.waited if self.delay is None else self.waited - self.delay_after(now)
+        return waited + (now - self.waiting_since) if self.is_waiting else waited
 
     def delay_after(self, now: float) -> float:
         """The part of its delay that is still to come."""

@@ -1,22 +1,44 @@
-"""Events that SimPy does not offer: due at an exact instant, or after all others of the instant.
+"""The clock of a run, and events that SimPy does not offer: due at an exact instant, or after all others of one.
 
 Together with `drive.py`, the place where SimPy's private names are used: `env._queue`, `env._eid`, `event._ok`.
 """
 
 from __future__ import annotations
 
-from heapq import heappush
-from typing import TYPE_CHECKING
+from heapq import heappop, heappush
 
+from simpy import Environment
 from simpy.events import NORMAL, Event, EventPriority
-
-if TYPE_CHECKING:
-    from simpy import Environment
 
 DECISIONS = EventPriority(NORMAL + 1)
 """Priority of decisions among the events of one instant: after all that happens at that time."""
 AFTER_DECISIONS = EventPriority(NORMAL + 2)
 """Priority of what waits for the decisions of its instant."""
+
+
+class Clock(Environment):
+    """SimPy's environment with a lean loop for the one use that a run makes of it: on, until an event has come up.
+
+    SimPy's own loop calls a method for each event and asks a property for the time; that was 7 % of a run.
+    """
+
+    now: float = 0.0  # type: ignore[assignment]  # a property in SimPy
+
+    def run_to(self, over: Event) -> bool:
+        """Let everything happen up to `over` and with it (True), or until nothing is scheduled any more (False)."""
+        queue = self._queue
+        while queue:
+            time, _, _, event = heappop(queue)
+            self._now = self.now = time
+            callbacks = event.callbacks
+            event.callbacks = None  # type: ignore[assignment]  # as SimPy does
+            for callback in callbacks:
+                callback(event)
+            if not event._ok and not event.defused:
+                raise event._value
+            if event is over:
+                return True
+        return False
 
 
 def happened(env: Environment) -> Event:

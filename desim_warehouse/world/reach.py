@@ -16,11 +16,12 @@ from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Collection, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
+    from desim_warehouse.world.ask import ChargingLevels
     from desim_warehouse.world.bays import Bays
     from desim_warehouse.world.stations import Stations
 
@@ -49,7 +50,7 @@ class Reach:
         model: Model,
         layout: Layout,
         travel: FreeTravel,
-        levels: Callable[[RobotView], Levels],
+        levels: ChargingLevels,
         *,
         rates: dict[str, float],
         stations: Stations,

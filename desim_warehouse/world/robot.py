@@ -353,7 +353,7 @@ class Robot:
         if battery.spec is None or bay.chargers is None:
             return
         self.enter("idle")
-        levels, level = self.world.reach.levels(self.view()), battery.level(self.env.now)
+        levels, level = self.world.reach.levels.of(self), battery.level(self.env.now)
         if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
             ready = level >= levels.sufficient and not self.must_charge
             self.offer = yield from self._charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
@@ -367,7 +367,7 @@ class Robot:
         """
         env, battery = self.env, self.battery
         assert bay.chargers is not None
-        levels = self.world.reach.levels(self.view())
+        levels = self.world.reach.levels.of(self)
         least = levels.sufficient
         if self.must_charge:
             least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
@@ -431,7 +431,7 @@ class Robot:
     @property
     def at_charger(self) -> bool:
         """Whether it stands in a bay with chargers."""
-        return not self.is_out and self.bay is not None and self.bay.chargers is not None
+        return self.bay is not None and self.bay.chargers is not None and not self.is_out
 
     @property
     def is_at_good_edge(self) -> bool:

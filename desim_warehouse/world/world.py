@@ -6,7 +6,8 @@ import math
 from collections import OrderedDict
 from typing import TYPE_CHECKING
 
-import simpy
+from simpy import Event
+from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
 from desim_warehouse import layout as floor
@@ -25,7 +26,7 @@ from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
 from desim_warehouse.world.dispatch import Dispatcher
-from desim_warehouse.world.events import happened
+from desim_warehouse.world.events import Clock, happened
 from desim_warehouse.world.flows import Flows
 from desim_warehouse.world.handling import HandlingTimes
 from desim_warehouse.world.reach import Reach
@@ -59,10 +60,10 @@ class World:
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
         self.streams = streams = Streams(seed)
-        self.env = env = simpy.Environment()
+        self.env = env = Clock()
         self.layout = layout = floor.build(model.layout)
         self.log = Log(model.log)
-        self.finished = simpy.Event(env)
+        self.finished = Event(env)
         self.departures = Departures(model.traffic.most_out)
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
@@ -180,14 +181,10 @@ class World:
 
     def go_on(self) -> bool:
         """Simulate up to the next decision that is asked for (True), or to the end (False)."""
-        env = self.env
         try:
-            env.run(until=self.over)
-        except RuntimeError as error:
-            if env.peek() == math.inf:
-                raise StallError(self._stalled()) from error
-            raise
-        if self.dispatcher.waiting:
+            if not self.env.run_to(self.over):
+                raise StallError(self._stalled())
+        except StopSimulation:  # by the dispatcher
             return True
         self.close()
         return False
@@ -247,7 +244,7 @@ def _rule(model: Model, layout: Layout) -> Rule:
     return rule
 
 
-def _bays(env: simpy.Environment, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
+def _bays(env: Clock, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
     """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
     bays = []
     for node, item in layout.bays.items():
