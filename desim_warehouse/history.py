@@ -12,9 +12,9 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import zip_longest
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.log import NONE, STATES, LogRow
+from desim_warehouse.log import KINDS, NONE, STATES, LogRow
 from desim_warehouse.model import energy
 from desim_warehouse.streams import Streams
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     Edge = tuple[str, str]
     Curve = tuple[list[float], list[float]]
 
+_MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
 
@@ -166,8 +167,15 @@ class History:
 
     def rows(self, *kinds: str) -> Iterator[LogRow]:
         """The rows of some kinds, in order of time; all rows if none is named."""
-        wanted = frozenset(kinds)
-        return (LogRow._make(row) for row in self.log.rows if not wanted or row[1] in wanted)
+        if not kinds:
+            return map(LogRow._make, self.log.rows)
+        rows = self._work if _MOTION.isdisjoint(kinds) else self.log.rows
+        return map(LogRow._make, [row for row in rows if row[1] in kinds])
+
+    @cached_property
+    def _work(self) -> list[tuple[Any, ...]]:
+        """The rows of tasks, states and rotations: few beside those of moves and waits."""
+        return [row for row in self.log.rows if row[1] not in _MOTION]
 
     # What is counted
 

@@ -16,10 +16,10 @@ class Battery:
 
     __slots__ = ("_level", "_since", "capacity", "charging", "rate", "rates", "spec", "started", "used", "varies")
 
-    def __init__(self, spec: BatterySpec | None) -> None:
+    def __init__(self, spec: BatterySpec | None, rates: dict[str, float]) -> None:
         self.spec = spec
         self.capacity = math.inf if spec is None else spec.capacity
-        self.rates = energy.rates(spec)
+        self.rates = rates
         self._level = self.capacity
         self.rate = 0.0
         self._since = 0.0
@@ -27,7 +27,6 @@ class Battery:
         self.charging = False
         self.started: float | None = None
         """What it held at the start of the run, until it is charged."""
-        rates = self.rates
         self.varies = rates["waiting"] not in (rates["empty"], rates["loaded"]) or len(set(rates.values())) > 1
         """Whether waiting draws another rate than driving."""
 

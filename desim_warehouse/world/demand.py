@@ -49,15 +49,18 @@ class Demand:
             self.env.process(self._arrivals(goods))
         elif isinstance(goods, SaturatedGoods):
             for _ in range(goods.saturated):
-                self._release(Good(good=self._draw()), goods.due_within)
+                self._release(self._draw(), goods.due_within)
         elif isinstance(goods, RandomGoods):
             self.total = goods.random
             for number in self._without_repetition(goods.random):
-                self._release(Good(good=number))
+                self._release(number)
         else:
             self.total = len(goods)
             for item, to in zip(goods, self.own, strict=True):
-                self._announce(item if isinstance(item, Good) else Good(good=item), to)
+                if isinstance(item, Good):
+                    self._announce(item, to)
+                else:
+                    self._release(item, to=to)
 
     def refill(self, _: Task, still_open: Sequence[Collection[Task]]) -> None:
         """A task was taken, and these are open, on the list or in a robot's queue.
@@ -66,19 +69,23 @@ class Demand:
         as many as there should be, then.
         """
         if isinstance(self.goods, SaturatedGoods) and sum(map(len, still_open)) < self.goods.saturated:
-            self._release(Good(good=self._draw()), self.goods.due_within)
+            self._release(self._draw(), self.goods.due_within)
 
     def _announce(self, good: Good, to: tuple[str, ...]) -> None:
-        if good.release <= self.env.now:
-            self._release(good, to=to)
-        else:
-            Timeout(self.env, good.release - self.env.now).callbacks.append(lambda _: self._release(good, to=to))
+        def release(_: Event | None = None) -> None:
+            self._put(good.good, good.due, good.priority, to)
 
-    def _release(self, good: Good, due_within: float | None = None, *, to: tuple[str, ...] = ()) -> None:
-        place = self.storage[good.good]
-        now = self.env.now
-        due = good.due if due_within is None else now + due_within
-        task = Task(self._number, good.good, place.edge, place.offset, now, due, good.priority, to)
+        if good.release <= self.env.now:
+            release()
+        else:
+            Timeout(self.env, good.release - self.env.now).callbacks.append(release)
+
+    def _release(self, good: int, due_within: float | None = None, *, to: tuple[str, ...] = ()) -> None:
+        self._put(good, None if due_within is None else self.env.now + due_within, 0, to)
+
+    def _put(self, good: int, due: float | None, priority: int, to: tuple[str, ...]) -> None:
+        place = self.storage[good]
+        task = Task(self._number, good, place.edge, place.offset, self.env.now, due, priority, to)
         self._number += 1
         self.release(task)
 
@@ -87,7 +94,7 @@ class Demand:
         gaps = self.streams.stream("arrivals")
         while True:
             yield Timeout(self.env, float(gaps.exponential(mean)))
-            self._release(Good(good=self._draw()), goods.due_within)
+            self._release(self._draw(), goods.due_within)
 
     # Which goods
 

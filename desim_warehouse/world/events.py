@@ -22,7 +22,7 @@ class Clock(Environment):
     SimPy's own loop calls a method for each event and asks a property for the time; that was 7 % of a run.
     """
 
-    now: float = 0.0  # type: ignore[assignment]  # a property in SimPy
+    now: float = 0.0  # a property in SimPy
 
     def run_to(self, over: Event) -> bool:
         """Let everything happen up to `over` and with it (True), or until nothing is scheduled any more (False)."""

@@ -75,7 +75,7 @@ class Robot:
             free=world.reach.travel(speed).ways,
             guard=world.traffic.rules.guard,
         )
-        self.battery = Battery(world.model.battery)
+        self.battery = Battery(world.model.battery, world.reach.rates)
         self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
@@ -255,13 +255,14 @@ class Robot:
         self.body.recall_at = math.inf
         if self.is_out:
             self.enter("returning")
-            if self.battery.spec is not None:
-                self.must_charge = self.must_charge or world.reach.must_charge(self.view())
+        view = self.view()
+        if self.is_out and self.battery.spec is not None:
+            self.must_charge = self.must_charge or world.reach.must_charge(view)
         bays = [bay for bay in world.bays.by_node.values() if world.bays.may_take(self, bay)]
         if away:
-            bay = world.bay_choice.parking(self.view(), [bay for bay in bays if bay.chargers is None])
+            bay = world.bay_choice.parking(view, [bay for bay in bays if bay.chargers is None])
         else:
-            bay = world.bay_choice.choose(self.view(), bays, must_charge=self.must_charge)
+            bay = world.bay_choice.choose(view, bays, must_charge=self.must_charge)
         elsewhere = self.bay is not None and bay is not self.bay
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
             return  # to the bay where its declared route ends: from there it can go on

@@ -7,12 +7,13 @@ may be taken at any instant (the end of the warm-up, the end of a run) and agree
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from desim_warehouse.world.intersection import Intersection
+    from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.traffic import Traffic
 
@@ -21,32 +22,35 @@ Rows = list[dict[str, Any]]
 
 def tallies(robots: Sequence[Robot], traffic: Traffic, now: float) -> tuple[Rows, Rows, Rows]:
     """Rows of robots, edges and intersections."""
-    early: Counter[Any] = Counter()  # robots that will enter a lane
-    later: Counter[Any] = Counter()  # episodes that will end
-    blocked: defaultdict[Any, float] = defaultdict(float)  # time of waiting to be added to what places have counted
+    early: dict[Lane, int] = {}  # robots that will enter a lane
+    later: dict[Lane, int] = {}  # episodes that will end
+    blocked: dict[Lane | Intersection, float] = {}  # time of waiting to be added to what places have counted
     for body in (robot.body for robot in robots):
         if body.entered_at > now:
-            early[body.lane] += 1
+            early[body.lane] = early.get(body.lane, 0) + 1
         if body.delay is not None and body.delay.end > now:
-            later[body.delay.lane] += 1
-            blocked[body.delay.lane] -= body.delay_after(now)
+            lane = body.delay.lane
+            later[lane] = later.get(lane, 0) + 1
+            blocked[lane] = blocked.get(lane, 0.0) - body.delay_after(now)
         if body.is_waiting:
-            blocked[body.lane if body.claim is None else body.claim.node] += now - body.waiting_since
+            place = body.lane if body.claim is None else body.claim.node
+            blocked[place] = blocked.get(place, 0.0) + (now - body.waiting_since)
+    passages = {edge: lane.passages - early.get(lane, 0) for edge, lane in traffic.lanes.items()}
     edges = [
         {
             "edge": ">".join(edge),
-            "passages": lane.passages - early[lane],
-            "waits": lane.waits - later[lane],
-            "blocked": lane.blocked + blocked[lane],
+            "passages": passages[edge],
+            "waits": lane.waits - later.get(lane, 0),
+            "blocked": lane.blocked + blocked.get(lane, 0.0),
         }
         for edge, lane in traffic.lanes.items()
     ]
     nodes = [
         {
             "node": "+".join(node.nodes),
-            "passages": node.passages - sum(early[lane] for lane in node.outs),
+            "passages": sum([passages[lane.edge] for lane in node.outs]),
             "waits": node.waits,
-            "blocked": node.blocked + blocked[node],
+            "blocked": node.blocked + blocked.get(node, 0.0),
         }
         for node in dict.fromkeys(traffic.nodes.values())
     ]

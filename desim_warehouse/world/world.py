@@ -21,7 +21,6 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.policies import create
 from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
-from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
@@ -105,7 +104,7 @@ class World:
             layout,
             self.travel,
             ChargingLevels(env, create("charging", policies.charging.name, policies.charging.params)),
-            rates=Battery(model.battery).rates,
+            rates=energy.rates(model.battery),
             stations=self.stations,
             bays=self.bays,
             open_tasks=open_tasks.values(),
