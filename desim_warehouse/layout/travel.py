@@ -27,6 +27,8 @@ Cost = Literal["hops", "length", "time"]
 Row = tuple[Any, Any, Any, Any]
 KEPT = 8_000_000
 """Numbers of each kind that an oracle keeps: rows times nodes (64 MB of times, as much of lengths)."""
+WAYS = 5_000
+"""Ways that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
 TIE = 1e-9
 """Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
@@ -73,6 +75,7 @@ class RouteOracle:
         self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
+        self._way = lru_cache(WAYS)(self._searched)
         self._edges: Any = None
         self._open: dict[tuple[int, bool], Any] = {}
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
@@ -98,10 +101,13 @@ class RouteOracle:
         Another `tie` gives another of the ways of the same length and time, where there are several; none where turns
         take time.
         """
+        return list(self._way(origin, goal, tie))
+
+    def _searched(self, origin: str, goal: str, tie: int) -> Sequence[str]:
         forward = self._forward(origin, goal)
         row, at = self._row_of(origin, goal)
         if math.isinf(row[0][at]):
-            return []
+            return ()
         names, root, steps = self.names, self.index[origin if forward else goal], row[2]
         way = [names[at]]
         if self._is_over_edges:

@@ -78,6 +78,7 @@ class Dispatcher:
         self.done = 0
         self.waiting = False
         self._passing: set[int] = set()
+        self._seen: dict[int, RobotView] = {}
         self._decides_at = math.inf
 
     # What happens
@@ -167,6 +168,7 @@ class Dispatcher:
 
     def _decide(self, _: Event) -> None:
         self._decides_at = math.inf
+        self._seen = {}
         if self.queues:
             self._next_of_queues()
         if not (self.open and self._able()):
@@ -181,7 +183,8 @@ class Dispatcher:
 
     def situation(self) -> Situation:
         """What the allocation policy decides on now."""
-        return self.situations.now([self.free[number][0].view() for number in self._able()], self._fleet)
+        self._seen = {number: self.free[number][0].view() for number in self._able()}
+        return self.situations.now(list(self._seen.values()), self._fleet)
 
     def _able(self) -> list[int]:
         """The free robots, by number; with as many under way as may be not those in bays."""
@@ -270,7 +273,7 @@ class Dispatcher:
         if not self.departures.may_work(number):
             return  # as many as may be under way are: robot and task wait for the next decision
         robot, event = self.free[number]
-        task, view = self.open[task_number], robot.view()
+        task, view = self.open[task_number], self._seen.get(number) or robot.view()
         if not may_do(view, task):
             raise self._fault(f"robot {number} is of no kind that does task {task_number}: {', '.join(task.kinds)}")
         node = self.stations.choose(view, task)
