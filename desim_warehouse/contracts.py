@@ -152,10 +152,12 @@ class ChargingContract(_Contract):
 
         world = World(self.given(), 1)
         policy, view = self.make(), world.robots[0].view()
-        for part in range(11):
-            levels = policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10))
+        found = [policy.levels(dataclasses.replace(view, energy=view.capacity * part / 10)) for part in range(11)]
+        for levels in found:
             assert levels.fault() is None, levels.fault()
             assert levels.full <= view.capacity, f"full, {levels.full}, is above the capacity"
+        if getattr(policy, "fixed", False):
+            assert len(set(found)) == 1, "levels of a `fixed` policy depend on the energy"
 
 
 class ParkingContract(_Contract):
