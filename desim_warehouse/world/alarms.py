@@ -61,7 +61,7 @@ class Alarms:
         what it has to spare.
         """
         now, robot = self.env.now, self.robot
-        levels = self.reach.levels.of(robot)
+        levels = self.reach.levels.of(robot.view)
         recall_at = robot.battery.lasts_until(now, levels.critical)
         self.looks_ahead = levels.margin is not None
         if levels.margin is not None and robot.body.is_waiting and not robot.is_at_good_edge:

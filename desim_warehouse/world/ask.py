@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from desim_warehouse.streams import Streams
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.reach import Reach
-    from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.routes import Routes
 
 Answer = TypeVar("Answer")
@@ -51,9 +50,9 @@ class ChargingLevels:
         self.policy = policy
         self._fixed: Levels | None = None
 
-    def of(self, robot: Robot) -> Levels:
-        """Those of a robot that is free where it is."""
-        return self._fixed or self(robot.view())
+    def of(self, view: Callable[[], RobotView]) -> Levels:
+        """Those of a robot, which is looked at only if they depend on what it does."""
+        return self._fixed or self(view())
 
     def __call__(self, robot: RobotView) -> Levels:
         """The levels, checked."""

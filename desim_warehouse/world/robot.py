@@ -354,7 +354,7 @@ class Robot:
         if battery.spec is None or bay.chargers is None:
             return
         self.enter("idle")
-        levels, level = self.world.reach.levels.of(self), battery.level(self.env.now)
+        levels, level = self.world.reach.levels.of(self.view), battery.level(self.env.now)
         if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
             ready = level >= levels.sufficient and not self.must_charge
             self.offer = yield from self._charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
@@ -368,7 +368,7 @@ class Robot:
         """
         env, battery = self.env, self.battery
         assert bay.chargers is not None
-        levels = self.world.reach.levels.of(self)
+        levels = self.world.reach.levels.of(self.view)
         least = levels.sufficient
         if self.must_charge:
             least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
