@@ -28,6 +28,8 @@ LIMITS: dict[str, tuple[int, str]] = {
     "places": (1_000_000, "storage places"),
     "tasks": (1_000_000, "tasks: listed, random, or arriving in run.length on average"),
     "open": (100_000, "tasks open at once (saturated)"),
+    "loads": (1000, "loads of one robot"),
+    "stops": (1000, "stops of one task"),
     "hourly": (100_000, "tasks arriving per hour (poisson)"),
     "bytes": (10_000_000, "bytes of a model, study or CSV file"),
     "values": (1_000_000, "values in a file, aliases counted at every use"),
@@ -153,6 +155,7 @@ class Known:
     places: int | None = None  # storage places
     robots: int | None = None
     kinds: tuple[str, ...] | None = None  # of robots, by name
+    carries: Mapping[str, tuple[str, ...]] | None = None  # load types by kind of robot; none for ordinary robots: ""
 
 
 def known(info: ValidationInfo) -> Known:

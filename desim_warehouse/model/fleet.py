@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
 from desim_warehouse.fields import (
@@ -17,6 +17,7 @@ from desim_warehouse.fields import (
     Forms,
     FrozenMap,
     Length,
+    Name,
     Named,
     Part,
     Share,
@@ -40,20 +41,33 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 
+LoadTypes = tuple[Name, ...]
+
+
 class RobotSpec(Part):
     """A robot's size and speed."""
 
     radius: Length = Field(description="half of its diameter")
     speed: Speed = Field(description="length units per time unit")
     margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+    capacity: Annotated[Count, limited("loads")] = Field(
+        1, description="loads that it carries at once; more than one with policies.batching", json_schema_extra=LATER
+    )
+    carries: LoadTypes = Field(
+        (), description="load types (of flows) that it carries; default: all", json_schema_extra=LATER
+    )
 
 
 class Kind(Part):
-    """Some robots of the fleet that differ in size or speed (the first `count`, then the next kind's)."""
+    """Some robots of the fleet that differ, in size, speed or load (the first `count`, then the next kind's)."""
 
     count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
     radius: Length | None = Field(None, description="default: fleet.robot.radius")
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
+    capacity: Annotated[Count, limited("loads")] | None = Field(
+        None, description="default: fleet.robot.capacity", json_schema_extra=LATER
+    )
+    carries: LoadTypes | None = Field(None, description="default: fleet.robot.carries", json_schema_extra=LATER)
 
 
 class SpreadEnergy(Part):
@@ -150,6 +164,12 @@ class Fleet(Part):
         known(info).kinds = tuple(kinds)
         return kinds
 
+    @model_validator(mode="after")
+    def _loads(self, info: ValidationInfo) -> Fleet:
+        pairs = zip(self.kinds_of_robots(), self.robots(), strict=True)
+        known(info).carries = {kind: robot.carries for kind, robot in pairs}
+        return self
+
     def robots(self) -> list[RobotSpec]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
         special = [
@@ -157,6 +177,8 @@ class Fleet(Part):
                 radius=kind.radius or self.robot.radius,
                 speed=kind.speed or self.robot.speed,
                 margin=self.robot.margin,
+                capacity=kind.capacity or self.robot.capacity,
+                carries=self.robot.carries if kind.carries is None else kind.carries,
             )
             for kind in self.kinds.values()
             for _ in range(kind.count)

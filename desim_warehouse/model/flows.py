@@ -19,6 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
+    LATER,
     SECTION,
     Count,
     Duration,
@@ -32,13 +33,14 @@ from desim_warehouse.fields import (
     Rate,
     Share,
     Time,
+    at_most,
     by_type,
     form,
     known,
     limited,
     wrong,
 )
-from desim_warehouse.layout.spec import NodesOfStations
+from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
 from desim_warehouse.model.distributions import Varying
 from desim_warehouse.model.popularity import PopularityRule
 
@@ -140,14 +142,15 @@ class ScheduleArrivals(Part):
     schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
 
 
-ORDER_COLUMNS = ("release", "from", "to", "due", "priority", "quantity", "order")
+ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order")
 
 
 class OrdersFile(Part):
-    """Orders, one a row, in the order of their release; columns: release, from, to, due, priority, quantity, order.
+    """Orders, one a row, in order of release; columns: release, from, via, to, due, priority, quantity, order.
 
     Only release must be there. Times are numbers from the start of the run, times of day or ISO dates with times (see
-    run.start); from and to name nodes, stations or storage places (by number). A row of quantity n is n tasks.
+    run.start); from and to name nodes, stations or storage places (by number), via several, as `B > C`. A row of
+    quantity n is n tasks.
     """
 
     file: Name = Field(description="CSV or Parquet file, relative to the model file")
@@ -220,6 +223,11 @@ class Route(NamedTuple):
     share: float
 
 
+def _few_stops(stops: tuple[str, ...]) -> tuple[str, ...]:
+    at_most("stops", len(stops))
+    return stops
+
+
 class FlowSpec(Part):
     """Tasks of one kind: from where to where, when they are asked for, and how they are done."""
 
@@ -246,6 +254,13 @@ class FlowSpec(Part):
         ),
     ] = Field(0, description="higher first, for policies that look at it; or several, each for a share of the tasks")
     kinds: tuple[Name, ...] = Field((), description="kinds of robots (fleet.kinds) that do it; default: all robots")
+    via: Annotated[tuple[NodeOrStation, ...], AfterValidator(_few_stops)] = Field(
+        (), description="stops in between with the load, in order: nodes or names of stations", json_schema_extra=LATER
+    )
+    stop_time: Varying = Field(0.0, description="handling at each stop of via", json_schema_extra=LATER)
+    load_type: Name | None = Field(
+        None, description="for robots that carry it (carries); default: for all", json_schema_extra=LATER
+    )
 
     @field_validator("priority")
     @classmethod
@@ -267,6 +282,21 @@ class FlowSpec(Part):
                 hint = f"; did you mean '{near}'?" if near else ""
                 raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}{hint}", rank)
         return kinds
+
+    @field_validator("load_type")
+    @classmethod
+    def _is_carried(cls, load_type: str | None, info: ValidationInfo) -> str | None:
+        by_kind, kinds = known(info).carries, info.data.get("kinds", ())
+        if load_type is None or by_kind is None:
+            return load_type
+        carried = [types for kind, types in by_kind.items() if not kinds or kind in kinds]
+        if carried and not any(load_type in types or not types for types in carried):
+            there = tuple(dict.fromkeys(name for types in carried for name in types))
+            near = nearest(load_type, there)
+            hint = f"; did you mean '{near}'?" if near else ""
+            whose = f"robots of {spoken(kinds, 'or')}" if kinds else "robots"
+            raise wrong(f"no robot carries it (got {got(load_type)}), {whose} carry {spoken(there)}{hint}")
+        return load_type
 
     @field_validator("due_at")
     @classmethod
@@ -290,7 +320,8 @@ class FlowSpec(Part):
         if self.due_at and self.due_within is not None:
             raise wrong("both this and due_within, expected one of the two", "due_at")
         for pair in self.routes:
-            if isinstance(pair.source, tuple) and pair.source == pair.target and len(pair.source) == 1:
+            to_itself = isinstance(pair.source, tuple) and pair.source == pair.target and len(pair.source) == 1
+            if isinstance(pair.source, tuple) and to_itself and not self.via:
                 raise wrong(f"from a node to itself (got {got(pair.source[0])}), expected two places", "to")
         return self
 

@@ -39,8 +39,8 @@ NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 class OrderLine(NamedTuple):
     """A row of the file; times from the start of the run, in the model's unit.
 
-    `source`, `target`: name of a node or station, number of a storage place, `storage` for any; None: what the flow
-    says. `due`, `priority`: None where the file says nothing.
+    `source`, `target`: name of a node or station, number of a storage place, `storage` for any; `via`: stops on the way,
+    by name or number. None: what the flow says. `due`, `priority`: None where the file says nothing.
     """
 
     release: float
@@ -50,6 +50,7 @@ class OrderLine(NamedTuple):
     priority: int | None
     quantity: int
     order: str
+    via: tuple[str | int, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -251,13 +252,14 @@ class _Chunk:
             self._problem(row, "due", "due before its release", "a time not before it")
         source, target = self._ends("from"), self._ends("to")
         priority, quantity = self._numbers("priority"), self._numbers("quantity")
+        via = self._stops()
         names = self._text("order")
         orders = [name or str(self.first + row) for row, name in enumerate(names)]
         if self.problems:
             return []
         dues = [None if value != value else value for value in due.tolist()]  # noqa: PLR0124 - not a number
         amounts = [1 if value is None else value for value in quantity]
-        rows = zip(release.tolist(), source, target, dues, priority, amounts, orders, strict=True)
+        rows = zip(release.tolist(), source, target, dues, priority, amounts, orders, via, strict=True)
         assert size == len(orders)
         return [OrderLine(*row) for row in rows]
 
@@ -335,6 +337,28 @@ class _Chunk:
             self._problem(row, column, "not a number of this kind", expected)
         return [None if none or wrong else int(value) for value, none, wrong in zip(found, empty, bad, strict=True)]
 
+    def _stops(self) -> list[tuple[str | int, ...] | None]:
+        """The places of `B > C`, in order."""
+        if "via" not in self.table:
+            return [None] * len(self.table)
+        known: dict[str, tuple[str | int, ...] | None] = {"": None}
+        found: list[tuple[str | int, ...] | None] = []
+        for row, text in enumerate(self._text("via")):
+            if text not in known:
+                ends = [self._end(part.strip()) for part in text.split(">")]
+                known[text] = tuple(end for end in ends if end is not None) if None not in ends else None
+            if known[text] is None and text and len(self.problems) < MOST_PROBLEMS:
+                wrong = next(part.strip() for part in text.split(">") if self._end(part.strip()) is None)
+                self._problem(row, "via", f"no such place, '{wrong}'", self._expected(wrong, "places such as B > C: "))
+            found.append(known[text])
+        return found
+
+    def _expected(self, text: str, among: str = "") -> str:
+        near = nearest(text, self.how.names) if len(self.how.names) <= _COMPARED else None
+        hint = f"; did you mean '{near}'?" if near else ""
+        any_storage = "" if among else "'storage', "
+        return f"{among}a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"
+
     def _ends(self, column: str) -> list[str | int | None]:
         """Names of nodes and stations, numbers of storage places; `storage` is any of these."""
         if column not in self.table:
@@ -346,10 +370,7 @@ class _Chunk:
                 known[text] = self._end(text)
             end = known[text]
             if end is None and text and len(self.problems) < MOST_PROBLEMS:
-                near = nearest(text, self.how.names) if len(self.how.names) <= _COMPARED else None
-                hint = f"; did you mean '{near}'?" if near else ""
-                expected = f"a node, a station, 'storage', or a storage place from 0 to {self.how.places - 1}{hint}"
-                self._problem(row, column, "no such place", expected)
+                self._problem(row, column, "no such place", self._expected(text))
             found.append(end)
         return found
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
+from desim_warehouse.fields import LATER, SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 from desim_warehouse.policies.catalogue import user_source
 
 
@@ -86,7 +86,7 @@ def _named_policy(value: Any) -> Any:
 Policy = Annotated[PolicySpec, BeforeValidator(_named_policy), Forms(_POLICY, {"type": "string", "minLength": 1})]
 
 
-KINDS = ("allocation", "routing", "charging", "parking")
+KINDS = ("allocation", "routing", "charging", "parking", "batching")
 
 
 class Policies(Part):
@@ -96,6 +96,9 @@ class Policies(Part):
     routing: Policy = Field(PolicySpec(name="highways"), description="which route a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
+    batching: Policy = Field(
+        PolicySpec(name="single"), description="which tasks a robot does on one tour", json_schema_extra=LATER
+    )
     interval: Time = Field(
         0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
     )

@@ -3,6 +3,7 @@
 from desim_warehouse.policies.catalogue import create, problems
 from desim_warehouse.policies.protocols import (
     Allocation,
+    Batching,
     BayView,
     Charging,
     Levels,
@@ -10,13 +11,17 @@ from desim_warehouse.policies.protocols import (
     Roads,
     RobotView,
     Routing,
+    StopPlace,
     Task,
+    TaskBatch,
     Travel,
+    WaitingTasks,
 )
 from desim_warehouse.policies.situation import Handling, Situation
 
 __all__ = [
     "Allocation",
+    "Batching",
     "BayView",
     "Charging",
     "Handling",
@@ -26,8 +31,11 @@ __all__ = [
     "RobotView",
     "Routing",
     "Situation",
+    "StopPlace",
     "Task",
+    "TaskBatch",
     "Travel",
+    "WaitingTasks",
     "create",
     "problems",
 ]

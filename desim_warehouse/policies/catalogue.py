@@ -46,8 +46,14 @@ OURS: dict[str, dict[str, str]] = {
         "nearest": "parking:NearestBay",
         "spread": "parking:Spread",
     },
+    "batching": {
+        "single": "batching:Single",
+        "fixed-size": "batching:FixedSize",
+        "time-window": "batching:TimeWindow",
+        "by-order": "batching:ByOrder",
+    },
 }
-METHODS = {"allocation": "assign", "routing": "route", "charging": "levels", "parking": "choose"}
+METHODS = {"allocation": "assign", "routing": "route", "charging": "levels", "parking": "choose", "batching": "batches"}
 
 
 class _RefusedError(Exception):

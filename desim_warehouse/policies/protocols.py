@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,15 +14,30 @@ if TYPE_CHECKING:
     from desim_warehouse.policies.situation import Situation
 
 
+class StopPlace(NamedTuple):
+    """Where a task stops on its way: at one of some `nodes`, or at a storage place, an edge and an offset on it.
+
+    `nodes` is then the end of that edge.
+    """
+
+    nodes: tuple[str, ...]
+    storage: tuple[tuple[str, str], float] | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One load to be brought from a storage place or a station to another.
+    """One load to be brought from a storage place or a station to another, or several that one robot does on a tour.
 
     It is picked `offset` beyond the start of `edge`; one at a node or in the station beside it has that node for both
     ends, and offset 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of which it
     goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage place to
     which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names its flow,
     of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty: all.
+    `load_type`: for robots that carry it; empty: for all. `via`: where it stops in between, in order.
+
+    `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: it
+    is a task by itself. A tour has the number of its first member and is picked where that is; it is due when the
+    first of them is.
     """
 
     number: int
@@ -38,6 +53,19 @@ class Task:
     nth: int = 0
     kinds: tuple[str, ...] = ()
     order: str = ""
+    load_type: str = ""
+    via: tuple[StopPlace, ...] = ()
+    members: tuple[Task, ...] = ()
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """The tasks that are done with it: its members, or itself."""
+        return self.members or (self,)
+
+    @property
+    def is_tour(self) -> bool:
+        """Whether there is more to it than one load from one place to another."""
+        return bool(self.members or self.via)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +74,8 @@ class RobotView:
 
     `node` is where it is or comes to next; of a busy robot where it will be free, in about `free_in` time units.
     `bay` is the node of the bay it stood in last. `queue` are the tasks that it will do after the current one. `kind`
-    is its kind in fleet.kinds; empty for ordinary robots.
+    is its kind in fleet.kinds; empty for ordinary robots. It carries `loads` at once, of the types `carries`; empty:
+    of all types.
     """
 
     number: int
@@ -61,6 +90,8 @@ class RobotView:
     free_in: float = 0.0
     queue: tuple[Task, ...] = ()
     kind: str = ""
+    loads: int = 1
+    carries: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +236,41 @@ class Charging(Protocol):
 
     def levels(self, robot: RobotView) -> Levels:
         """The battery levels that hold for a robot now."""
+
+
+class TaskBatch(NamedTuple):
+    """Tasks that one robot does on one tour, by number, in the order in which they are picked.
+
+    `at`: not before then; until that time the batching policy is asked again whenever there is another task.
+    """
+
+    tasks: tuple[int, ...]
+    at: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class WaitingTasks:
+    """What a batching policy decides on: tasks that may go together and are in no batch yet, in order of release.
+
+    They have one load type and are for the same kinds of robots, of which one carries up to `most` loads. `to_come`:
+    whether more of them will become known, whatever is done with these; with tasks that are always open none are.
+    """
+
+    time: float
+    tasks: Sequence[Task]
+    most: int
+    to_come: bool
+    travel: Travel
+
+
+class Batching(Protocol):
+    """Which tasks a robot does on one tour."""
+
+    def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
+        """Batches of waiting tasks, each task in at most one; those left out wait until there is another task.
+
+        Asked at the end of every instant at which a task has become known, and at the first `at` to come.
+        """
 
 
 class Parking(Protocol):

@@ -1,0 +1,131 @@
+"""Batching policies: which tasks a robot that carries several loads does on one tour.
+
+All loads of a tour are picked, then all are unloaded. The order of the picks is the policy's: those here begin with the
+task that has waited longest and go on to the nearest place each time (nearest neighbour).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from desim_warehouse.policies.protocols import TaskBatch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from desim_warehouse.policies.protocols import Task, Travel, WaitingTasks
+
+
+@dataclass(frozen=True)
+class Single:
+    """Every task by itself: no task waits for another (the paper).
+
+    Source: Liu et al., ROBIO 2017, section V.
+    """
+
+    def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
+        """As many batches as tasks."""
+        return [TaskBatch((task.number,)) for task in waiting.tasks]
+
+
+@dataclass(frozen=True)
+class FixedSize:
+    """As soon as `size` tasks wait they go together, in the order of release; the last ones may be fewer.
+
+    Source: variable time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009)
+    654-664. `size`: loads of a tour; by default as many as a robot carries.
+    """
+
+    size: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parameter."""
+        _at_least_one(self.size)
+
+    def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
+        """Full batches; the rest too, if no other tasks are to come."""
+        size = min(self.size or waiting.most, waiting.most)
+        for tasks in _cut(waiting.tasks, size):
+            if len(tasks) == size or not waiting.to_come:
+                yield TaskBatch(nearest_next(tasks, waiting.travel))
+
+
+@dataclass(frozen=True)
+class TimeWindow:
+    """Tasks that become known within `window` of the first of them go together; a full batch goes at once.
+
+    Source: fixed time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009) 654-664,
+    here with a limit. `window`: in the model's time unit. `size`: most loads of a tour; by default as many as a robot
+    carries.
+    """
+
+    window: float
+    size: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        _at_least_one(self.size)
+        if not 0 <= self.window < math.inf:
+            raise ValueError(f"window is {self.window}, expected a time of at least 0")
+
+    def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
+        """Full batches now, the rest when the window of their first task is over or no other tasks are to come."""
+        size = min(self.size or waiting.most, waiting.most)
+        for tasks in _cut(waiting.tasks, size):
+            whole = len(tasks) == size or not waiting.to_come
+            at = waiting.time if whole else tasks[0].release + self.window
+            yield TaskBatch(nearest_next(tasks, waiting.travel), at)
+
+
+@dataclass(frozen=True)
+class ByOrder:
+    """Tasks of one order that are known together go together, as many as a robot carries; others by themselves.
+
+    Source: strict order picking, in which an order is not mixed with others; de Koster, Le-Duc and Roodbergen, European
+    J. Operational Research 182 (2007) 481-501. `size`: most loads of a tour; by default as many as a robot carries.
+    """
+
+    size: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parameter."""
+        _at_least_one(self.size)
+
+    def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
+        """The tasks of each order in as few batches as there must be."""
+        orders: dict[tuple[str, str, int], list[Task]] = {}
+        for task in waiting.tasks:
+            alone = -1 if task.order else task.number
+            orders.setdefault((task.flow, task.order, alone), []).append(task)
+        size = min(self.size or waiting.most, waiting.most)
+        for order in orders.values():
+            for tasks in _cut(order, size):
+                yield TaskBatch(nearest_next(tasks, waiting.travel))
+
+
+def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
+    """The numbers of tasks from the first on, each time the one that is soonest reached; ties by their order."""
+    left, found = list(tasks), [tasks[0]]
+    left.remove(tasks[0])
+    while left:
+        last = found[-1]
+
+        def time(task: Task, last: Task = last) -> tuple[float, float]:
+            if task.edge == last.edge and task.offset >= last.offset:
+                return 0.0, task.offset
+            return travel.time(last.edge[1], task.edge[0]), task.offset
+
+        found.append(min(left, key=time))
+        left.remove(found[-1])
+    return tuple(task.number for task in found)
+
+
+def _cut(tasks: Sequence[Task], size: int) -> Iterator[Sequence[Task]]:
+    return (tasks[begin : begin + size] for begin in range(0, len(tasks), size))
+
+
+def _at_least_one(size: int | None) -> None:
+    if size is not None and size < 1:
+        raise ValueError(f"size is {size}, expected a whole number of at least 1")
