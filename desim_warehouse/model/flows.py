@@ -343,6 +343,11 @@ class FlowSpec(Part):
         return self.arrivals
 
     @property
+    def may_stop(self) -> bool:
+        """Whether its tasks may stop on their way: they do, or rows of its orders may say so."""
+        return bool(self.via) or isinstance(self.arrivals, OrdersArrivals)
+
+    @property
     def never_ends(self) -> bool:
         """Whether tasks of this flow are released without end."""
         when = self.when

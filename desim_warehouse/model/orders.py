@@ -39,8 +39,8 @@ NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 class OrderLine(NamedTuple):
     """A row of the file; times from the start of the run, in the model's unit.
 
-    `source`, `target`: name of a node or station, number of a storage place, `storage` for any; `via`: stops on the way,
-    by name or number. None: what the flow says. `due`, `priority`: None where the file says nothing.
+    `source`, `target`: name of a node or station, number of a storage place, `storage` for any; `via`: stops on the
+    way, by name or number. None: what the flow says. `due`, `priority`: None where the file says nothing.
     """
 
     release: float

@@ -202,6 +202,11 @@ class Tasks(Part):
         """The mean time of unloading, which estimates take."""
         return mean_of(self.unload_time)
 
+    @property
+    def has_via(self) -> bool:
+        """Whether tasks stop on their way."""
+        return any(flow.may_stop for flow in self.flows.values())
+
     @field_validator("goods", mode="before")
     @classmethod
     def _not_too_many(cls, goods: Any) -> Any:

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class Handling:
     """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
 
-    Of times that vary it is the mean. `flows`: loading and unloading of the flows that have times of their own.
+    Of times that vary it is the mean. `flows`: loading and unloading of the flows that have times of their own;
+    `visits`: of flows a stop on the way (`via`).
     """
 
     load_time: float
@@ -27,6 +28,7 @@ class Handling:
     time: float = 1.0
     collisions: float = 1.0
     flows: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    visits: Mapping[str, float] = field(default_factory=dict)
 
     def times(self, task: Task) -> tuple[float, float]:
         """The mean times of loading and unloading a task."""
@@ -61,6 +63,8 @@ class Situation:
     handling: Handling
     length: Callable[[tuple[str, str]], float]
     """Length of an edge; 0 of a node for both its ends, as tasks have for a good at a node."""
+    tour_time: Callable[[RobotView, Task], float]
+    """Of a tour, or a task that stops on its way, the time from standing at the first good to its end, without waits."""
 
     def first_tasks(self, number: int) -> list[Task]:
         """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""
@@ -84,6 +88,14 @@ class Situation:
         import numpy as np
 
         handling = self.handling
+        if any(task.is_tour for task in tasks):
+            clear = handling.clear_time
+            return np.array(
+                [
+                    self.tour_time(robot, task) + clear if task.is_tour else float(self.delivery(robot, [task])[0])
+                    for task in tasks
+                ]
+            )
         fixed: Any = handling.load_time + handling.unload_time + handling.clear_time
         if handling.flows:
             fixed = np.array([sum(handling.times(task)) + handling.clear_time for task in tasks])

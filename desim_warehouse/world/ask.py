@@ -137,8 +137,9 @@ def handling_of(model: Model) -> Handling:
         )
         for name, flow in tasks.flows.items()
     }
+    visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
     return Handling(
-        tasks.mean_load, tasks.mean_unload, tasks.clear_time, cost.distance, cost.time, cost.collisions, flows
+        tasks.mean_load, tasks.mean_unload, tasks.clear_time, cost.distance, cost.time, cost.collisions, flows, visits
     )
 
 
@@ -183,6 +184,7 @@ class Situations:
             random=lambda: self._random("allocation"),
             handling=self.handling,
             length=self._length,
+            tour_time=reach.tour_time,
         )
 
     def _random(self, kind: str) -> Generator:

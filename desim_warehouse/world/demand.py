@@ -71,6 +71,10 @@ class Demand:
         if isinstance(self.goods, SaturatedGoods) and sum(map(len, still_open)) < self.goods.saturated:
             self._release(self._draw(), self.goods.due_within)
 
+    def to_come(self, _: Task) -> bool:
+        """Whether others will become known, whatever is done."""
+        return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
+
     def _announce(self, good: Good, to: tuple[str, ...]) -> None:
         def release(_: Event | None = None) -> None:
             self._put(good.good, good.due, good.priority, to)

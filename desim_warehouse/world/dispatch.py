@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from desim_warehouse.model.policy import Policies
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
     from desim_warehouse.world.ask import Situations
+    from desim_warehouse.world.batches import Batcher
     from desim_warehouse.world.bays import Bays
     from desim_warehouse.world.departures import Departures
     from desim_warehouse.world.reach import Reach
     from desim_warehouse.world.robot import Robot
     from desim_warehouse.world.stations import Stations
+    from desim_warehouse.world.stops import Stop
 
 RETURNS = 100
 """A task that is given back so often will never be done."""
@@ -70,6 +72,7 @@ class Dispatcher:
         self.reach = reach
         self.situations = situations
         self.on_assigned = on_assigned
+        self.batcher: Batcher | None = None
         self.open = open_tasks
         self.free: dict[int, tuple[Robot, Event]] = {}
         self.queues: dict[int, deque[Task]] = {}
@@ -85,9 +88,17 @@ class Dispatcher:
 
     def release(self, task: Task) -> None:
         """A new task is known."""
-        self.open[task.number] = task
         self.released += 1
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
+        if self.batcher is not None:
+            self.batcher.add(task)
+            return
+        self.open[task.number] = task
+        self.call()
+
+    def put_together(self, task: Task) -> None:
+        """A batch of tasks is made: they are given out as one."""
+        self.open[task.number] = task
         self.call()
 
     def wait(self, robot: Robot) -> Event:
@@ -114,7 +125,7 @@ class Dispatcher:
         """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
         task = robot.job
         assert task is not None
-        robot.record("returned")
+        self._record("returned", robot, task)
         self.returned[task.number] += 1
         robot.must_charge = True  # else it would take the task again at once
         if self.returned[task.number] > RETURNS:
@@ -128,21 +139,29 @@ class Dispatcher:
         self.open.move_to_end(task.number, last=False)
         self.call()
 
-    def delivered(self, robot: Robot) -> None:
-        """A task is done."""
-        drop = robot.itinerary.drop
-        robot.record("delivered", None if drop is None else drop[0].edge)
+    def delivered(self, robot: Robot, stop: Stop) -> None:
+        """A task is done; with the last of a tour the robot is free."""
+        place = robot.itinerary.place
+        robot.record("delivered", None if place is None else place[0].edge)
         self.done += 1
         robot.delivered += 1
-        assert robot.job is not None
-        self.stations.forget(robot.job)
-        self._forget(robot)
+        self.stations.forget(stop.task)
+        if stop is robot.tour.stops[-1]:
+            self._forget(robot)
+        else:
+            self.stations.release((stop,), ())
 
     def _forget(self, robot: Robot) -> None:
-        assert robot.job is not None
-        self.stations.release(robot.job, robot.station, robot.source)
-        robot.job = robot.station = robot.source = robot.itinerary.pick = robot.itinerary.drop = None
+        self.stations.release(robot.tour.stops, robot.tour.slots)
+        robot.job = robot.itinerary.place = None
+        robot.tour.stops, robot.tour.slots = [], []
         robot.body.task = -1
+
+    def _record(self, kind: str, robot: Robot, task: Task) -> None:
+        """A row of the log for each task of a tour."""
+        for member in task.members or (task,):
+            robot.body.task = member.number
+            robot.record(kind)
 
     def _put_back(self, number: int) -> None:
         """The tasks of a robot's queue go to the front of the list, in their order."""
@@ -275,7 +294,7 @@ class Dispatcher:
         robot, event = self.free[number]
         task, view = self.open[task_number], self._seen.get(number) or robot.view()
         if not may_do(view, task):
-            raise self._fault(f"robot {number} is of no kind that does task {task_number}: {', '.join(task.kinds)}")
+            raise self._fault(f"robot {number} {_unfit(view, task)}")
         node = self.stations.choose(view, task)
         if not self.stations.has_room(view, task, node):
             return  # taken by another pair of this decision: robot and task wait for the next
@@ -288,12 +307,28 @@ class Dispatcher:
             )
         del self.free[number], self.open[task_number]
         self._passing.discard(number)
-        robot.station = self.stations.reserve(task, node)
-        robot.source = self.stations.reserve_pick(task, robot.docked)
+        tour = robot.tour
+        tour.stops = self.stations.stops(view, task, node)
+        tour.slots = self.stations.reserve(tour.stops, robot.docked)
         robot.job = task
         robot.must_charge = False
-        robot.body.task = task.number
         self.departures.under_way.add(number)
-        robot.record("assigned")
+        self._record("assigned", robot, task)
+        robot.body.task = task.number
         event.succeed()
-        self.on_assigned(task, [self.open.values(), *self.queues.values()])
+        still_open: list[Collection[Task]] = [self.open.values(), *self.queues.values()]
+        if self.batcher is None:
+            self.on_assigned(task, still_open)
+            return
+        for member in task.tasks:
+            one_by_one = [[one for some in tasks for one in some.tasks] for tasks in still_open]
+            self.on_assigned(member, [*one_by_one, *self.batcher.waiting])
+
+
+def _unfit(robot: RobotView, task: Task) -> str:
+    """Why a robot may not do a task."""
+    if task.kinds and robot.kind not in task.kinds:
+        return f"is of no kind that does task {task.number}: {', '.join(task.kinds)}"
+    if len(task.members) > robot.loads:
+        return f"carries {robot.loads}, not the {len(task.members)} loads of the tour of task {task.number}"
+    return f"carries {', '.join(robot.carries)}, not the load of task {task.number}: {task.load_type}"

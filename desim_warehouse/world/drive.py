@@ -76,6 +76,11 @@ class Drive:
         robot = self.robot
         if robot.lane is not None:
             robot.goal = robot.lane.stop_line
+            if self.stop is not None and not self.route:
+                robot.goal = max(self.stop, robot.pos)
+                if robot.held is not None:
+                    yield from self._along_short(robot.goal)
+                    return True
         while True:
             if robot.lane is None or robot.held is not None:
                 outcome = yield from self._from_node()
@@ -236,6 +241,13 @@ class Drive:
         lane.commit(robot, lane.length, self.env._now)
         yield Arrival(self.env, robot.until + lane.node_time)
         robot.pos = lane.length
+
+    def _along_short(self, stop: float) -> Steps:
+        """Farther along a lane that is too short to stand clear of its nodes; the robot holds its end."""
+        robot = self.robot
+        robot.lane.commit(robot, stop, self.env._now)
+        yield Arrival(self.env, robot.until)
+        robot.pos = stop
 
     def _from_node(self) -> Generator[Event, object, Departure]:
         """From a bay or an intersection onto the next lane where the robot can stand."""

@@ -10,9 +10,11 @@ from heapq import heappop, heappush
 from simpy import Environment
 from simpy.events import NORMAL, Event, EventPriority
 
-DECISIONS = EventPriority(NORMAL + 1)
-"""Priority of decisions among the events of one instant: after all that happens at that time."""
-AFTER_DECISIONS = EventPriority(NORMAL + 2)
+BATCHES = EventPriority(NORMAL + 1)
+"""Priority of putting tasks together among the events of one instant: after all that happens at that time."""
+DECISIONS = EventPriority(NORMAL + 2)
+"""Priority of decisions: after that."""
+AFTER_DECISIONS = EventPriority(NORMAL + 3)
 """Priority of what waits for the decisions of its instant."""
 
 

@@ -23,7 +23,7 @@ from desim_warehouse.model.flows import (
 )
 from desim_warehouse.model.orders import OrderLine, Reading, read, resampled, summary
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.policies import Task
+from desim_warehouse.policies import StopPlace, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Iterator, Sequence
@@ -76,11 +76,19 @@ class Flows:
                 yield Timeout(self.env, time - self.env.now)
             for _ in range(1 if line is None else line.quantity):
                 self._release(flow, line)
+        flow.ended = True
 
     def _release(self, flow: _Flow, line: OrderLine | None = None) -> None:
         task = flow.task(self._number, self.env.now, line)
         self._number += 1
         self.release(task)
+
+    def to_come(self, task: Task) -> bool:
+        """Whether others that may go with a task on a tour will become known, whatever is done."""
+        return any(
+            not flow.ended and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
+            for flow in self.flows.values()
+        )
 
 
 class _Flow:
@@ -95,6 +103,9 @@ class _Flow:
         self.streams = streams
         self.routes = spec.routes
         self.released = 0
+        self.ended = False
+        self.load_type = spec.load_type or ""
+        self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
         self._how = Reading.of(model, layout)
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
         self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
@@ -187,7 +198,15 @@ class _Flow:
             nth,
             self.spec.kinds,
             "" if line is None else line.order,
+            self.load_type,
+            self._via if line is None or line.via is None else tuple(self._stop(place) for place in line.via),
         )
+
+    def _stop(self, named: str | int) -> StopPlace:
+        if isinstance(named, str):
+            return StopPlace(self.layout.nodes_of(named))
+        place = self.layout.storage[named]
+        return StopPlace((place.edge[1],), (place.edge, place.offset))
 
     def _due(self, now: float) -> float | None:
         if self.spec.due_within is not None:

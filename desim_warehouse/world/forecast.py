@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.world.reach import loaded_time
+from desim_warehouse.world.stops import driven, handled, time_at
 
 if TYPE_CHECKING:
     from desim_warehouse.policies import RobotView
@@ -24,12 +25,14 @@ def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
     """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
     assert robot.job is not None
     view = robot.view(free_in=time_to_node(robot, now))
-    return reach.need(view, robot.job, reach.stations.of(robot.job), charger)
+    stops = robot.tour.stops
+    return reach.need(view, robot.job, stops[-1].node, charger, stops)
 
 
 def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
     """What policies see of a robot at work: the node where it will be free, and the time until then."""
-    node, time = _free_at(robot, reach, now)
+    in_hand = robot.job is not None and robot.job.is_tour
+    node, time = (_end_of_tour if in_hand else _free_at)(robot, reach, now)
     return robot.view(node=node, free=False, free_in=time)
 
 
@@ -40,9 +43,9 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     if job is None:
         bay = robot.bay.node if robot.bay is not None else robot.home
         return bay, time + ways.time(robot.node, bay)
-    station, (load, unload) = reach.stations.of(job), reach.handling.times(job)
     since = now - robot.since_state
-    if robot.state == "unloading" or (robot.state == "queueing" and robot.has_load):
+    station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job)
+    if robot.state == "unloading" or (robot.state == "queueing" and len(robot.tour.stops) == 1):
         rest = 0.0 if job.drop is None else travel.along(*job.drop)[1]
         return station, max(unload - (since if robot.state == "unloading" else 0.0), 0.0) + rest
     if robot.state == "loaded":
@@ -59,3 +62,19 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     else:
         to_good = time + ways.time(robot.node, job.edge[0]) + job.offset / speed
     return station, to_good + load + beyond
+
+
+def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
+    """The node where the tour in hand ends, and the time until then."""
+    travel, stops, handling = reach.travel(robot.body.speed), robot.tour.stops, reach.handling
+    first, length = stops[0], reach.length(stops[0].edge)
+    rest = time_at(handling, first)
+    if robot.state in ("loading", "unloading"):
+        rest = max(rest - (now - robot.since_state), 0.0)
+    elif robot.state != "queueing":
+        time = time_to_node(robot, now)
+        if robot.body.lane is not None and robot.body.lane.edge == first.edge:
+            rest += max(time - (length - first.offset) / robot.body.speed, 0.0)
+        else:
+            rest += time + travel.ways.time(robot.node, first.edge[0]) + travel.along(first.edge, first.offset)[0]
+    return stops[-1].node, float(rest + driven(travel, stops) + handled(handling, stops[1:]))

@@ -22,6 +22,7 @@ class HandlingTimes:
     def __init__(self, tasks: Tasks, streams: Streams) -> None:
         self.streams = streams
         self._times = {"": (tasks.load_time, tasks.unload_time)}
+        self._visits = {name: flow.stop_time for name, flow in tasks.flows.items()}
         for name, flow in tasks.flows.items():
             load = tasks.load_time if flow.load_time is None else flow.load_time
             unload = tasks.unload_time if flow.unload_time is None else flow.unload_time
@@ -34,6 +35,10 @@ class HandlingTimes:
     def unload(self, task: Task) -> float:
         """How long unloading a task takes."""
         return self._drawn("unload", self._times[task.flow][1], task)
+
+    def visit(self, task: Task, rank: int) -> float:
+        """How long the stop of a task on its way takes, by its rank among those."""
+        return self._drawn(f"stop{rank}", self._visits.get(task.flow, 0.0), task)
 
     def _drawn(self, purpose: str, time: float | Distribution, task: Task) -> float:
         if isinstance(time, Distribution):

@@ -7,7 +7,7 @@ are declared before it leaves its bay or station, and changed on the way only if
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,13 +18,17 @@ if TYPE_CHECKING:
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.routes import Routes
+    from desim_warehouse.world.stops import Stop
+
+    Place: TypeAlias = tuple[Lane, float]
+    Leg: TypeAlias = tuple[list[Lane], Place | None]
 
 
 class Itinerary:
-    """The route of one robot: `legs` are what is left of it, `pick` the lane on which it fetches its good, and where.
+    """The route of one robot: `legs` are what is left of it, each up to a `place` on its last lane, or to its end.
 
-    A good at a node is fetched standing on the node, as in a station's: `pick` is None. `drop` is the lane on which the
-    good is put into storage, and where; None where it is brought to a node or a station.
+    `place` is the lane on which the good of its present stop is, and how far along; None where that is at a node or in
+    a station.
 
     `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
     """
@@ -43,9 +47,8 @@ class Itinerary:
         self.routes = routes
         self.free = free
         self.guard = guard
-        self.pick: tuple[Lane, float] | None = None
-        self.drop: tuple[Lane, float] | None = None
-        self.legs: list[list[Lane]] = []
+        self.place: Place | None = None
+        self.legs: list[Leg] = []
 
     @property
     def is_declared(self) -> bool:
@@ -54,41 +57,61 @@ class Itinerary:
 
     def edge_of(self, task: Task) -> tuple[str, str]:
         """The edge on which it picks a task's good: of a two-way lane the one that it drives."""
-        return task.edge if self.pick is None else self.pick[0].edge
+        return task.edge if self.place is None else self.place[0].edge
 
-    def take_task(self, node: str, task: Task, station: str, bay: str | None, *, docks: bool = False) -> bool:
-        """From `node` to the good, the station and, from one in the lane, to `bay`; False: the change is not safe.
+    def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
+        """From `node` from stop to stop up to the first in a station, and from a last one in the lane to `bay`.
 
-        `docks`: it is loaded in a station, from which the rest of its route is declared (`bring`).
+        False: the change is not safe. Out of a station the rest is declared (`onward`).
         """
-        goal = station if task.drop is None else task.drop[0][0]
-        self.pick = self._on_lane(node, task.edge, task.offset, goal)
-        start, end = self.edge_of(task)
-        legs = [self.routes.route(node, start)]
-        if self.pick is not None:
-            legs = [[*legs[0], self.pick[0]]]
-        if self.guard is not None and not docks:
-            legs += self._legs_with_load(end, task, station, bay)
-        return self._set(*legs)
+        legs = [self._leg(node, stops, None)] if self.guard is None else self._legs(node, stops, bay)
+        self.place = legs[0][1]
+        return self._set(legs)
 
-    def bring(self, node: str, task: Task, station: str, bay: str | None) -> list[Lane]:
-        """The leg with the load, from `node`; out of a station it is declared only now, with that to `bay`."""
+    def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
+        """The leg to the next stop, from `node`; out of a station it is declared only now, with those after it."""
         if self.guard is None:
-            return self._legs_with_load(node, task, station, None)[0]
-        if not self.body.is_on_lanes:
-            self._set(*self._legs_with_load(node, task, station, bay))
-        return self.legs.pop(0)
-
-    def _legs_with_load(self, node: str, task: Task, station: str, bay: str | None) -> list[list[Lane]]:
-        self.drop = None if task.drop is None else self._on_lane(node, *task.drop, station)
-        if self.drop is None:
-            leg, end = self.routes.route(node, station), station
+            leg = self._leg(node, stops, self.place)
         else:
-            start, end = self.drop[0].edge
-            leg = [*self.routes.route(node, start), self.drop[0]]
-        return [leg] if bay is None else [leg, self.routes.route(end, bay)]
+            if not self.body.is_on_lanes:
+                self._set(self._legs(node, stops, bay))
+            leg = self.legs.pop(0)
+        self.place = leg[1]
+        return leg
 
-    def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> tuple[Lane, float] | None:
+    def _legs(self, node: str, stops: Sequence[Stop], bay: str | None) -> list[Leg]:
+        """What is declared."""
+        legs: list[Leg] = []
+        place = None
+        for rank, stop in enumerate(stops):
+            leg = self._leg(node, stops[rank:], place)
+            legs.append(leg)
+            place = leg[1]
+            node = stop.node if place is None else place[0].edge[1]
+            if stop.station is not None:
+                return legs
+        if bay is not None:
+            legs.append((self.routes.route(node, bay), None))
+        return legs
+
+    def _leg(self, node: str, stops: Sequence[Stop], last: Place | None) -> Leg:
+        """To the first of some stops, from a `last` one on a lane that leads to `node`, or from `node` itself."""
+        stop = stops[0]
+        if last is not None and stop.joins:
+            lane, offset = last[0], stop.offset
+            if lane.twin is not None and stop.edge == lane.twin.edge:
+                offset = lane.length - offset
+            elif stop.edge != lane.edge:
+                offset = -1.0
+            if offset >= last[1]:
+                return [], (lane, offset)
+        then = stop.node if stop is stops[-1] else stops[1].edge[0]
+        place = self._on_lane(node, stop.edge, stop.offset, then)
+        if place is None:
+            return self.routes.route(node, stop.node), None
+        return [*self.routes.route(node, place[0].edge[0]), place[0]], place
+
+    def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
         """A storage place's lane, and how far along; a two-way lane is driven from the end that is sooner to `goal`."""
         if edge[0] == edge[1]:
             return None
@@ -96,7 +119,7 @@ class Itinerary:
         if lane.twin is None:
             return lane, offset
 
-        def time(way: tuple[Lane, float]) -> float:
+        def time(way: Place) -> float:
             start, end = way[0].edge
             return times(node, start) + times(end, goal)
 
@@ -104,16 +127,16 @@ class Itinerary:
 
     def go(self, node: str, goal: str) -> bool:
         """Straight from `node` to `goal` instead of what was to come; False: the change is not safe."""
-        return self._set(self.routes.route(node, goal))
+        return self._set([(self.routes.route(node, goal), None)])
 
-    def _set(self, *legs: list[Lane]) -> bool:
+    def _set(self, legs: list[Leg]) -> bool:
         if self.guard is not None:
-            route = [lane for leg in legs for lane in leg]
+            route = [lane for leg, _ in legs for lane in leg]
             if not self.body.is_on_lanes:
                 self.guard.declare(self.body, route)
             elif not self.guard.change(self.body, route):
                 return False
-        self.legs = list(legs)
+        self.legs = legs
         return True
 
     def start(self, way: Sequence[str]) -> None:
@@ -121,7 +144,7 @@ class Itinerary:
         route = [self.lanes[edge] for edge in pairwise(way)]
         if self.guard is not None:
             self.guard.declare(self.body, route)
-        self.legs = [route]
+        self.legs = [(route, None)]
 
     def leg(self, node: str, goal: str) -> list[Lane]:
         """The next leg, from `node` to `goal`."""
@@ -129,13 +152,13 @@ class Itinerary:
             return self.routes.route(node, goal)
         if not self.body.is_on_lanes:
             self.go(node, goal)
-        return self.legs.pop(0)
+        return self.legs.pop(0)[0]
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another leg for a robot held up before `route[index]`, if the routing policy knows one and it is safe."""
         other = self.routes.detour(node, route, index, stop)
         if other is not None and self.guard is not None:
-            rest = [lane for leg in self.legs for lane in leg]
+            rest = [lane for leg, _ in self.legs for lane in leg]
             if not self.guard.change(self.body, [*other, *rest]):
                 return None
         return other

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.feasibility.batteries import cause
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.world.rules import EPS
+from desim_warehouse.world.stops import driven, handled
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -24,11 +25,16 @@ if TYPE_CHECKING:
     from desim_warehouse.world.ask import ChargingLevels
     from desim_warehouse.world.bays import Bays
     from desim_warehouse.world.stations import Stations
+    from desim_warehouse.world.stops import Stop
 
 
 def may_do(robot: RobotView, task: Task) -> bool:
-    """Whether a robot is of a kind that does a task."""
-    return not task.kinds or robot.kind in task.kinds
+    """Whether a robot is of a kind that does a task, and carries its load, or all of a tour."""
+    if task.kinds and robot.kind not in task.kinds:
+        return False
+    if task.load_type and robot.carries and task.load_type not in robot.carries:
+        return False
+    return not task.members or len(task.members) <= robot.loads
 
 
 def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
@@ -61,7 +67,8 @@ class Reach:
         self.batteries = model.battery is not None
         self._model, self._layout = model, layout
         self.tasks = model.tasks
-        self.kinds = any(flow.kinds for flow in model.tasks.flows.values())
+        self.tours = model.tasks.has_via or model.policies.batching.name != "single"
+        self.kinds = self.tours or any(flow.kinds or flow.load_type for flow in model.tasks.flows.values())
         self.flows = bool(model.tasks.flows)
         self.handling = handling
         self._handled = handling.load_time + handling.unload_time
@@ -117,7 +124,7 @@ class Reach:
         table = np.ones((len(robots), len(tasks)), dtype=bool)
         chosen = self._stations_of(robots, tasks)
         for i, robot in enumerate(robots if self.stations.by_node else ()):
-            if self.flows:
+            if self.flows or self.tours:
                 table[i] = self._have_room(robot, tasks, chosen[i])
             else:
                 room = {node: self.stations.has_room(robot, tasks[0], node) for node in dict.fromkeys(chosen[i])}
@@ -141,6 +148,9 @@ class Reach:
         known: dict[tuple[str, str, bool], bool] = {}
         found = []
         for task, node in zip(tasks, nodes, strict=True):
+            if task.is_tour:
+                found.append(self.stations.has_room(robot, task, node))
+                continue
             key = node, task.edge[0] if task.good < 0 else "", task.drop is None
             if key not in known:
                 known[key] = self.stations.has_room(robot, task, node)
@@ -205,13 +215,18 @@ class Reach:
 
     # Energies of a task
 
-    def need(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
-        """Energy that a task and the way to a charger after it draw from where and when the robot is free."""
+    def need(
+        self, robot: RobotView, task: Task, station: str, choice: str, stops: Sequence[Stop] | None = None
+    ) -> float:
+        """Energy that a task and the way to a charger after it draw from where and when the robot is free.
+
+        `stops`: of a tour in hand; else they are as the robot would make them now.
+        """
         travel = self.travel(robot.speed)
         driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
         return self.rates["empty"] * (
             robot.free_in + driven + self.to_charger(station, robot, choice)
-        ) + self._from_edge(robot.speed, task, station)
+        ) + self._from_edge(robot, task, station, stops)
 
     def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
         """Energy with which a robot, driving freely, does not have to give the task back on the way."""
@@ -249,28 +264,40 @@ class Reach:
             if key not in rest:
                 rest[key] = np.array(
                     [
-                        self._from_edge(robot.speed, task, node) + empty * self.to_charger(node, robot, level.charger)
+                        self._from_edge(robot, task, node) + empty * self.to_charger(node, robot, level.charger)
                         for task, node in zip(tasks, nodes, strict=True)
                     ]
                 )
             table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
         return table
 
-    def _from_edge(self, speed: float, task: Task, station: str) -> float:
+    def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
         """Energy from the start of the good's edge to being clear of the station.
 
         What it turns where nobody knows how it stands, before it sets out from a place in the lane or from a good at a
         node, counts as half a turn.
         """
         tasks, rates = self.tasks, self.rates
-        travel = self.travel(speed)
+        travel = self.travel(robot.speed)
         before, after = travel.along(task.edge, task.offset)
         unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
+        if task.members or task.via:
+            stops = self.stations.stops(robot, task) if stops is None else stops
+            return float(
+                rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
+                + rates["loading"] * handled(self.handling, stops)
+                + rates["loaded"] * (driven(travel, stops) + unknown)
+            )
         return float(
             rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
             + rates["loading"] * (sum(self.handling.times(task)) if self.flows else self._handled)
             + rates["loaded"] * (after + (loaded_time(travel, task, station) + unknown))
         )
+
+    def tour_time(self, robot: RobotView, task: Task) -> float:
+        """Time of a tour from standing at its first good to where it ends, driving freely."""
+        stops = self.stations.stops(robot, task)
+        return float(driven(self.travel(robot.speed), stops) + handled(self.handling, stops))
 
     # Driving times
 

@@ -21,14 +21,16 @@ from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instan
 from desim_warehouse.world.forecast import time_to_node
 from desim_warehouse.world.itinerary import Itinerary
 from desim_warehouse.world.rules import EPS
+from desim_warehouse.world.tour import Tour
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.model.fleet import RobotSpec, Start
     from desim_warehouse.policies import Levels, Task
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.drive import Drive
+    from desim_warehouse.world.itinerary import Place
     from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.stations import Station
     from desim_warehouse.world.world import World
@@ -52,39 +54,45 @@ class Rest(Enum):
 
 
 class Robot:
-    """A robot with a home, a battery and at most one task at hand (`job`).
+    """A robot with a home, a battery and at most one task or tour at hand (`job`), which it does by its `tour`.
 
     `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
-    elsewhere. `station` is the one where it has a slot reserved to unload, `source` to load, `docked` the one it is in.
-    `has_load`: it carries the load of its task.
+    elsewhere. `docked` is the station that it is in.
     `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
     no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
     """
 
-    def __init__(self, world: World, number: int, home: str, speed: float, kind: str = "") -> None:
+    def __init__(self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "") -> None:
         self.world = world
         self.env = world.env
         self.number = number
         self.kind = kind
+        self.loads = shape.capacity
+        self.carries = shape.carries
         self.home = self.parked_at = self.last_bay = home
-        self.body = Body(number, speed, world.traffic.nodes[home], self)
+        self.body = Body(number, shape.speed, world.traffic.nodes[home], self)
         self.itinerary = Itinerary(
             self.body,
             lanes=world.traffic.lanes,
             routes=world.routes,
-            free=world.reach.travel(speed).ways,
+            free=world.reach.travel(shape.speed).ways,
             guard=world.traffic.rules.guard,
         )
         self.battery = Battery(world.model.battery, world.reach.rates)
         self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
-        self.station: Station | None = None
-        self.source: Station | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
+        self.tour = Tour(
+            self,
+            world.env,
+            dispatcher=world.dispatcher,
+            handling=world.handling,
+            departures=world.departures,
+        )
         self.offer: Event | None = None
-        self.must_charge = self.is_charging = self.has_charged = self.has_load = False
+        self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
         self.state = "idle"
         self.since_state = 0.0
@@ -138,108 +146,10 @@ class Robot:
         yield from self.charge()
 
     def work(self) -> Steps:
-        """Task after task, until there is none or the battery calls it back."""
-        while self.job is not None and (yield from self.fetch()):
-            yield from self.deliver()
+        """Task after task, or tour after tour, until there is none or the battery calls it back."""
+        while self.job is not None and (yield from self.tour.begin()):
+            yield from self.tour.finish()
             yield from self.ask_for_more()
-
-    def fetch(self) -> Generator[Event, object, bool]:
-        """Drive to the good and load it; False if the battery sent the robot home before it got there."""
-        world = self.world
-        assert self.job is not None
-        if self.docked is not None and self.docked is world.stations.at_pick(self.job):
-            yield from self._load_in(self.docked)
-            return True
-        if not self._take_task():
-            # To the bay where its declared route ends: from there it can set out anew.
-            self.body.recall_at = math.inf
-            self.enter("returning")
-            yield from self.go_to_bay()
-            world.departures.under_way.add(self.number)
-            self.enter("empty")
-            self._take_task()
-        _, stop = self.itinerary.pick or (None, None)
-        drive = self.drive(self.itinerary.legs.pop(0), stop)
-        while not (yield from drive):
-            if self._turns_back():
-                if self.job is not None:  # it got to the node at the very instant of the alarm
-                    world.dispatcher.give_back(self)
-                return False
-            # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
-            self.body.recall_at = math.nextafter(self.env.now, math.inf)
-            drive = self.drive(drive.rest, stop)
-        self.body.recall_at = math.inf
-        if self.source is None:
-            yield from self._load()
-        else:
-            source, self.source = self.source, None
-            yield from self._load_in(self._dock(source))
-        return True
-
-    def _load(self) -> Steps:
-        assert self.job is not None
-        self.enter("loading")
-        yield Timeout(self.env, self.world.handling.load(self.job))
-        self.has_load = True
-        self.enter("loaded")
-
-    def _load_in(self, station: Station) -> Steps:
-        """Load in the station that it stands in, when it is served."""
-        with station.servers.request() as turn:
-            if not turn.triggered:
-                self.enter("queueing")
-            yield turn
-            yield from self._load()
-
-    def _dock(self, station: Station) -> Station:
-        """From the node that it stands on into the station beside it."""
-        self.enter_bay(station.node)
-        self.docked = station
-        station.dock(self.number)
-        self.record("docked")
-        return station
-
-    def _take_task(self) -> bool:
-        """Set its route to the good and the station, or not, if the change would not be safe."""
-        job = self.job
-        assert job is not None
-        docks = self.source is not None
-        return self.itinerary.take_task(
-            self.node, job, self.world.stations.of(job), self._bay_after_unloading(), docks=docks
-        )
-
-    def _bay_after_unloading(self) -> str | None:
-        """The bay to which it goes from a place in the lane, if nothing else comes; None: it unloads in a station."""
-        return self.bay.node if self.station is None and self.bay is not None else None
-
-    def _turns_back(self) -> bool:
-        """Recalled on the way to a good: whether it may go to the bay where it has a slot instead."""
-        if not self.itinerary.is_declared:
-            return True
-        assert self.bay is not None
-        return self.itinerary.go(self.node, self.bay.node)
-
-    def deliver(self) -> Steps:
-        """Drive to the station and unload, in its bay if it has one, else in the lane."""
-        world = self.world
-        assert self.job is not None
-        node = world.stations.of(self.job)
-        leg = self.itinerary.bring(self.node, self.job, node, self._bay_after_unloading())
-        _, stop = self.itinerary.drop or (None, None)
-        yield from self.drive(leg, stop)
-        if self.station is None:
-            self.enter("unloading")
-            yield Timeout(self.env, world.handling.unload(self.job))
-        else:
-            station, self.station = self.station, None
-            with self._dock(station).servers.request() as turn:
-                if not turn.triggered:
-                    self.enter("queueing")
-                yield turn
-                self.enter("unloading")
-                yield Timeout(self.env, world.handling.unload(self.job))
-        self.has_load = False
-        world.dispatcher.delivered(self)
 
     def ask_for_more(self) -> Steps:
         """The next task is given before the robot clears the place where it unloaded."""
@@ -473,12 +383,14 @@ class Robot:
             free_in,
             tuple(self.world.dispatcher.queues.get(self.number, ())),
             self.kind,
+            self.loads,
+            self.carries,
         )
 
-    def drive(self, route: Sequence[Lane], stop: float | None = None) -> Drive:
-        """Drive a route (`yield from`); False: recalled, on the node it came to next."""
+    def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
+        """Drive a route, to a place on its last lane (`yield from`); False: recalled, on the node it came to next."""
         self.body.detours = self.world.routes.detours
-        return self.world.traffic.drive(self.body, route, stop)
+        return self.world.traffic.drive(self.body, route, None if place is None else place[1])
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""
@@ -534,7 +446,7 @@ class Robot:
         """Out of the bay or station: its slot there is free."""
         world = self.world
         if self.docked is not None:
-            self.docked.leave(self.number)
+            self.tour.leaves(self.docked)
             self.docked = None
             world.dispatcher.call()
         else:

@@ -7,18 +7,24 @@ and never in a lane. Rejected: reserving on arrival (queues in lanes), driving i
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING
 
 from simpy import Resource
 
+from desim_warehouse.world.stops import Stop, stops_of_tour
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model.schema import Tasks
-    from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.policies import RobotView, StopPlace, Task
     from desim_warehouse.streams import Streams
+    from desim_warehouse.world.stops import Act
 
 
 class Servers(Resource):
@@ -44,10 +50,10 @@ class Station:
         """A robot that has a slot reserved comes in."""
         self.inside.add(robot)
 
-    def leave(self, robot: int) -> None:
-        """A robot is out again, and its slot free."""
+    def leave(self, robot: int, *, keep: bool = False) -> None:
+        """A robot is out again, and its slot free; not if it is to `keep` it, as it comes back."""
         self.inside.remove(robot)
-        self.taken -= 1
+        self.taken -= not keep
 
 
 class Stations:
@@ -60,17 +66,19 @@ class Stations:
         self._travel = travel
         self._streams = streams
         self._drawn: dict[int, str] = {}
-        self._of_task: dict[int, str] = {}
         self._bound: Counter[str] = Counter()
 
     # Which one
 
-    def choose(self, robot: RobotView, task: Task) -> str:
+    def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
         """Where a robot would unload a task, by tasks.station_choice; stations that are full are passed over.
 
         Ties go to the nearer one, then to the one named first. `random` draws once for each task, whoever gets it.
         A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
+        `comes_from`: on a tour; without it, of a tour where it ends.
         """
+        if comes_from is None and (task.members or task.via):
+            return self.stops(robot, task)[-1].node
         nodes, choice, stations = task.to or self.nodes, self.choice, self.by_node
         if choice == "each" and not task.to:
             return nodes[robot.number % len(nodes)]
@@ -79,7 +87,7 @@ class Stations:
         open_ones = [node for node in nodes if node not in stations or stations[node].free > 0] or nodes
         if len(open_ones) == 1:
             return open_ones[0]
-        ways, good = self._travel.ways, task.edge[1]
+        ways, good = self._travel.ways, comes_from or task.edge[1]
         if choice == "least-loaded":
             least = min(self._bound[node] for node in open_ones)
             open_ones = [node for node in open_ones if self._bound[node] == least]
@@ -102,45 +110,72 @@ class Stations:
         return self.by_node.get(node) if task.drop is None else None
 
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first."""
+        """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first.
+
+        For a tour there must be a slot in every station of it.
+        """
+        if task.members or task.via:
+            stations = {stop.station for stop in self.stops(robot, task)} - {None}
+            return all(one is None or one.free > 0 or robot.number in one.inside for one in stations)
         station = self.at_drop(task, node)
         if station is not None and station.free <= 0 and robot.number not in station.inside:
             return False
         station = self.at_pick(task)
         return station is None or station.free > 0 or robot.number in station.inside
 
+    # Stops
+
+    def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
+        """What a robot has to do for a task or tour, in order; `node`: where a task by itself is unloaded."""
+        if task.members or task.via:
+            return stops_of_tour(task, self._travel, partial(self._stop, robot))
+        drop, source = task.drop, task.edge
+        edge, offset = ((node, node), 0.0) if drop is None else drop
+        return [
+            Stop(task, "load", source[1], source, task.offset, self.at_pick(task)),
+            Stop(task, "unload", node, edge, offset, self.at_drop(task, node)),
+        ]
+
+    def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
+        """A stop of a tour; on the way at the nearest of several nodes that has room."""
+        if place.storage is not None:
+            edge, offset = place.storage
+            return Stop(task, act, edge[1], edge, offset, None)
+        if act == "unload":
+            node = self.choose(robot, task, comes_from)
+        else:
+            ways, stations = self._travel.ways, self.by_node
+            open_ones = [node for node in place.nodes if node not in stations or stations[node].free > 0]
+            node = min(open_ones or place.nodes, key=lambda node: ways.time(comes_from, node))
+        stored = act == "load" and task.good >= 0
+        return Stop(task, act, node, (node, node), 0.0, None if stored else self.by_node.get(node))
+
     # Tasks in hand
 
-    def reserve(self, task: Task, node: str) -> Station | None:
-        """Reserve a slot for a task that a robot has just been given; None: it is unloaded in the lane.
+    def reserve(self, stops: Sequence[Stop], docked: Station | None) -> list[Station]:
+        """Reserve a slot in every station of a task or tour that a robot has just been given.
 
-        From the start, not on arrival: a full station holds work back in the bays, never in a lane.
+        From the start and all at once, not on arrival: a full station holds work back in the bays, never in a lane, and
+        nobody who has one slot waits for another. A robot that is `docked` where it begins has its slot there.
         """
-        self._of_task[task.number] = node
-        self._bound[node] += 1
-        station = self.at_drop(task, node)
-        if station is not None:
-            station.taken += 1
-        return station
+        slots: list[Station] = []
+        first = docked is not None
+        for stop in stops:
+            if stop.act != "load":
+                self._bound[stop.node] += 1
+            first = first and stop.station is docked
+            if stop.station is not None and not first and stop.station not in slots:
+                stop.station.taken += 1
+                slots.append(stop.station)
+        return slots
 
-    def reserve_pick(self, task: Task, docked: Station | None) -> Station | None:
-        """Reserve a slot where a task is loaded; None: it is loaded in the lane, or where its robot is `docked`."""
-        station = self.at_pick(task)
-        if station is None or station is docked:
-            return None
-        station.taken += 1
-        return station
-
-    def of(self, task: Task) -> str:
-        """The node where a task in hand is unloaded."""
-        return self._of_task[task.number]
-
-    def release(self, task: Task, *slots: Station | None) -> None:
-        """A task is no longer in hand; `slots` were reserved for it and are not needed any more."""
-        self._bound[self._of_task.pop(task.number)] -= 1
+    def release(self, stops: Sequence[Stop], slots: Sequence[Station]) -> None:
+        """A task is no longer in hand, or a stop of it done; `slots` were reserved and are not needed any more."""
+        for stop in stops:
+            if stop.act != "load":
+                self._bound[stop.node] -= 1
         for slot in slots:
-            if slot is not None:
-                slot.taken -= 1
+            slot.taken -= 1
 
     def forget(self, task: Task) -> None:
         """A task is done: its draw is not needed again."""

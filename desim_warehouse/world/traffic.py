@@ -73,9 +73,12 @@ class Traffic:
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`).
+        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`); without a route it is
+        on the lane where the robot is.
         """
-        return Drive(self.rules, robot, route, None if stop is None else route[-1].clear_stop(stop))
+        if stop is not None:
+            stop = (route[-1] if route else robot.lane).clear_stop(stop)
+        return Drive(self.rules, robot, route, stop)
 
     def stand(self, robot: Body, start: Start) -> None:
         """Put a robot onto the lanes at the start of a run; on one lane those farther ahead come first."""

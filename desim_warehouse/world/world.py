@@ -21,6 +21,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.policies import create
 from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
+from desim_warehouse.world.batches import Batcher
 from desim_warehouse.world.bays import Bay, Bays
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
@@ -67,7 +68,7 @@ class World:
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
-        kinds = set(fleet.robots())
+        kinds = {(robot.radius, robot.speed) for robot in fleet.robots()}
         self.traffic = Traffic(
             env,
             layout,
@@ -86,7 +87,7 @@ class World:
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
             layout,
-            max(robot.speed for robot in kinds),
+            max(speed for _, speed in kinds),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
@@ -137,10 +138,20 @@ class World:
             ),
             on_assigned=self.demand.refill,
         )
+        batching = policies.batching
+        if batching.name != "single":
+            self.dispatcher.batcher = Batcher(
+                env,
+                create("batching", batching.name, batching.params),
+                fleet,
+                self.travel,
+                to_come=self.demand.to_come,
+                hand_on=self.dispatcher.put_together,
+            )
         levels = energy.start_levels(model, streams)
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
-            robot = Robot(self, number, home, shape.speed, kind)
+            robot = Robot(self, number, home, shape, kind)
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
