@@ -110,6 +110,15 @@ class Assignment(NamedTuple):
     ended: str
 
 
+class Trip(NamedTuple):
+    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
+
+    robot: int
+    tasks: tuple[int, ...]
+    start: float
+    end: float
+
+
 class Wait(NamedTuple):
     """A collision: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
 
@@ -210,7 +219,7 @@ class History:
                 order = self.log.orders.get(row.task, "")
                 tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
             elif row.kind == "loaded":
-                tasks[row.task].loaded = row.time
+                tasks[row.task].loaded = min(row.time, tasks[row.task].loaded)  # it may stop on its way, too
             else:
                 task = tasks[row.task]
                 task.delivered, task.station = row.time, row.node or ""
@@ -282,6 +291,24 @@ class History:
                 found.append(Assignment(robot, row.task, start, row.time, row.kind))
         found += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
         return sorted(found, key=lambda one: (one.start, one.robot))
+
+    @cached_property
+    def trips(self) -> list[Trip]:
+        """What robots did on one trip each, in the order in which the trips ended; tasks given back are in none."""
+        taken: dict[int, list[tuple[int, float]]] = defaultdict(list)
+        left: dict[int, int] = defaultdict(int)
+        found = []
+        for row in self.rows("assigned", "delivered", "returned"):
+            if row.kind == "assigned":
+                taken[row.robot].append((row.task, row.time))
+                left[row.robot] += 1
+            else:
+                left[row.robot] -= 1
+                if not left[row.robot]:
+                    tasks, times = zip(*taken.pop(row.robot), strict=True)
+                    if row.kind == "delivered":
+                        found.append(Trip(row.robot, tasks, times[0], row.time))
+        return found
 
     # States
 

@@ -18,7 +18,7 @@ from desim_warehouse.states import TIMES
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from desim_warehouse.history import FlowHistory, History
+    from desim_warehouse.history import FlowHistory, History, Trip
     from desim_warehouse.states import State
 
 Unit = Literal[
@@ -186,6 +186,14 @@ def _station_wait(history: History) -> float:
 
 def _has_prices(history: History) -> bool:
     return history.model.prices is not None
+
+
+def _has_batches(history: History) -> bool:
+    return history.model.policies.batching.name != "single"
+
+
+def _counted_trips(history: History) -> list[Trip]:
+    return [trip for trip in history.trips if history.counts(trip.end)]
 
 
 def _has_orders(history: History) -> bool:
@@ -375,6 +383,24 @@ INDICATORS = {
             _on_time,
             _has_due_times,
             by_flow=_on_time,
+        ),
+        Indicator(
+            "trips",
+            "Trips",
+            "count",
+            "tours that ended with the delivery of their last task; only with `policies.batching`",
+            None,
+            lambda history: len(_counted_trips(history)),
+            _has_batches,
+        ),
+        Indicator(
+            "loads_per_trip",
+            "Loads per trip",
+            "tasks",
+            "tasks done on one tour, mean; only with `policies.batching`",
+            "more",
+            lambda history: _mean([len(trip.tasks) for trip in _counted_trips(history)]),
+            _has_batches,
         ),
         Indicator(
             "orders",

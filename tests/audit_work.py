@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from itertools import groupby
 
 from desim_warehouse.model.energy import start_levels
@@ -21,14 +21,20 @@ class Work:
         self.rows = self.run.record.rows
         self.check_tasks()
         self.check_loading()
+        self.check_loads_on_board()
+        self.check_stops()
         self.check_places()
         self.check_energy()
         self.check_shares()
         self.check_tallies()
 
     def check_tasks(self):
-        """Each task is released, given out, perhaps given back, and delivered once, by the robot that has it."""
-        state, hands = {}, {}
+        """Each task is released, given out, perhaps given back, and delivered once, by the robot that has it.
+
+        A robot is given the tasks of a tour all at once, while it has none, and no more than it carries.
+        """
+        state, hands, given = {}, defaultdict(set), {}
+        most = [robot.capacity for robot in self.run.model.fleet.robots()]
         follows = {
             "released": {None},
             "assigned": {"released", "returned"},
@@ -42,11 +48,15 @@ class Work:
                 self.fault(time, f"task {task} was {kind} after being {state.get(task)}")
             state[task] = kind
             if kind == "assigned":
-                if robot in hands:
-                    self.fault(time, f"robot {robot} was given task {task} while it had task {hands[robot]}")
-                hands[robot] = task
-            elif kind != "released" and hands.pop(robot, None) != task:
-                self.fault(time, f"task {task} was {kind} by robot {robot}, which did not have it")
+                if hands[robot] and (given[robot] != time or len(hands[robot]) == most[robot]):
+                    self.fault(time, f"robot {robot} was given task {task} while it had {sorted(hands[robot])}")
+                hands[robot].add(task)
+                given[robot] = time
+            elif kind != "released":
+                if task not in hands[robot]:
+                    self.fault(time, f"task {task} was {kind} by robot {robot}, which did not have it")
+                hands[robot].discard(task)
+                given[robot] = None
         self.delivered = sum(1 for kind in state.values() if kind == "delivered")
         if len(state) - self.delivered != self.run.kpis["backlog"]:
             self.fault(self.run.record.end, "tasks were lost or made up")
@@ -68,6 +78,48 @@ class Work:
                 self.fault(time, f"task {task} was returned after it was loaded")
             elif kind == "delivered" and task not in loaded:
                 self.fault(time, f"task {task} was delivered and never loaded")
+
+    def check_loads_on_board(self):
+        """A robot carries no more than it can, nothing that it does not carry, and does no flow of other kinds."""
+        model, on_board = self.run.model, defaultdict(set)
+        robots, kinds = model.fleet.robots(), model.fleet.kinds_of_robots()
+        for time, kind, robot, task, *_ in self.rows:
+            if kind == "loading":
+                on_board[robot].add(task)
+                if len(on_board[robot]) > robots[robot].capacity:
+                    self.fault(time, f"robot {robot} carries {sorted(on_board[robot])}, more than it can")
+                flow = model.tasks.flows.get(self.run.record.flows.get(task))
+                carries = robots[robot].carries
+                if flow is not None and flow.load_type and carries and flow.load_type not in carries:
+                    self.fault(time, f"robot {robot} carries task {task}, a {flow.load_type}")
+                if flow is not None and flow.kinds and kinds[robot] not in flow.kinds:
+                    self.fault(time, f"robot {robot} of kind {kinds[robot]!r} does task {task}")
+            elif kind == "delivered":
+                if task not in on_board[robot]:
+                    self.fault(time, f"robot {robot} delivers task {task}, which it does not carry")
+                on_board[robot].discard(task)
+
+    def check_stops(self):
+        """Between loading and unloading a task stops where its flow says, in that order, and is unloaded there."""
+        flows, layout = self.run.model.tasks.flows, self.run.layout
+        stops, nodes = defaultdict(list), {}
+        for time, kind, _, task, node, edge, *_ in self.rows:
+            if kind == "unloading":
+                stops[task].append(node)
+            elif kind == "delivered":
+                flow = flows.get(self.run.record.flows.get(task))
+                if flow is None or hasattr(flow.arrivals, "orders"):
+                    continue
+                for name in flow.via:
+                    nodes.setdefault(name, layout.nodes_of(name))
+                at = stops[task][:-1]
+                if len(at) != len(flow.via) or any(n not in nodes[v] for n, v in zip(at, flow.via, strict=True)):
+                    self.fault(time, f"task {task} stopped at {at} on its way, not at {flow.via}")
+                ends = [
+                    end for route in flow.routes for end in (route.target if isinstance(route.target, tuple) else ())
+                ]
+                if edge is None and ends and node not in ends:
+                    self.fault(time, f"task {task} was brought to {node}, not to {ends}")
 
     def is_docked(self, time, robot):
         """Whether the last place that a robot was at is a station."""

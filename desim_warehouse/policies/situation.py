@@ -64,7 +64,7 @@ class Situation:
     length: Callable[[tuple[str, str]], float]
     """Length of an edge; 0 of a node for both its ends, as tasks have for a good at a node."""
     tour_time: Callable[[RobotView, Task], float]
-    """Of a tour, or a task that stops on its way, the time from standing at the first good to its end, without waits."""
+    """Of a tour, or a task that stops on its way: the time from standing at the first good to the end, in free flow."""
 
     def first_tasks(self, number: int) -> list[Task]:
         """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""

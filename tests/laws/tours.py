@@ -1,0 +1,77 @@
+"""Random models with tours: robots that carry several loads, batches, stations with one slot and stops on the way.
+
+They are made of other random models: the floor, fleet, batteries and policies of those, and work of its own.
+"""
+
+from __future__ import annotations
+
+import random
+
+BATCHING = (
+    {"name": "fixed-size"},
+    {"name": "fixed-size", "size": 2},
+    {"name": "time-window", "window": 30},
+    {"name": "time-window", "window": 200, "size": 3},
+    {"name": "by-order"},
+    {"name": "single"},
+)
+
+
+def with_tours(mapping, number):
+    """A model whose robots carry up to four loads; half of them with flows from and to anywhere, over stations."""
+    draw = random.Random(f"tours {number}")
+    fleet, most = mapping["fleet"], draw.randint(2, 4)
+    fleet["robot"]["capacity"] = most
+    for kind in fleet.get("kinds", {}).values():
+        kind["capacity"] = draw.randint(1, most)
+    mapping.setdefault("policies", {})["batching"] = draw.choice(BATCHING)
+    _last(mapping, 2 * most + 4)
+    if draw.random() < 0.6:
+        _flows(mapping, draw)
+    return mapping
+
+
+def _last(mapping, times):
+    """Batteries that last for a tour of so many drives."""
+    battery = mapping.get("battery")
+    if battery:
+        for key in ("capacity", "threshold", "charge_rate", "reserve"):
+            if key in battery:
+                battery[key] *= times
+
+
+def names_of(layout):
+    """The nodes of a layout."""
+    if "blocks" not in layout:
+        return list(layout["nodes"])
+    blocks = layout["blocks"]
+    return [chr(ord("A") + i) for i in range((blocks["columns"] + 1) * (blocks["rows"] + 1))]
+
+
+def _flows(mapping, draw):
+    """Some flows between nodes, stations with few slots and storage, that end or not as the model did before."""
+    layout, tasks = mapping["layout"], mapping["tasks"]
+    nodes = names_of(layout)
+    stations = {
+        f"s{rank}": {"at": [node], "places": draw.choice((1, 1, 2)), "servers": 1}
+        for rank, node in enumerate(draw.sample(nodes, min(len(nodes), draw.randint(1, 3))))
+    }
+    layout["stations"] = stations
+    ends = ["storage", "storage", *stations, *stations, *draw.sample(nodes, min(2, len(nodes)))]
+    forever = "random" not in tasks["goods"] if isinstance(tasks["goods"], dict) else False
+    flows = {}
+    for rank in range(draw.randint(1, 3)):
+        source = draw.choice(ends)
+        of = {name: station["at"][0] for name, station in stations.items()}
+        others = [end for end in ends if end == "storage" or of.get(end, end) != of.get(source, source)]
+        target = draw.choice([*others, "storage"])
+        via = [draw.choice([*stations, *nodes[:3]]) for _ in range(draw.choice((0, 0, 1, 2)))]
+        arrivals = {"schedule": sorted([{"at": draw.uniform(0, 50), "tasks": draw.randint(1, 4)}] * 2, key=str)}
+        if forever:
+            arrivals = draw.choice(({"saturated": draw.randint(1, 6)}, {"poisson": 3600 / draw.uniform(20, 200)}))
+        flow = {"from": source, "to": target, "via": via, "arrivals": arrivals, "stop_time": draw.choice((0, 2))}
+        flows[f"f{rank}"] = flow
+    stale = {"goods", "unload_at", "station_choice"}
+    mapping["tasks"] = {key: value for key, value in tasks.items() if key not in stale}
+    mapping["tasks"]["flows"] = flows
+    mapping["tasks"]["station_choice"] = draw.choice(("nearest", "least-loaded", "random"))
