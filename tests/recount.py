@@ -260,7 +260,8 @@ class Recount:
             "cycle_time_p95": float(np.quantile(times, 0.95)) if times else math.nan,
             "backlog": len(released) - len(delivered),
         }
-        if hasattr(self.model.tasks.goods, "poisson"):
+        flows = [getattr(flow, "arrivals", None) for flow in self.model.tasks.flows.values()]
+        if any(hasattr(one, key) for one in (self.model.tasks.goods, *flows) for key in ("poisson", "profile")):
             hours = (self.end - self.begin) / self.model.units.hour
             growth = sum(time >= self.begin for time in released.values()) - len(counted)
             found["backlog_growth_per_hour"] = growth / hours if hours else math.nan
