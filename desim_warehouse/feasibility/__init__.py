@@ -13,6 +13,7 @@ from desim_warehouse.feasibility import rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import build, checks
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.orders import nodes_named
 
 if TYPE_CHECKING:
     from desim_warehouse.findings import Finding
@@ -57,6 +58,5 @@ def refuse(model: Model, layout: Layout) -> None:
 
 def _use(model: Model, layout: Layout) -> checks.Use:
     fleet = model.fleet
-    return checks.Use(
-        fleet.contact, fleet.size, fleet.start, destinations(model, layout), model.traffic.gridlock, model.traffic.zones
-    )
+    used = tuple(dict.fromkeys((*destinations(model, layout), *nodes_named(model, layout))))
+    return checks.Use(fleet.contact, fleet.size, fleet.start, used, model.traffic.gridlock, model.traffic.zones)

@@ -27,10 +27,14 @@ def own_destinations(model: Model, layout: Layout) -> list[tuple[str, ...]]:
 
 
 def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
-    """All nodes where goods are unloaded, those of tasks.unload_at first; of flows those where they are loaded, too."""
+    """All nodes where goods are unloaded, those of tasks.unload_at first; of flows those where they are loaded, too.
+
+    And those where they stop on their way. Nodes that only a file of orders names are not among them.
+    """
     if model.tasks.flows:
         routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
         ends = [end for route in routes for end in (route.source, route.target)]
+        ends += [layout.nodes_of(name) for flow in model.tasks.flows.values() for name in flow.via]
         return tuple(dict.fromkeys(node for end in ends if isinstance(end, tuple) for node in end))
     own = (node for nodes in dict.fromkeys(own_destinations(model, layout)) for node in nodes)
     return tuple(dict.fromkeys((*model.tasks.unload_at, *own)))

@@ -71,11 +71,12 @@ class Reading:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks (quantities added up), rows, and the last release."""
+    """What a file holds: tasks (quantities added up), rows, the last release, and the nodes and stations it names."""
 
     tasks: int
     rows: int
     last: float
+    names: frozenset[str] = frozenset()
 
 
 def sha256(path: Path) -> str:
@@ -109,11 +110,15 @@ def summary(spec: OrdersFile, how: Reading) -> Summary:
 @lru_cache(maxsize=8)
 def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     tasks, rows, last, found = 0, 0, 0.0, list[str]()
+    names: set[str | int | None] = set()
     for lines, problems in _checked(spec, how):
         found += problems
         rows += len(lines)
         tasks += sum(line.quantity for line in lines)
         last = lines[-1].release if lines else last
+        names.update(line.source for line in lines)
+        names.update(line.target for line in lines)
+        names.update(place for via in {line.via for line in lines} for place in via or ())
         if len(found) > MOST_PROBLEMS:
             raise ModelError([*found[:MOST_PROBLEMS], f"{spec.file}: and more problems"])
     if not rows and not found:
@@ -122,7 +127,18 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         found.append(f"{spec.file}: too many tasks (got {tasks:,}), expected at most {LIMITS['tasks'][0]:,}")
     if found:
         raise ModelError(found)
-    return Summary(tasks, rows, last)
+    return Summary(tasks, rows, last, frozenset(name for name in names if isinstance(name, str) and name != STORAGE))
+
+
+def nodes_named(model: Model, layout: Layout) -> tuple[str, ...]:
+    """The nodes that files of orders name; of a file that is not there any more none."""
+    found: dict[str, None] = {}
+    for flow in model.tasks.flows.values():
+        when = flow.when
+        if isinstance(when, OrdersArrivals) and Path(when.orders.file).exists():
+            for name in sorted(summary(when.orders, Reading.of(model, layout)).names):
+                found |= dict.fromkeys(layout.nodes_of(name))
+    return tuple(found)
 
 
 def problems_of(model: Model, layout: Layout) -> list[str]:

@@ -73,7 +73,7 @@ class Tour:
                 # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
                 robot.body.recall_at = math.nextafter(self.env.now, math.inf)
                 drive = robot.drive(drive.rest, place)
-            robot.body.recall_at = math.inf
+        robot.body.recall_at = math.inf  # also where it loads in the station in which it stands
         yield from self._handle(self.stops[0])
         return True
 
