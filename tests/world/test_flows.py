@@ -107,14 +107,14 @@ def test_what_is_to_be_fetched_where_it_stands_is_loaded_there():
 
 
 def test_a_robot_that_loaded_where_it_stood_is_not_recalled_on_its_way():
-    """At 150 its battery is at the threshold: it has the load on board since 114 and brings it where it goes."""
+    """At 125 its battery is at the threshold: with the load on board since 116 it goes on beyond the next node."""
     flows = {
         "in": {"from": "C", "to": "dock", "arrivals": ONCE},
         "out": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 1}]}},
     }
-    battery = {"capacity": 300, "threshold": 160, "consumption": 1, "charge_rate": 10}
+    battery = {"capacity": 300, "threshold": 175, "consumption": 1, "charge_rate": 10}
     run = dw.simulate(dw.load(RING, {"tasks.flows": flows, "battery": battery, "tasks.clear_time": 2}))
-    # as above, but 2 later: to clear its place it takes 2, and its battery is watched
+    # as above, and 2 to clear its place, in which it has a task and its battery is watched
     assert [(row.node, row.time) for row in run.history.rows("delivered")] == [("B", 110), ("D", 162)]
     assert audit(run) == []
 
