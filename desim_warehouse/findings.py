@@ -57,6 +57,10 @@ CODES: dict[str, Code] = {
     "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are demanded than the robots can do"),
     "PEAK_ABOVE_FLEET": Code("warning", "more tasks are demanded in the busiest hour than the robots can do"),
     "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are demanded than the stations can serve"),
+    "ONE_LOAD": Code(
+        "warning",
+        "robots carry several loads and no tasks go together, or tasks go together and no robot carries several",
+    ),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),

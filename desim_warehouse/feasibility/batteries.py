@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.estimate import estimate
+from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
 from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, listed
 from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from desim_warehouse.feasibility.flow_mix import Leg
+    from desim_warehouse.feasibility.free_flow import FreeFlow
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
@@ -368,16 +369,33 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     slowest = min(robot.speed for robot in model.fleet.robots())
     flow, draws = free_flow(model, layout, slowest), battery.draws
+    more = _more_loads(model, layout, flow)
     if isinstance(flow, FlowMix):
         most = max(_need_at_pick(flow, leg, draws, chargers) for leg in flow.legs)
-        yield from _too_low(battery, known, most)
+        yield from _too_low(battery, known, most + more)
         return
     stations = list(flow.stations)
     back = flow.travel.times(stations, chargers).min(axis=1)
     rest = (draws.loaded * flow.from_edges(stations) + draws.empty * (tasks.clear_time + back)).min(axis=1)
     need = rest[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
     most = float(need.max()) + draws.handling * (tasks.mean_load + tasks.mean_unload)
-    yield from _too_low(battery, known, most)
+    yield from _too_low(battery, known, most + more)
+
+
+def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float:
+    """The most that the further loads of a tour draw: each is handled, and may lie farthest off, and go farthest."""
+    loads = most_loads(model) - 1
+    if not loads:
+        return 0.0
+    edges, draws = list(dict.fromkeys(place.edge for place in layout.storage)), _battery(model).draws
+    places = [*edges, *((node, node) for node in flow.stations)]
+    drive = float(flow.travel.from_edges(places, [edge[0] for edge in places]).max())
+    drive += max(sum(flow.travel.along(edge, 0.0)) for edge in places)
+    tasks = model.tasks
+    handled = tasks.mean_load + tasks.mean_unload
+    if isinstance(flow, FlowMix):
+        handled = max(sum(flow.handling(name)) for name in tasks.flows)
+    return loads * (draws.handling * handled + 2 * draws.loaded * drive)
 
 
 def _need_at_pick(flow: FlowMix, leg: Leg, draws: Consumption, chargers: list[str]) -> float:

@@ -27,6 +27,13 @@ class Cycle:
         """All of it."""
         return self.empty + self.load + self.loaded + self.unload + self.clear
 
+    def shared(self, loads: int) -> Cycle:
+        """The part of one task of a tour of so many loads that takes no longer than one task: the best that it can be.
+
+        Every load is handled by itself; the drives, and what it takes to clear the last place, are shared.
+        """
+        return Cycle(self.empty / loads, self.load, self.loaded / loads, self.unload, self.clear / loads)
+
     def energy(self, draws: Consumption) -> float:
         """What it draws from the battery."""
         return (

@@ -70,6 +70,8 @@ class HandCalculation:
         limit: what limits it there, in words.
         power: the energy balance; None without battery.
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
+        loads: most loads of a tour. With more than one `cycle` is a task by itself, and all that follows from its
+            length is the best that tours can do: all full, each with the drives of a single task.
     """
 
     width: float
@@ -91,6 +93,7 @@ class HandCalculation:
     power: Power | None
     most_out: int | None = None
     peak: float | None = None
+    loads: int = 1
 
     @property
     def capacity(self) -> float:
@@ -116,6 +119,7 @@ class HandCalculation:
                 f"+ {amount(cycle.load)} loading + {amount(cycle.loaded)} loaded + {amount(cycle.unload)} unloading"
                 + (f" + {amount(cycle.clear)} clearing" if cycle.clear else "")
             ),
+            *self._tours(time),
             self._robots(time, hour),
             self._stations(hour),
         ]
@@ -124,6 +128,15 @@ class HandCalculation:
         if self.knee is not None:
             lines.append(f"knee: about {_whole(self.knee)} robots; with more, {self.limit} limits the throughput")
         return lines
+
+    def _tours(self, time: str) -> list[str]:
+        if self.loads == 1:
+            return []
+        best = amount(self.cycle.shared(self.loads).time)
+        return [
+            f"tours: up to {self.loads} loads, so a task takes from {best} {time} (all tours full, no longer than for one "
+            f"load) to {amount(self.cycle.time)} (each load by itself); below is the best case"
+        ]
 
     def _robots(self, time: str, hour: float) -> str:
         robots = f"{self.robots} robot{'s' * (self.robots > 1)}"
@@ -160,7 +173,9 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     fleet = model.fleet
     speeds = Counter(robot.speed for robot in fleet.robots())
     cycles = {speed: free_flow(model, layout, speed).cycle() for speed in speeds}
-    cycle = _mean_cycle(speeds, cycles)
+    alone = _mean_cycle(speeds, cycles)
+    loads = most_loads(model)
+    cycle = alone.shared(loads)
     rate, peak = arrival_rate(model), peak_rate(model)
     at_work = _at_work(model, layout)
     balance = power(model, layout, cycle, rate, at_work)
@@ -177,7 +192,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         checks.capacity(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
         fleet.size,
         at_work,
-        cycle,
+        alone,
         rate,
         charging,
         _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time),
@@ -190,8 +205,17 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         balance,
         model.traffic.most_out,
         None if peak is None else peak / model.units.hour,
+        loads,
     )
     return _with_knee(found, total)
+
+
+def most_loads(model: Model) -> int:
+    """The most loads of a tour; with a batching policy of the user's as many as a robot carries."""
+    if model.policies.batching.name == "single":
+        return 1
+    most, size = max(robot.capacity for robot in model.fleet.robots()), model.policies.batching.params.get("size")
+    return most if size is None else min(most, int(size))
 
 
 def _fleet_capacity(at_work: int, total: float, most_out: int | None, cycle: float) -> float:
@@ -282,8 +306,9 @@ def _with_knee(found: HandCalculation, total: float) -> HandCalculation:
     ]
     if found.crossing is not None and found.crossing_capacity is not None:
         limits.append((found.crossing_capacity * total, f"the intersection {found.crossing}"))
-    if found.most_out is not None and found.cycle.time:
-        limits.append((found.most_out / found.cycle.time * total, "traffic.most_out"))
+    each = found.cycle.shared(found.loads).time
+    if found.most_out is not None and each:
+        limits.append((found.most_out / each * total, "traffic.most_out"))
     if found.at_work < found.robots:
         limits.append((found.at_work + 0.0, "the number of slots at the stations"))
     knee, limit = min(limits)

@@ -6,6 +6,7 @@ Of more than `POINTS` places a systematic sample stands for all.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from desim_warehouse.model.popularity import shares
 from desim_warehouse.policies import create
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
@@ -48,7 +49,7 @@ class Points:
 class Leg:
     """The drives with a load on one route of a flow: `share` is its part of all tasks, `times` of pick by drop.
 
-    `of` is the part of the pairs of pick and drop.
+    `of` is the part of the pairs of pick and drop, `stops` how often a task stops at a node on its way.
     """
 
     flow: str
@@ -58,6 +59,7 @@ class Leg:
     drops: Points
     times: Any
     of: Any
+    stops: Mapping[str, float]
 
 
 class FlowMix:
@@ -88,8 +90,8 @@ class FlowMix:
         empty += sum(leg.share * (leg.picks.weights @ leg.picks.before) for leg in legs)
         empty += sum(end @ leg.drops.after for leg, end in zip(legs, ends, strict=True))
         loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
-        load, unload = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1))
-        return Cycle(float(empty), float(load), float(loaded), float(unload), self.model.tasks.clear_time)
+        load, unload, visits = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1, 2))
+        return Cycle(float(empty), float(load), float(loaded), float(unload + visits), self.model.tasks.clear_time)
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""
@@ -108,13 +110,15 @@ class FlowMix:
                 if not isinstance(places, StorageEnd):
                     for node, part in zip(nodes, parts, strict=True):
                         found[node] += leg.share * float(part)
+            for node, part in leg.stops.items():
+                found[node] += leg.share * part
         return np.array(list(found.values()))
 
     def station_times(self) -> dict[str, float]:
         """For each of `stations` the mean time of a handling in it."""
         total = dict.fromkeys(self.stations, 0.0)
         for leg in self.legs:
-            load, unload = self.handling(leg.flow)
+            load, unload, _ = self.handling(leg.flow)
             for places, nodes, parts, time in (
                 (leg.route.source, leg.picks.comes, leg.picks.weights, load),
                 (leg.route.target, leg.drops.goes, leg.of.sum(axis=0), unload),
@@ -122,17 +126,20 @@ class FlowMix:
                 if not isinstance(places, StorageEnd):
                     for node, part in zip(nodes, parts, strict=True):
                         total[node] += leg.share * float(part) * time
+            for node, part in leg.stops.items():
+                total[node] += leg.share * part * mean_of(self.model.tasks.flows[leg.flow].stop_time)
         return {
             node: total[node] / part if part else 0.0
             for node, part in zip(self.stations, self.station_demand().tolist(), strict=True)
         }
 
-    def handling(self, flow: str) -> tuple[float, float]:
-        """The mean times of loading and unloading a task of a flow."""
+    def handling(self, flow: str) -> tuple[float, float, float]:
+        """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
         tasks, spec = self.model.tasks, self.model.tasks.flows[flow]
         return (
             tasks.mean_load if spec.load_time is None else mean_of(spec.load_time),
             tasks.mean_unload if spec.unload_time is None else mean_of(spec.unload_time),
+            len(spec.via) * mean_of(spec.stop_time),
         )
 
     def _legs(self) -> Iterator[Leg]:
@@ -142,11 +149,27 @@ class FlowMix:
         for name, flow in self.model.tasks.flows.items():
             for route in flow.routes:
                 picks, drops = self._points(route.source), self._points(route.target)
-                times = self.travel.times(picks.goes, drops.comes) + picks.after[:, None] + drops.before
+                at, after, stops = self._over(flow, picks)
+                times = self.travel.times(at, drops.comes) + after[:, None] + drops.before
                 of = picks.weights[:, None] * drops.weights
                 if not isinstance(route.target, StorageEnd) and self.model.tasks.station_choice in {"each", "nearest"}:
                     of = picks.weights[:, None] * np.eye(len(drops.comes))[times.argmin(axis=1)]
-                yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of)
+                yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of, stops)
+
+    def _over(self, flow: FlowSpec, picks: Points) -> tuple[list[str], Any, dict[str, float]]:
+        """The node by which a task from each place goes on to its end, the time until then, and its stops on the way."""
+        import numpy as np
+
+        at, times, stops = picks.goes, picks.after, defaultdict[str, float](float)
+        for name in flow.via:
+            nodes = self.layout.nodes_of(name)
+            table = self.travel.times(at, nodes)
+            nearest = table.argmin(axis=1)
+            times = times + table[np.arange(len(at)), nearest]
+            at = [nodes[i] for i in nearest]
+            for node, part in zip(at, picks.weights, strict=True):
+                stops[node] += float(part)
+        return at, times, dict(stops)
 
     def _points(self, places: StorageEnd | tuple[str, ...]) -> Points:
         import numpy as np

@@ -43,6 +43,7 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _length(model, found)
     yield from _demand(model, found)
     yield from _due(model, layout)
+    yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
         yield from batteries.warnings(model, layout, found.power)
@@ -166,6 +167,25 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
                 f"{worst.servers} server{'s' * (worst.servers > 1)}, so its queue grows without bound"
             ),
             f"it needs {need} servers, or less unload_time, or a part of its tasks elsewhere (station_choice)",
+        )
+
+
+def _one_load(model: Model) -> Iterator[Finding]:
+    """Robots that could carry more than they do, and batches that come to nothing."""
+    most, batching = max(robot.capacity for robot in model.fleet.robots()), model.policies.batching.name
+    if most > 1 and batching == "single":
+        yield Finding(
+            "ONE_LOAD",
+            "policies.batching",
+            f"robots carry up to {most} loads, but every task is a tour of its own",
+            "policies.batching: fixed-size, time-window or by-order",
+        )
+    elif most == 1 and batching != "single":
+        yield Finding(
+            "ONE_LOAD",
+            "fleet.robot.capacity",
+            f"{batching} puts tasks together, but no robot carries more than one load",
+            "fleet.robot.capacity, or the capacity of a kind: the loads that a robot carries at once",
         )
 
 
