@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
+    from desim_warehouse.policies import WaitingTasks
     from desim_warehouse.run import Run
 
 EXAMPLE: Mapping[str, Any] = {
@@ -180,3 +181,56 @@ class ParkingContract(_Contract):
             for shown in combinations(bays, 2):
                 chosen = policy.choose(dataclasses.replace(view, node=node), shown, world.travel)
                 assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the given bays"
+
+
+class BatchingContract(_Contract):
+    """For batching policies: every batch can be carried, and no task waits for ever."""
+
+    kind = "batching"
+    model: ClassVar[Mapping[str, Any]] = {
+        **EXAMPLE,
+        "fleet": {**EXAMPLE["fleet"], "robot": {**EXAMPLE["fleet"]["robot"], "capacity": 3}},
+        "battery": None,
+    }
+
+    def waiting(self, count: int, *, to_come: bool = False, after: float = 0.0) -> WaitingTasks:
+        """So many tasks, released 10 apart; the policy is asked `after` the last of them."""
+        from desim_warehouse.policies import Task, WaitingTasks
+        from desim_warehouse.world import World
+
+        world = World(self.given(), 1)
+        places = world.layout.storage
+        tasks = [
+            Task(number, place.number, place.edge, place.offset, 10.0 * number, order=str(number // 4))
+            for number, place in enumerate(places[7 * number % len(places)] for number in range(count))
+        ]
+        return WaitingTasks(10.0 * count - 10 + after, tasks, 3, to_come, world.travel)
+
+    def test_batches_can_be_carried(self) -> None:
+        """Only tasks that wait, each in one batch at most, no more of them than a robot carries."""
+        policy = self.make()
+        for count in range(1, 12):
+            for to_come in (True, False):
+                batches = list(policy.batches(self.waiting(count, to_come=to_come)))
+                tasks = [number for batch in batches for number in batch.tasks]
+                assert len(tasks) == len(set(tasks)), f"a task is in two batches: {batches}"
+                assert set(tasks) <= set(range(count)), f"a task that does not wait is in a batch: {batches}"
+                assert all(1 <= len(batch.tasks) <= 3 for batch in batches), f"a batch that nobody carries: {batches}"
+
+    def test_the_last_tasks_do_not_wait_for_others(self) -> None:
+        """When no others are to come every task is in a batch, and the batch is made at some time."""
+        import math
+
+        policy = self.make()
+        for count in range(1, 12):
+            batches = list(policy.batches(self.waiting(count, after=1e6)))
+            tasks = sorted(number for batch in batches for number in batch.tasks)
+            assert tasks == list(range(count)), f"not every task is in a batch: {batches}"
+            assert all(math.isfinite(batch.at) for batch in batches), f"a batch that is never made: {batches}"
+
+    def test_the_same_tasks_give_the_same_batches(self) -> None:
+        """An answer depends on what the policy is shown, and leaves that as it was."""
+        policy, waiting = self.make(), self.waiting(7)
+        before = list(waiting.tasks)
+        assert list(policy.batches(waiting)) == list(policy.batches(waiting)), "the same tasks, other batches"
+        assert list(waiting.tasks) == before, "the waiting tasks were changed"

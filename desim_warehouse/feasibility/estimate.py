@@ -133,10 +133,8 @@ class HandCalculation:
         if self.loads == 1:
             return []
         best = amount(self.cycle.shared(self.loads).time)
-        return [
-            f"tours: up to {self.loads} loads, so a task takes from {best} {time} (all tours full, no longer than for one "
-            f"load) to {amount(self.cycle.time)} (each load by itself); below is the best case"
-        ]
+        said = f"tours: up to {self.loads} loads, so a task takes a robot {best} {time} at best"
+        return [f"{said}: all tours full, and driven as for one load; what follows is for that"]
 
     def _robots(self, time: str, hour: float) -> str:
         robots = f"{self.robots} robot{'s' * (self.robots > 1)}"

@@ -157,7 +157,7 @@ class FlowMix:
                 yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of, stops)
 
     def _over(self, flow: FlowSpec, picks: Points) -> tuple[list[str], Any, dict[str, float]]:
-        """The node by which a task from each place goes on to its end, the time until then, and its stops on the way."""
+        """The node by which a task from each place goes on to its end, the time until then, and where it stopped."""
         import numpy as np
 
         at, times, stops = picks.goes, picks.after, defaultdict[str, float](float)

@@ -13,7 +13,9 @@ KINDS = {
     "routing": contracts.RoutingContract,
     "charging": contracts.ChargingContract,
     "parking": contracts.ParkingContract,
+    "batching": contracts.BatchingContract,
 }
+NEEDED = {"swap": {"time": 30}, "time-window": {"window": 25}}
 CASES = [
     (contract, test, name)
     for kind, contract in KINDS.items()
@@ -25,7 +27,7 @@ CASES = [
 
 @pytest.mark.parametrize(("contract", "test", "name"), CASES, ids=lambda item: str(item).rpartition("/")[2][:40])
 def test_contract(contract, test, name):
-    case = type("Case", (contract,), {"name": name, "parameters": {"time": 30} if name == "swap" else {}})()
+    case = type("Case", (contract,), {"name": name, "parameters": NEEDED.get(name, {})})()
     getattr(case, test)()
 
 
@@ -56,6 +58,26 @@ def broken(tmp_path, body, kind="allocation", method="assign(self, situation)"):
 def test_the_contract_finds_faults(tmp_path, body, test):
     with pytest.raises(AssertionError):
         getattr(broken(tmp_path, body), f"test_{test}")()
+
+
+@pytest.mark.parametrize(
+    ("body", "test", "said"),
+    [
+        ("return [TaskBatch(tuple(t.number for t in waiting.tasks))]", "batches_can_be_carried", "nobody carries"),
+        ("return [TaskBatch((0,)), TaskBatch((0,))]", "batches_can_be_carried", "in two batches"),
+        ("return []", "the_last_tasks_do_not_wait_for_others", "not every task"),
+        (
+            "return [TaskBatch((t.number,), 1e400) for t in waiting.tasks]",
+            "the_last_tasks_do_not_wait_for_others",
+            "never",
+        ),
+        ("waiting.tasks.pop(); return []", "the_same_tasks_give_the_same_batches", "changed"),
+    ],
+)
+def test_the_contract_of_batching_finds_faults(tmp_path, body, test, said):
+    body = f"from desim_warehouse.policies import TaskBatch\n        {body}"
+    with pytest.raises(AssertionError, match=said):
+        getattr(broken(tmp_path, body, "batching", "batches(self, waiting)"), f"test_{test}")()
 
 
 def test_the_contracts_find_faults_of_the_other_kinds(tmp_path):

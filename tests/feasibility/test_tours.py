@@ -1,0 +1,86 @@
+"""The hand calculation with stops on the way and with tours, worked out on a ring."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.layout import build
+from tests.world.test_flows import RING
+
+FLOW = {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}
+
+
+def checked(flow=None, **changes):
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    model = dw.load(RING, {"tasks.flows": {"flow": FLOW if flow is None else flow}, "run.length": 36000, **changes})
+    from desim_warehouse.feasibility import examine
+
+    return examine(model, build(model.layout))
+
+
+def test_a_stop_on_the_way_is_driven_to_and_handled():
+    _, alone = checked()
+    assert (alone.cycle.empty, alone.cycle.loaded, alone.cycle.unload) == (40, 40, 6)
+    # by A: from the dock at B on round to A 60, handled for 3, and on round to D 60
+    _, found = checked({**FLOW, "via": ["A"], "stop_time": 3})
+    assert (found.cycle.empty, found.cycle.loaded, found.cycle.unload) == (40, 120, 9)
+    shares = {item.node: item.share for item in found.stations}
+    assert shares == {"B": 1, "D": 1, "A": 1}
+    capacity = {item.node: 1 / item.capacity for item in found.stations}
+    assert capacity == pytest.approx({"B": 4, "D": 6, "A": 3})
+
+
+def test_a_tour_shares_its_drives_at_best():
+    _, found = checked(fleet__robot__capacity=4, policies__batching="fixed-size")
+    assert found.cycle.time == 90
+    assert found.cycle.shared(4).time == (40 + 40) / 4 + 4 + 6
+    assert found.fleet_capacity == pytest.approx(1 / 30)
+    assert found.robots_needed == pytest.approx(30 / 3600 * 30)
+    said = found.lines(dw.load(RING, {"tasks.flows": {"flow": FLOW}, "run.length": 36000}).units)
+    assert (
+        "tours: up to 4 loads, so a task takes a robot 30 s at best: all tours full, and driven as for one load"
+        in said[2]
+    )
+
+
+def test_a_run_does_not_do_more_than_the_hand_calculation():
+    flow = {**FLOW, "arrivals": {"saturated": 12}}
+    changes = {"fleet.robot.capacity": 4, "policies.batching": "fixed-size"}
+    model = dw.load(RING, {"tasks.flows": {"flow": flow}, "run.length": 36000, **changes})
+    run = dw.simulate(model)
+    from desim_warehouse.feasibility import estimate
+
+    most = estimate(model, run.layout).fleet_capacity * 3600
+    assert 0.97 * most < run.kpis["throughput_per_hour"] <= most  # on this ring it is the best case
+    assert run.kpis["loads_per_trip"] == 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"fleet__robot__capacity": 2}, "policies.batching"),
+        ({"policies__batching": "fixed-size"}, "fleet.robot.capacity"),
+        ({"fleet__robot__capacity": 2, "policies__batching": "fixed-size"}, None),
+    ],
+)
+def test_loads_that_never_come_together_are_said(changes, place):
+    findings, _ = checked(**changes)
+    assert [item.place for item in findings if item.code == "ONE_LOAD"] == ([] if place is None else [place])
+
+
+def test_the_threshold_must_leave_enough_for_all_of_a_tour():
+    battery = {"capacity": 1000, "threshold": 140, "consumption": 1, "charge_rate": 10}
+    findings, _ = checked(battery=battery)
+    assert "THRESHOLD_TOO_LOW" not in {item.code for item in findings}
+    findings, _ = checked(battery=battery, fleet__robot__capacity=4, policies__batching="fixed-size")
+    assert "THRESHOLD_TOO_LOW" in {item.code for item in findings}
+
+
+def test_nodes_that_only_orders_name_must_be_reached(tmp_path):
+    nodes = {**RING["layout"]["nodes"], "X": [40, 0]}
+    edges = [*RING["layout"]["edges"], ["B", "X"]]
+    path = tmp_path / "orders.csv"
+    changes = {"layout__nodes": nodes, "layout__edges": edges, "run__length": None}
+    for row, codes in (("0,dock,pack", {"UNREACHABLE_UNUSED"}), ("0,dock,X", {"UNREACHABLE"})):
+        path.write_text(f"release,from,to\n{row}\n", encoding="utf-8")
+        findings, _ = checked({**FLOW, "arrivals": {"orders": {"file": str(path)}}}, **changes)
+        assert {item.code for item in findings if item.code.startswith("UNREACHABLE")} == codes
