@@ -187,6 +187,8 @@ class BatchingContract(_Contract):
     """For batching policies: every batch can be carried, and no task waits for ever."""
 
     kind = "batching"
+    most: ClassVar[int] = 3
+    """Loads that a robot carries."""
     model: ClassVar[Mapping[str, Any]] = {
         **EXAMPLE,
         "fleet": {**EXAMPLE["fleet"], "robot": {**EXAMPLE["fleet"]["robot"], "capacity": 3}},
@@ -204,7 +206,7 @@ class BatchingContract(_Contract):
             Task(number, place.number, place.edge, place.offset, 10.0 * number, order=str(number // 4))
             for number, place in enumerate(places[7 * number % len(places)] for number in range(count))
         ]
-        return WaitingTasks(10.0 * count - 10 + after, tasks, 3, to_come, world.travel)
+        return WaitingTasks(10.0 * count - 10 + after, tasks, self.most, to_come, world.travel)
 
     def test_batches_can_be_carried(self) -> None:
         """Only tasks that wait, each in one batch at most, no more of them than a robot carries."""
@@ -215,7 +217,7 @@ class BatchingContract(_Contract):
                 tasks = [number for batch in batches for number in batch.tasks]
                 assert len(tasks) == len(set(tasks)), f"a task is in two batches: {batches}"
                 assert set(tasks) <= set(range(count)), f"a task that does not wait is in a batch: {batches}"
-                assert all(1 <= len(batch.tasks) <= 3 for batch in batches), f"a batch that nobody carries: {batches}"
+                assert all(1 <= len(one.tasks) <= self.most for one in batches), f"one that nobody carries: {batches}"
 
     def test_the_last_tasks_do_not_wait_for_others(self) -> None:
         """When no others are to come every task is in a batch, and the batch is made at some time."""

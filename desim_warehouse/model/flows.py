@@ -366,6 +366,7 @@ def in_words(flow: FlowSpec) -> str:
     """A flow in a few words, such as `dock to storage, 40 tasks an hour`."""
     (first, *more) = flow.routes
     way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
+    way += f" by way of {spoken(flow.via)}" if flow.via else ""
     when = flow.when
     if isinstance(when, PoissonArrivals):
         said = f"{when.poisson:g} tasks an hour"

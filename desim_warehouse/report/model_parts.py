@@ -20,6 +20,7 @@ def model_facts(model: Model) -> Html:
     """Floor, fleet, work, batteries and policies."""
     floor = build(model.layout)
     units, fleet = model.units, model.fleet
+    most = max(robot.capacity for robot in fleet.robots())
     rows = [
         ("Model", model.name),
         ("Floor", _floor(floor)),
@@ -28,6 +29,7 @@ def model_facts(model: Model) -> Html:
             (
                 f"{fleet.size}, radius {words.number(fleet.robot.radius)} {units.length}, "
                 f"speed {words.number(fleet.robot.speed)} {units.length} per {units.time}"
+                + (f", up to {most} loads each" if most > 1 else "")
             ),
         ),
         ("Work", work(model)),
@@ -85,7 +87,7 @@ def _policies(model: Model) -> str:
     said = []
     for kind in type(policies).model_fields:
         spec = getattr(policies, kind)
-        if isinstance(spec, PolicySpec):
+        if isinstance(spec, PolicySpec) and spec.name != "single":  # which is no batching at all
             parameters = ", ".join(f"{key} = {words.level(value)}" for key, value in spec.params.items())
             said.append(f"{kind}: {spec.name}" + (f" ({parameters})" if parameters else ""))
     return "; ".join(said)

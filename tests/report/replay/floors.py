@@ -118,7 +118,23 @@ def spurs_run() -> Run:
     return dw.simulate(dw.load(model), seed=1)
 
 
+@cache
+def tours_run() -> Run:
+    """Robots that pick up to three goods on a tour of the paper's floor, some on one lane, and unload in stations."""
+    changes = {
+        "fleet.robot.capacity": 3,
+        "policies.batching": {"name": "time-window", "window": 200},
+        "tasks.goods": {"random": 40},
+        "layout.stations": {"out": {"at": ["M", "P"], "places": 2}},
+        "tasks.unload_at": ["M", "P"],
+        "tasks.station_choice": "nearest",
+        "battery": None,
+    }
+    return dw.simulate(dw.load("models/multibots.yaml", changes))
+
+
 RUNS = {
+    "tours": tours_run,
     "spurs": spurs_run,
     "paper": paper_run,
     "tired": tired_run,
