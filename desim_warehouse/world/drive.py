@@ -9,7 +9,6 @@ to its next target. So an edge costs one event where nobody is in the way, and t
 
 from __future__ import annotations
 
-import itertools
 from enum import Enum
 from heapq import heappush
 from typing import TYPE_CHECKING, Any
@@ -222,7 +221,9 @@ class Drive:
 
     def _rests_beyond(self) -> Lane | None:
         """The lane on which a robot can next stand clear of the intersection before it, if any."""
-        for lane in itertools.islice(self.route, self.index, None):
+        route = self.route
+        for index in range(self.index, len(route)):
+            lane = route[index]
             if not lane.inside:
                 return None if lane.short else lane  # below 2 D it stands on the node at the lane's end instead
         return None
@@ -296,8 +297,8 @@ class Drive:
 
     def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
         """From the node it holds over a short lane whose end is granted; the drive is due there."""
-        robot, node, log = self.robot, onward.start, self.rules.log
-        turning = max(robot.ready_at - now, 0.0)
+        robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
+        turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
         if robot.lane is not None:
             robot.lane.leave(robot, now)
         onward.enter_standing(robot)
@@ -312,7 +313,9 @@ class Drive:
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        self.due(robot.until + (onward.node_time if target == onward.length else 0.0))
+        there = robot.until + (onward.node_time if target == onward.length else 0.0)
+        self.callbacks = ROLL  # as `due` does
+        heappush(env._queue, (there, NORMAL, next(env._eid), self))
 
     def _crosses_next_short(self, now: float) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
@@ -332,7 +335,8 @@ class Drive:
             self.index = index
             return False
         node.grant(robot, beyond)
-        self._turn(onward)
+        if self.turn_time:
+            self._turn(onward)
         self._set_out_over_short(onward, onward.length, now)
         return True
 

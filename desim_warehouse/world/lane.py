@@ -196,7 +196,7 @@ class Lane:
         robot.lane = self
         robot.pos = robot.target = robot.goal = 0.0
         robot.moves += 1
-        robot.pace = robot.pace_on(self)
+        robot.pace = robot.pace_on(self) if self.rules.mixed else robot.speed
 
     def place(self, robot: Body, position: float) -> None:
         """A robot stands here at the start of a run, as the last."""
@@ -229,7 +229,10 @@ class Lane:
     def commit(self, robot: Body, target: float, now: float, delay: float = 0.0) -> None:
         """Let a robot drive on to `target`, after a delay, and all set off who gain by it."""
         self._set_off(robot, target, now + delay)
-        self.made_room(robot.behind, now)
+        if robot.behind is not None:
+            self.move_up(robot.behind, now)
+        elif self.wanted:
+            self.start.serve(now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
         """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.
