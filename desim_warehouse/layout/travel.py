@@ -267,11 +267,11 @@ class RouteOracle:
             return made[0], made[1], made[2], made[3]
         if self._edges is None:
             self._edges = self._matrices()
-        graph, keys, columns = self._edges
+        graphs, keys, columns = self._edges
         search: Any = dijkstra
-        towards = graph if forward else graph.T
+        towards = graphs[forward]
         if self._closed:
-            towards = self._without_passing(graph, root, forward=forward)
+            towards = self._without_passing(graphs[True], root, forward=forward)
         costs, steps = search(towards, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
@@ -310,8 +310,8 @@ class RouteOracle:
             self._open[key] = csr_array((edges.data[kept], (begin[kept], end[kept])), shape=graph.shape)
         return self._open[key]
 
-    def _matrices(self) -> tuple[Any, Any, dict[str, Any]]:
-        """The Highways with their costs; edges by (from, to) in order; the edges' lengths and times."""
+    def _matrices(self) -> tuple[dict[bool, Any], Any, dict[str, Any]]:
+        """The Highways with their costs, forward or not; edges by (from, to) in order; their lengths and times."""
         import numpy as np
         from scipy.sparse import csr_array
 
@@ -324,7 +324,11 @@ class RouteOracle:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
         keys = source * size + target
         order = np.argsort(keys)
-        return csr_array((cost, (source, target)), shape=(size, size)), (keys[order], order), columns
+        graphs = {
+            forward: csr_array((cost, ends), shape=(size, size))
+            for forward, ends in ((True, (source, target)), (False, (target, source)))
+        }
+        return graphs, (keys[order], order), columns
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
