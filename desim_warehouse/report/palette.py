@@ -15,6 +15,26 @@ WAITED = ("#DDDDDD", "#F0A860", COLOURS[1], "#5A1E00")
 """Figures of congestion, from grey for nothing to dark red for much: legible on white, in grey print, and to
 colour-blind readers."""
 
+PAGE = {
+    "light": {
+        "back": "#f2f4f6",
+        "panel": "#ffffff",
+        "ink": "#16202a",
+        "soft": "#51606e",
+        "line": "#c9d1d9",
+        "accent": "#0062a3",
+    },
+    "dark": {
+        "back": "#0e1216",
+        "panel": "#171c22",
+        "ink": "#e8edf2",
+        "soft": "#a3b0bd",
+        "line": "#36414c",
+        "accent": "#6cb8f0",
+    },
+}
+"""The parts of a page around its figures, on light or dark ground."""
+
 GROUND = {
     "light": {
         "back": "#eceff2",

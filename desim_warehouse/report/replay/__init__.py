@@ -2,43 +2,21 @@
 
 from __future__ import annotations
 
-import html
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.errors import ReportError
 from desim_warehouse.report.palette import PALETTES
+from desim_warehouse.report.web import WebPage
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from desim_warehouse.run import Run
 
 
-class Replay:
+class Replay(WebPage):
     """A replay page: write it with `save`; in Jupyter it shows itself."""
-
-    def __init__(self, title: str, page: str) -> None:
-        self.title = title
-        self.html = page
-
-    def save(self, path: str | Path) -> Path:
-        """Write the page to a file."""
-        path = Path(path)
-        try:
-            path.write_text(self.html, encoding="utf-8")
-        except OSError as error:
-            raise ReportError(f"{path}: the replay cannot be written ({reason(error)})") from error
-        return path
-
-    def _repr_html_(self) -> str:
-        """The page in a frame of its own."""
-        return (
-            f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
-            'sandbox="allow-scripts" style="width:100%;height:720px;border:0"></iframe>'
-        )
-
-    def __repr__(self) -> str:
-        return f"Replay({self.title}, {len(self.html) / 1e6:.1f} MB)"
 
 
 def replay(

@@ -15,8 +15,8 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
 from desim_warehouse.report.replay.columns import pack
-from desim_warehouse.report.replay.page import safe_json
 from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.report.web import safe_json
 from tests.report.replay.floors import RUNS, busy, busy_run, paper_run
 from tests.report.replay.unpacked import unpack
 

@@ -1,0 +1,90 @@
+"""Pages for a browser: template, style and script of a package joined with data into one HTML text."""
+
+from __future__ import annotations
+
+import html
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.report.palette import PAGE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
+"""Characters that must be escaped in a script of a page."""
+
+
+class WebPage:
+    """A page that needs no network and no other file: write it with `save`; in Jupyter it shows itself."""
+
+    def __init__(self, title: str, page: str) -> None:
+        self.title = title
+        self.html = page
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file.
+
+        Raises:
+            ReportError: where it cannot be written.
+        """
+        path = Path(path)
+        try:
+            path.write_text(self.html, encoding="utf-8")
+        except OSError as error:
+            raise ReportError(f"{path}: the page cannot be written ({reason(error)})") from error
+        return path
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own."""
+        return (
+            f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
+            'sandbox="allow-scripts" style="width:100%;height:720px;border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.title}, {len(self.html) / 1e6:.1f} MB)"
+
+
+def joined(package: str, parts: Mapping[str, str]) -> str:
+    """The page of a package: its page.html with the parts put in, its page.css, and its scripts in the order of names.
+
+    `{{style}}` and `{{script}}` stand for the latter two; every other `{{name}}` is one of the parts, safe as it is.
+    """
+    home = files(package)
+    scripts = sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
+    known = {
+        **parts,
+        "style": f"{_common_style()}\n{home.joinpath('page.css').read_text(encoding='utf-8')}",
+        "script": "\n".join(item.read_text(encoding="utf-8") for item in scripts if item.name.endswith(".js")),
+    }
+    result: list[str] = []
+    for piece in home.joinpath("page.html").read_text(encoding="utf-8").split("{{"):
+        name, mark, rest = piece.partition("}}")
+        result.append(known[name] + rest if mark else piece)
+    return "".join(result)
+
+
+def safe_json(value: Any) -> str:
+    """JSON that is safe in a script element, whatever names it contains."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for character, escape in ESCAPES.items():
+        text = text.replace(character, escape)
+    return text
+
+
+def _common_style() -> str:
+    """What all pages look like: the colours of their parts on light and dark ground, text, buttons and fields."""
+    light, dark = (
+        " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"
+        for ground in ("light", "dark")
+    )
+    return (
+        f":root {{ {light} }}\n"
+        f'@media (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
+        f':root[data-theme="dark"] {{ {dark} }}\n'
+        + files("desim_warehouse.report").joinpath("web.css").read_text(encoding="utf-8")
+    )
