@@ -17,8 +17,9 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.cli.tables import number, show, show_verdicts
+from desim_warehouse.cli.tables import show, show_verdicts
 from desim_warehouse.errors import spoken
+from desim_warehouse.report.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.procedures import Best

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.study_options import read_assignments, with_indicator
-from desim_warehouse.cli.tables import number, show, show_summary
+from desim_warehouse.cli.tables import show, show_summary
+from desim_warehouse.report.printed import difference
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Comparison
@@ -44,17 +45,8 @@ def _show_comparison(indicator: str, found: Comparison) -> None:
     table = Table(title=f"\n{indicator}: difference to {found.baseline}", title_justify="left", box=None)
     for name in ("design", "difference", "from", "to", "p", "verdict"):
         table.add_column(name, justify="left" if name in {"design", "verdict"} else "right")
-    verdicts = {True: "differs", False: "not shown to differ", None: "cannot be tested (one run)"}
     for one in found.differences:
-        interval = one.estimate.interval
-        ends = ("exact", "") if one.estimate.deterministic else ("-", "-")
-        table.add_row(
-            str(one.design),
-            number(one.estimate.mean),
-            *((number(interval[0]), number(interval[1])) if interval else ends),
-            "-" if one.p_adjusted is None else f"{one.p_adjusted:.3g}",
-            verdicts[one.differs] + (f" ({one.missing} pairs missing)" if one.missing else ""),
-        )
+        table.add_row(str(one.design), *difference(one))
     show(table)
     if any(one.estimate.interval for one in found.differences):
         click.echo(found.statement)

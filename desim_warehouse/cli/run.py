@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
-from desim_warehouse.cli.tables import number, show
+from desim_warehouse.cli.tables import show
+from desim_warehouse.report.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.study_options import with_indicator
-from desim_warehouse.cli.tables import number, show
+from desim_warehouse.cli.tables import show
+from desim_warehouse.report.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results

@@ -18,7 +18,8 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import number, runs, show, show_verdicts
+from desim_warehouse.cli.tables import runs, show, show_verdicts
+from desim_warehouse.report.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Sizing

@@ -1,4 +1,4 @@
-"""Output of the subcommands: tables and numbers."""
+"""Output of the subcommands: tables."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.report.printed import said
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
@@ -60,22 +61,6 @@ def show_verdicts(results: Results) -> None:
 def _title(results: Results, known: bool) -> str:
     percent = f"{100 * results.plan.confidence:g} %"
     return f"{results.plan.name}: means" + (f" ± half-width ({percent})" if known else "")
-
-
-def said(found: Any) -> str:
-    """An estimate in a table."""
-    if found is None:
-        return "-"
-    if found.half_width is None:
-        return number(found.mean)
-    return f"{number(found.mean)} ± {number(found.half_width)}"
-
-
-def number(value: float) -> str:
-    """Four significant digits."""
-    if value == int(value) and abs(value) < 1e6:  # noqa: PLR2004 - counts are shown whole
-        return f"{value:,.0f}"
-    return f"{value:,.1f}" if abs(value) >= 1000 else f"{value:.4g}"  # noqa: PLR2004
 
 
 def _show_failures(results: Results) -> None:

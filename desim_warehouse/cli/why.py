@@ -99,7 +99,8 @@ def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
 def _show(found: Why, lines: list[str]) -> None:
     from rich.table import Table
 
-    from desim_warehouse.cli.tables import number, show
+    from desim_warehouse.cli.tables import show
+    from desim_warehouse.report.printed import number
 
     table = Table(title=f"what a relief gains in {found.indicator}", title_justify="left", box=None)
     for name in ("relief", "waited", "gain", "from", "to", "runs"):
