@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
+from click.core import ParameterSource
 
 from desim_warehouse.cli.options import with_overrides
 from desim_warehouse.study.limits import MOST_REPLICATIONS
@@ -19,6 +21,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
     from desim_warehouse.study.plan import StudyPlan
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -32,6 +35,10 @@ with_vary = click.option(
 )
 with_indicator = click.option(
     "--indicator", "indicators", multiple=True, metavar="NAME", help="What to look at; may be repeated."
+)
+
+with_page = click.option(
+    "--page", metavar="FILE", help="Write a page in which sliders choose the design and two designs are compared."
 )
 
 
@@ -267,3 +274,36 @@ def interruptible(study: Study | None, out: str | None) -> Iterator[None]:
         sys.exit(128 + (stop.args[0] if stop.args else signal.SIGINT))
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+_NO_MATTER = {"workers", "cluster", "timeout", "out", "quiet"}
+"""Parameters that say how runs are carried out, not what comes out."""
+
+
+def as_typed() -> str:
+    """The command that runs now, as it was typed, without options that do not matter to its results."""
+    context = click.get_current_context()
+    line = ["desim", str(context.info_name)]
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        if name in _NO_MATTER or context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
+            continue
+        value = context.params[name]
+        for one in value if parameter.multiple else (value,):
+            line += [str(one)] if isinstance(parameter, click.Argument) else [parameter.opts[0], str(one)]
+    return shlex.join(line)
+
+
+def refuse_page(page: str | None, plan: StudyPlan) -> None:
+    """Refuse a page that cannot be, before anything is simulated; raises ReportError."""
+    if page is not None:
+        from desim_warehouse.report.explore import check
+
+        check(plan)
+
+
+def write_page(page: str | None, results: Results) -> None:
+    """Write the page of `--page`, if one is asked for, and say so."""
+    if page is not None:
+        made = results.page(page, command=as_typed())
+        click.echo(f"{page}: {len(made.html) / 1e6:.1f} MB; open it in a browser")

@@ -11,10 +11,13 @@ from desim_warehouse.cli.study_options import (
     ModelOptions,
     interruptible,
     read_vary,
+    refuse_page,
     with_execution,
     with_indicator,
+    with_page,
     with_question,
     with_vary,
+    write_page,
 )
 from desim_warehouse.cli.tables import show_summary
 from desim_warehouse.study.limits import MOST_REPLICATIONS
@@ -31,6 +34,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 )
 @click.option("--design", default="grid", show_default=True, help="grid, paired, or such as '{sobol: 64}'.")
 @with_indicator
+@with_page
 @with_question
 @with_execution
 def command(
@@ -42,6 +46,7 @@ def command(
     cap: int | None,
     design: str,
     indicators: tuple[str, ...],
+    page: str | None,
     question: ModelOptions,
     execution: ExecutionOptions,
 ) -> None:
@@ -66,9 +71,11 @@ def command(
         indicators=list(indicators) or None,
         design=read_yaml(design, "--design").data,
     )
+    refuse_page(page, study.plan)
     with interruptible(study, execution.out):
         study.run(**execution.where())
     show_summary(study.results)
+    write_page(page, study.results)
 
 
 def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:

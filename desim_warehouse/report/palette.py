@@ -135,3 +135,8 @@ HEAT = {
     "dark": ["#3b2a4f", "#65316b", "#973a70", "#c84b63", "#ec7150", "#fba749", "#fde58a"],
 }
 """Waiting on the floor of a replay page, one hue from little to much: more waiting stands out more."""
+
+COMPARED = {
+    ground: {"a": PALETTES["safe"][ground]["empty"], "b": PALETTES["safe"][ground]["loaded"]} for ground in PAGE
+}
+"""Two designs beside each other on a page, A and B."""

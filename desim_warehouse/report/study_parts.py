@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from desim_warehouse.run import Run
-    from desim_warehouse.study.plan import StudyPlan
 
 _ROWS = 60
 """Designs in a table; the rest is in results.parquet."""
@@ -98,7 +97,7 @@ def design(study: Results) -> Html:
     failed = int(study.table["error"].notna().sum()) if "error" in study.table else 0
     rows = [
         ("Designs", f"{len(study.designs)} ({study.plan.rule.name})"),
-        ("Replications", _replications(study.plan)),
+        ("Replications", words.replications(study.plan)),
         ("Runs", f"{len(study.table)}" + (f", {failed} of them failed" if failed else "")),
         ("Baseline", name_of(study, study.baseline)),
         ("Random numbers", "common: replication r has the same streams at every design"),
@@ -106,19 +105,6 @@ def design(study: Results) -> Html:
     if study.deterministic:
         rows[-1] = ("Random numbers", "none: the models are deterministic, one run is enough")
     return html.facts(rows, "design")
-
-
-def _replications(plan: StudyPlan) -> str:
-    """How many replications each design has, in words."""
-    rule = plan.replications
-    if isinstance(rule, int):
-        return str(rule)
-    if isinstance(rule, tuple):
-        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
-    return (
-        f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
-        f"{words.number(100 * rule.half_width)} % of its mean"
-    )
 
 
 def results(study: Results) -> Html:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from desim_warehouse.model.schema import Units
+    from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Estimate
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}
@@ -166,3 +167,16 @@ def mean_text(estimate: Estimate) -> str:
         return number(estimate.mean)
     digits = decimals(estimate.half_width)
     return f"{number(estimate.mean, digits)} ± {number(estimate.half_width, digits)}"
+
+
+def replications(plan: StudyPlan) -> str:
+    """How many replications each design has, in words."""
+    rule = plan.replications
+    if isinstance(rule, int):
+        return str(rule)
+    if isinstance(rule, tuple):
+        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
+    return (
+        f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
+        f"{number(100 * rule.half_width)} % of its mean"
+    )

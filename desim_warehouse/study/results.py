@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.model import Model
+    from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.factors import Label
     from desim_warehouse.study.plan import StudyPlan
@@ -276,16 +277,26 @@ class Results:
         base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
         return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
 
-    def compare_finished(self, indicator: str) -> statistics.Comparison | None:
-        """The same for the designs that have replications in common with the baseline; None where none has."""
-        base = self.values(self.baseline, indicator)
-        table = {self.baseline: base}
+    def compare_finished(self, indicator: str, baseline: str | None = None) -> statistics.Comparison | None:
+        """The same for the designs that have replications in common with the baseline; None where none has.
+
+        `baseline`: a design by its text; default: the study's.
+        """
+        chosen = baseline or self.baseline
+        base = self.values(chosen, indicator)
+        table = {chosen: base}
         for design in self.designs:
             ours = self.values(design, indicator)
             n = min(ours.size, base.size)
-            if design != self.baseline and np.isfinite(ours[:n] + base[:n]).any():
+            if design != chosen and np.isfinite(ours[:n] + base[:n]).any():
                 table[design] = ours
-        return self._compared(table, self.baseline, "bonferroni") if len(table) > 1 else None
+        return self._compared(table, chosen, "bonferroni") if len(table) > 1 else None
+
+    def page(self, path: str | Path | None = None, *, command: str = "") -> WhatIfPage:
+        """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
+        from desim_warehouse.report.explore import explore
+
+        return explore(self, path, command=command)
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
         kind = cast("Literal['bonferroni', 'holm']", method)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.model import Model
+    from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import (
         Comparison,
@@ -285,6 +286,10 @@ class Study:
     def sobol(self, indicator: str) -> SobolIndices:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""
         return self.results.sobol(indicator)
+
+    def page(self, path: str | Path | None = None, *, command: str = "") -> WhatIfPage:
+        """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
+        return self.results.page(path, command=command)
 
     def __repr__(self) -> str:
         """Name, designs and finished runs."""

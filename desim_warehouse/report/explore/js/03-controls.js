@@ -1,0 +1,65 @@
+// A slider or a select for each factor, once for A and once for B.
+
+const SIDES = ["a", "b"];
+const MOST_TICK_LETTERS = 26; // of all labels below a slider together; with more, only its ends have one
+
+function control(study, factor, side, chosen, changed) {
+  const { key, levels, numbers } = study.factors[factor], id = `${side}-${factor}`;
+  const field = numbers ? slider(levels) : part("select", {}, ...levels.map((text, level) => new Option(text, level)));
+  const now = part("output", { for: id });
+  const show = () => {
+    field.value = chosen()[factor];
+    field.setAttribute("aria-valuetext", levels[field.value]);
+    now.textContent = numbers ? levels[field.value] : "";
+  };
+  field.id = id;
+  field.dataset.key = key;
+  field.addEventListener("input", () => changed(Number(field.value)));
+  const name = part("span", { class: "hidden" }, `: ${key}`);
+  const made = part("div", { class: `side ${side}` }, part("label", { for: id }, letter(side), name, now), field);
+  if (numbers) made.append(ticks(levels));
+  return { made, show };
+}
+
+function slider(levels) {
+  return part("input", { type: "range", min: 0, max: levels.length - 1, step: 1 });
+}
+
+function ticks(levels) {
+  const every = levels.join("").length <= MOST_TICK_LETTERS, last = levels.length - 1;
+  const texts = levels.map((text, level) => (every || level === 0 || level === last ? text : ""));
+  return part("div", { class: "ticks", "aria-hidden": "true" }, ...texts.map((text) => part("span", {}, text)));
+}
+
+class Controls {
+  constructor(study, state, changed) {
+    this.shown = [];
+    study.factors.forEach((factor, rank) => {
+      const sides = part("div", { class: "sides" });
+      for (const side of SIDES) {
+        const { made, show } = control(study, rank, side, () => state[side], (level) => {
+          state[side] = changedAt(state[side], rank, level);
+          changed();
+        });
+        sides.append(made);
+        this.shown.push(show);
+      }
+      byId("controls").append(part("fieldset", {}, part("legend", {}, factor.label), sides));
+    });
+    byId("swap").addEventListener("click", () => {
+      [state.a, state.b] = [state.b, state.a];
+      changed();
+    });
+    study.indicators.forEach(({ label }, rank) => byId("indicator").add(new Option(label, rank)));
+    study.factors.forEach(({ label }, rank) => byId("over").add(new Option(label, rank)));
+    for (const name of ["indicator", "over"])
+      byId(name).addEventListener("input", (event) => {
+        state[name] = Number(event.target.value);
+        changed();
+      });
+  }
+
+  show() {
+    for (const show of this.shown) show();
+  }
+}
