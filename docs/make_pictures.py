@@ -92,6 +92,22 @@ def report(browser: Any, folder: Path) -> None:
     shoot(browser, "report.png", 1100, 1000)
 
 
+def what_if(browser: Any, folder: Path) -> None:
+    """The what-if page of docs/how-to/share-results.md, with other designs chosen than it begins with."""
+    factors = {"fleet.size": range(2, 7), "policies.allocation": ["in-order", "nearest"]}
+    changes, page = {"tasks.goods": {"random": 20}}, folder / "what-if.html"
+    study = dw.Study(
+        ROOT / "models" / "multibots.yaml", factors, changes=changes, replications=10, indicators=["T", "S", "C"]
+    )
+    study.run().page(page)
+    browser.get(page.as_uri())
+    browser.execute_script(
+        "for (const [id, level] of [['a-0', 1], ['b-0', 1], ['b-1', 1]]) {"
+        "const field = document.getElementById(id); field.value = level; field.dispatchEvent(new Event('input')); }"
+    )
+    shoot(browser, "what-if.png", 1400, 900)
+
+
 def main() -> None:
     """All pictures."""
     PICTURES.mkdir(exist_ok=True)
@@ -101,6 +117,7 @@ def main() -> None:
             floor(Path(folder))
             replays(browser, Path(folder))
             report(browser, Path(folder))
+            what_if(browser, Path(folder))
         finally:
             browser.quit()
 

@@ -306,4 +306,4 @@ def write_page(page: str | None, results: Results) -> None:
     """Write the page of `--page`, if one is asked for, and say so."""
     if page is not None:
         made = results.page(page, command=as_typed())
-        click.echo(f"{page}: {len(made.html) / 1e6:.1f} MB; open it in a browser")
+        click.echo(f"{page}: {len(made.html) / 1e3:,.0f} kB; open it in a browser")

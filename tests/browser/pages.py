@@ -1,4 +1,4 @@
-"""Replay pages open in a browser, and what they can be asked."""
+"""Pages open in a browser, and what they can be asked."""
 
 from __future__ import annotations
 
@@ -15,28 +15,16 @@ OWN = ("file:", "data:", "about:", "chrome:")
 READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done(String(error.stack)))"
 
 
-class Page:
-    """A replay page that has loaded."""
+class Opened:
+    """A page of ours that is open."""
 
-    def __init__(self, browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
+    def __init__(self, browser: Any, path: Path) -> None:
         self.browser = browser
-        self.run = run
         browser.get_log("browser")
         browser.get_log("performance")
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        path = folder / "replay.html"
-        run.replay(path, **options)
         browser.get(path.as_uri())
-        self.loaded = browser.execute_async_script(READY)
-        assert isinstance(self.loaded, int | float), self.loaded
-
-    def ask(self, expression: str, *values: Any) -> Any:
-        """The value of an expression of the page's hook, `desimReplay`."""
-        return self.browser.execute_script(f"const page = window.desimReplay; return {expression}", *values)
-
-    def seek(self, time: float) -> None:
-        self.ask("page.seek(arguments[0])", time)
 
     def press(self, *keys: str) -> None:
         from selenium.webdriver.common.action_chains import ActionChains
@@ -51,18 +39,6 @@ class Page:
 
     def attribute(self, name: str, attribute: str) -> Any:
         return self.browser.find_element("id", name).get_attribute(attribute)
-
-    def indicator(self, key: str) -> str:
-        return str(self.browser.find_element("css selector", f"[data-key={key}]").text)
-
-    def until(self, condition: str) -> None:
-        """Let the page go on until a condition on `page`, its hook, holds (or ten seconds have gone)."""
-        script = (
-            "const done = arguments[0], page = window.desimReplay, since = performance.now();"
-            f"const look = () => ({condition}) || performance.now() - since > 1e4 ? done() : setTimeout(look, 10);"
-            "look()"
-        )
-        self.browser.execute_async_script(script)
 
     def pause(self, seconds: float) -> None:
         script = "const done = arguments[1]; setTimeout(done, arguments[0] * 1000)"
@@ -87,6 +63,37 @@ class Page:
         events = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
         asked = [item["params"]["request"]["url"] for item in events if item["method"] == "Network.requestWillBeSent"]
         return [url for url in asked if not url.startswith(OWN)]
+
+
+class Page(Opened):
+    """A replay page that has loaded."""
+
+    def __init__(self, browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
+        self.run = run
+        path = folder / "replay.html"
+        run.replay(path, **options)
+        super().__init__(browser, path)
+        self.loaded = browser.execute_async_script(READY)
+        assert isinstance(self.loaded, int | float), self.loaded
+
+    def ask(self, expression: str, *values: Any) -> Any:
+        """The value of an expression of the page's hook, `desimReplay`."""
+        return self.browser.execute_script(f"const page = window.desimReplay; return {expression}", *values)
+
+    def seek(self, time: float) -> None:
+        self.ask("page.seek(arguments[0])", time)
+
+    def indicator(self, key: str) -> str:
+        return str(self.browser.find_element("css selector", f"[data-key={key}]").text)
+
+    def until(self, condition: str) -> None:
+        """Let the page go on until a condition on `page`, its hook, holds (or ten seconds have gone)."""
+        script = (
+            "const done = arguments[0], page = window.desimReplay, since = performance.now();"
+            f"const look = () => ({condition}) || performance.now() - since > 1e4 ? done() : setTimeout(look, 10);"
+            "look()"
+        )
+        self.browser.execute_async_script(script)
 
     def pixel(self, x: float, y: float) -> list[int]:
         """Red, green and blue of the floor at a point (CSS pixels)."""

@@ -15,8 +15,8 @@ function control(study, factor, side, chosen, changed) {
   field.id = id;
   field.dataset.key = key;
   field.addEventListener("input", () => changed(Number(field.value)));
-  const name = part("span", { class: "hidden" }, `: ${key}`);
-  const made = part("div", { class: `side ${side}` }, part("label", { for: id }, letter(side), name, now), field);
+  field.setAttribute("aria-label", `${side.toUpperCase()}: ${key}`);
+  const made = part("div", { class: `side ${side}` }, part("label", { for: id }, letter(side), now), field);
   if (numbers) made.append(ticks(levels));
   return { made, show };
 }

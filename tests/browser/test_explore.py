@@ -1,0 +1,190 @@
+"""The what-if page in a real browser: what is chosen is what the commands print, on any screen, without a network."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from desim_warehouse.cli import desim
+from desim_warehouse.study.results import Results
+from tests.browser.pages import Opened
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LEFT, RIGHT, DOWN, TAB, END = "\ue012", "\ue014", "\ue015", "\ue004", "\ue010"
+SCREENS = {"desktop": (1400, 900, False), "phone": (390, 844, True)}
+CHOOSE = (
+    "const [side, levels] = arguments; levels.forEach((level, factor) => {"
+    "const field = document.getElementById(`${side}-${factor}`); field.value = level;"
+    "field.dispatchEvent(new Event('input')); })"
+)
+BOXES = (
+    "return Array.from(document.querySelectorAll(arguments[0]), (one) => {"
+    "const box = one.getBoundingClientRect(); return [box.left, box.top, box.right, box.bottom]; })"
+)
+
+
+def call(line: str) -> str:
+    """What a command prints."""
+    result = CliRunner().invoke(desim, shlex.split(line)[1:], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Eighteen designs, eight replications each, with their page; and what the command printed."""
+    folder = tmp_path_factory.mktemp("study")
+    printed = call(
+        "desim what-if models/multibots.yaml --vary fleet.size=2,3,5 --vary policies.allocation=in-order,nearest "
+        "--vary battery.threshold=2,3.5,5 --set 'tasks.goods={random: 6}' --indicator T --indicator S "
+        f"--indicator cycle_time_mean --replications 8 --quiet --out {folder} --page {folder}/page.html"
+    )
+    return folder, printed
+
+
+@pytest.fixture
+def page(browser: Any, study: tuple[Path, str]) -> Opened:
+    return Opened(browser, study[0] / "page.html")
+
+
+def choose(page: Opened, side: str, levels: list[int]) -> None:
+    """Choose a design by the ranks of its levels."""
+    page.browser.execute_script(CHOOSE, side, levels)
+
+
+def row(page: Opened, indicator: str) -> list[str]:
+    """The cells of an indicator in the table of A and B: A, B, difference, from, to, p, verdict."""
+    script = "return Array.from(document.querySelectorAll(arguments[0]), (cell) => cell.textContent)"
+    return list(page.browser.execute_script(script, f"#differences tr[data-indicator='{indicator}'] td"))
+
+
+def cells(line: str) -> list[str]:
+    """The columns of a printed line."""
+    return re.split(r" {2,}", line.strip())
+
+
+def test_sliders_and_selects_choose_the_design_whose_line_the_command_printed(
+    page: Opened, study: tuple[Path, str]
+) -> None:
+    lines = [cells(line) for line in study[1].splitlines()[2:20]]
+    assert lines[0][:3] == ["2", "in-order", "2"]
+    page.browser.find_element("id", "a-0").send_keys(END, LEFT)  # 2, 3, 5: the second
+    page.browser.find_element("id", "a-1").send_keys(DOWN)
+    page.browser.find_element("id", "a-2").send_keys(RIGHT, RIGHT)
+    assert [page.attribute(f"a-{rank}", "value") for rank in range(3)] == ["1", "1", "2"]
+    assert page.attribute("a-0", "aria-valuetext") == "3"
+    wanted = next(line for line in lines if line[:3] == ["3", "nearest", "5"])
+    assert [row(page, name)[0] for name in ("T", "S", "cycle_time_mean")] == wanted[3:6]
+    for rank, line in enumerate(lines):  # the order of the study: the last factor changes fastest
+        choose(page, "b", [rank // 6, rank // 3 % 2, rank % 3])
+        assert [row(page, name)[1] for name in ("T", "S", "cycle_time_mean")] == line[3:6]
+
+
+@pytest.mark.parametrize("baseline", [[0, 0, 0], [2, 1, 1]])
+def test_b_beside_a_is_what_compare_prints(page: Opened, study: tuple[Path, str], baseline: list[int]) -> None:
+    point = Results.load(study[0]).points[baseline[0] * 6 + baseline[1] * 3 + baseline[2]]
+    given = " ".join(f"--baseline {key}={value}" for key, value in point.labels.items())
+    printed = call(f"desim compare {study[0]} --indicator T --indicator S {given}")
+    choose(page, "a", baseline)
+    for indicator in ("T", "S"):
+        table = printed.partition(f"{indicator}: difference to {point}\n")[2].splitlines()
+        for other in Results.load(study[0]).points:
+            if other.number == point.number:
+                continue
+            choose(page, "b", [other.number // 6, other.number // 3 % 2, other.number % 3])
+            assert (
+                cells(next(line for line in table if line.strip().startswith(f"{other} ")))[1:]
+                == row(page, indicator)[2:]
+            )
+    promise = printed.splitlines()[-1]
+    assert promise.startswith("17 differences")
+    assert page.text("promise") == f"{promise}."
+
+
+def test_curves_go_through_the_means_and_intervals_reach_their_ends(page: Opened, study: tuple[Path, str]) -> None:
+    results = Results.load(study[0])
+    choose(page, "a", [0, 0, 0])
+    choose(page, "b", [2, 1, 1])
+    marks = page.browser.execute_script(
+        "return Array.from(document.querySelectorAll('#curve circle'), (mark) => "
+        "[+mark.dataset.design, +mark.getAttribute('cx'), +mark.getAttribute('cy'), mark.classList.contains('chosen')])"
+    )
+    bars = page.browser.execute_script(
+        "return Array.from(document.querySelectorAll('#curve .bar'), (bar) => { const box = bar.getBBox();"
+        "return [box.y, box.y + box.height]; })"
+    )
+    assert [design for design, *_ in marks] == [0, 6, 12, 4, 10, 16]  # over robots, the others as in A and as in B
+    assert [design for design, _, _, chosen in marks if chosen] == [0, 16]
+    found = [results.estimates("T")[design] for design, *_ in marks]
+    means = [one.mean for one in found if one]
+    heights = np.polyfit(means, [mark[2] for mark in marks], 1)
+    assert np.polyval(heights, means) == pytest.approx([mark[2] for mark in marks], abs=0.1)
+    across = np.polyfit([2, 3, 5], [mark[1] for mark in marks[:3]], 1)
+    assert np.polyval(across, [2, 3, 5]) == pytest.approx([mark[1] for mark in marks[:3]], abs=0.1)
+    ends = [
+        [float(np.polyval(heights, end)) for end in reversed(one.interval)] for one in found if one and one.interval
+    ]
+    assert np.array(bars) == pytest.approx(np.array(ends), abs=0.5)
+
+
+def test_the_answer_says_in_what_b_is_better(page: Opened) -> None:
+    choose(page, "a", [0, 0, 0])
+    assert page.text("answer").startswith("B is better: Task time T")
+    page.click("swap")
+    assert "B is worse: Task time T" in page.text("answer")
+    choose(page, "a", [2, 0, 0])
+    choose(page, "b", [2, 0, 0])
+    assert page.text("answer") == "A and B are the same design."
+
+
+def test_every_control_has_a_name_and_is_reached_by_tab(page: Opened) -> None:
+    nodes = page.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+    roles = {"button", "slider", "combobox"}
+    names = [
+        node["name"]["value"]
+        for node in nodes
+        if node.get("role", {}).get("value") in roles and not node.get("ignored")
+    ]
+    sides = [f"{side}: {key}" for key in ("fleet.size", "policies.allocation", "battery.threshold") for side in "AB"]
+    assert sorted(names) == sorted(["Swap A and B", *sides, "Indicator", "over"])
+    reached = []
+    for _ in range(9):
+        page.press(TAB)
+        reached.append(page.browser.execute_script("return document.activeElement.id"))
+    assert reached == ["swap", "a-0", "b-0", "a-1", "b-1", "a-2", "b-2", "indicator", "over"]
+
+
+@pytest.mark.parametrize("screen", SCREENS)
+def test_nothing_overlaps_or_is_fetched_on_any_screen(page: Opened, screen: str) -> None:
+    width, height, mobile = SCREENS[screen]
+    page.enlarge(width, height, mobile=mobile)
+    for indicator in range(3):
+        for over in range(3):
+            for name, rank in (("indicator", indicator), ("over", over)):
+                script = "arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('input'))"
+                page.browser.execute_script(script, page.browser.find_element("id", name), rank)
+            for group in ("section", ".side", "button, select, input", "#curve text.level", "#differences td"):
+                boxes = page.browser.execute_script(BOXES, group)
+                assert all(box[0] >= 0 and box[2] <= width + 0.5 for box in boxes), group
+                assert not [
+                    (one, other) for rank, one in enumerate(boxes) for other in boxes[:rank] if _overlap(one, other)
+                ], group
+    assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
+    if mobile:
+        fields = page.browser.find_elements("css selector", "button, select")
+        assert min(field.rect["height"] for field in fields) >= 44
+    assert page.complaints() == []
+    assert page.requests() == []
+
+
+def _overlap(one: list[float], other: list[float]) -> bool:
+    across = min(one[2], other[2]) - max(one[0], other[0])
+    down = min(one[3], other[3]) - max(one[1], other[1])
+    return across > 0.5 and down > 0.5
