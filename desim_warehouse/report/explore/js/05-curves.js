@@ -42,8 +42,9 @@ class Curves {
         : shape("circle", { ...at, cx: x, cy: y(middle), r: sides.length ? 6 : 4 });
       mark.append(shape("title", {}, study.said(name, design)));
       svg.append(mark);
-      if (sides.length)
-        svg.append(shape("text", { class: `chosen ${sides[0]}`, x: x + 10, y: y(middle) - 8 }, sides.join(" ").toUpperCase()));
+      if (!sides.length) continue;
+      const beside = sides.join() === "a" ? { x: x - 9, "text-anchor": "end" } : { x: x + 9 };
+      svg.append(shape("text", { class: `chosen ${sides[0]}`, y: y(middle) - 8, ...beside }, sides.join(" ").toUpperCase()));
     }
   }
 
