@@ -84,7 +84,17 @@ def test_an_indicator_without_a_better_side_is_refused(run):
         why(run, indicator="share_idle")
 
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", [100, 101, 108])
+def test_where_robots_wait_longest_is_not_what_is_scarce(number):
+    """No slot at the station (robots stand in bays), too few robots, a charger for which spare robots queue."""
+    model, planted = bottlenecks.planted(number)
+    run = dw.simulate(model, number)
+    longest = max(suspects(run), key=lambda suspect: suspect.waited or 0)
+    assert longest.waited > 0
+    assert longest.name != planted
+
+
+@pytest.mark.parametrize("number", [*range(5), 101])
 def test_a_planted_bottleneck_is_found_and_its_relief_gains_what_was_said(number):
     found = bottlenecks.blame(number)
     assert found.right, found
@@ -97,3 +107,12 @@ def test_a_hundred_planted_bottlenecks():
     found = [bottlenecks.blame(number) for number in range(100)]
     assert sum(one.right for one in found) >= 89
     assert sum(one.as_promised for one in found) >= 89
+
+
+@pytest.mark.long
+def test_thirty_where_plain_waiting_misleads():
+    """About ten minutes of one processor."""
+    found = [bottlenecks.blame(number) for number in range(bottlenecks.MISLEADING, bottlenecks.MISLEADING + 30)]
+    assert sum(one.right for one in found) >= 26
+    assert sum(one.as_promised for one in found) >= 26
+    assert sum(one.by_waiting != one.planted for one in found) >= 15
