@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -31,14 +31,26 @@ _NAMES = 12  # in a row of the table
 @click.option(
     "--fleet", "robots", type=click.IntRange(min=1), metavar="N", help="Number of robots.  [default: as many as drawn]"
 )
-def command(file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None) -> None:
-    """Make a model of FILE, a plant model of openTCS (XML).
+@click.option(
+    "--robot", metavar="FILE", help="YAML file with the sections robot and battery of a model.  [default: assumed]"
+)
+@click.option("--tasks", metavar="FILE", help="File with the tasks, such as transport orders of openTCS.")
+@click.option("--layout", metavar="NAME", help="Of several layouts or levels in FILE, the one to read.")
+@click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
+@click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")
+@click.option("--strict", is_flag=True, default=None, help="LIF: refuse what is not as the format says.")
+def command(
+    file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any
+) -> None:
+    """Make a model of FILE, a layout of another program.
 
-    A table says what could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
+    It may be a layout in VDMA LIF (JSON), a plant model of openTCS (XML), or a map of Open-RMF (YAML). A table says
+    what could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
     """
     from desim_warehouse.plants import import_layout
 
-    made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots)
+    given = {option: value for option, value in others.items() if value is not None}
+    made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **given)
     model, text = made.model, made.text()
     if out is None:
         click.echo(text, nl=False)
@@ -67,9 +79,9 @@ def _show(remarks: Iterable[Remark], err: bool) -> None:
     for head in ("", "what", "why", "which"):
         table.add_column(head)
     for remark in remarks:
-        number, names = len(remark.names), ", ".join(remark.names[:_NAMES])
+        number = len(remark.names)
         kind = remark.kind if remark.what == "assumed" else _counted(number, remark.kind)
-        table.add_row(remark.what, kind, remark.why, names + f" and {number - _NAMES} more" * (number > _NAMES))
+        table.add_row(remark.what, kind, remark.why, remark.which(_NAMES))
     console = Console(stderr=err, highlight=False, markup=False)
     if not console.is_terminal:
         console = Console(stderr=err, highlight=False, markup=False, width=200)

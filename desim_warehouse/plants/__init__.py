@@ -5,11 +5,12 @@ A reader turns a file into a `Plant`; `imported` makes a model of it and says wh
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.plants.formats import read_plant
+from desim_warehouse.plants.formats import add_tasks, read_plant
 from desim_warehouse.plants.model import Imported, imported
 from desim_warehouse.plants.plant import Plant, Remark
+from desim_warehouse.plants.robot import read_robot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,13 +22,30 @@ __all__ = ["Imported", "Plant", "Remark", "import_layout", "imported", "read_lay
 
 
 def import_layout(
-    path: str | Path, *, operations: Mapping[str, str] | None = None, robots: int | None = None
+    path: str | Path,
+    *,
+    operations: Mapping[str, str] | None = None,
+    robots: int | None = None,
+    robot: str | Path | None = None,
+    tasks: str | Path | None = None,
+    **options: Any,
 ) -> Imported:
     """A model of a foreign file, with remarks: what could not be carried over, what is assumed; see `read_layout`."""
-    return imported(read_plant(path), operations, robots)
+    plant = read_plant(path, **options)
+    if tasks is not None:
+        add_tasks(plant, tasks)
+    return imported(plant, operations, robots, read_robot(robot) if robot is not None else None)
 
 
-def read_layout(path: str | Path, *, operations: Mapping[str, str] | None = None, robots: int | None = None) -> Model:
+def read_layout(
+    path: str | Path,
+    *,
+    operations: Mapping[str, str] | None = None,
+    robots: int | None = None,
+    robot: str | Path | None = None,
+    tasks: str | Path | None = None,
+    **options: Any,
+) -> Model:
     """Read the layout of another program and make a model of it; what the file does not say is assumed.
 
     Args:
@@ -35,6 +53,10 @@ def read_layout(path: str | Path, *, operations: Mapping[str, str] | None = None
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
             charge, park or none; by default as the names of operations sound.
         robots: size of the fleet; default: as many as vehicles are drawn.
+        robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
+        tasks: a file with the tasks: transport orders of openTCS (XML).
+        options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF maps
+            `layout` (the level) and `graph`.
 
     Returns:
         The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.
@@ -42,4 +64,5 @@ def read_layout(path: str | Path, *, operations: Mapping[str, str] | None = None
     Raises:
         ModelError: where it cannot be read, or robots could do nothing there.
     """
-    return import_layout(path, operations=operations, robots=robots).model
+    given: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
+    return import_layout(path, **given, **options).model

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.plants import opentcs
+from desim_warehouse.plants import opentcs, orders
 from desim_warehouse.plants.file import content_of
 
 if TYPE_CHECKING:
@@ -27,29 +27,51 @@ class Format:
         looks: whether a file may be of it, by its path and its first 4,096 bytes without blanks before them; the first
             format that says yes reads the file and says what is wrong with it.
         read: reads it; raises ModelError with the place.
+        options: what can be chosen of such a file, as keyword arguments of `read`.
     """
 
     title: str
     looks: Callable[[Path, bytes], bool]
-    read: Callable[[Path, bytes], Plant]
+    read: Callable[..., Any]
+    options: tuple[str, ...] = ()
 
 
 FORMATS = (Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", opentcs.looks, opentcs.read),)
 
 
-def read_plant(path: str | Path) -> Plant:
+TASK_FILES = (Format("transport orders of openTCS (XML)", orders.looks, orders.read),)
+"""What lists the tasks of a plant: `read` gets the plant, too, and adds them to it."""
+
+
+def read_plant(path: str | Path, **options: Any) -> Plant:
     """What a foreign file holds: points, links, locations, vehicles.
 
     Args:
         path: a file in one of `FORMATS`.
+        options: what is chosen of the file; which options there are depends on the format.
 
     Raises:
-        ModelError: where it cannot be read, with the line.
+        ModelError: where it cannot be read, with the place, or has no such options.
     """
-    path, expected = Path(path), " or ".join(one.title for one in FORMATS)
+    form, content = _format(Path(path), FORMATS, "a layout")
+    for option in sorted(options.keys() - set(form.options)):
+        has = f"one of {', '.join(form.options)}" if form.options else "no option"
+        raise ModelError([f"{path}: option {option!r}: there is none for {form.title}, expected {has}"])
+    plant: Plant = form.read(Path(path), content, **options)
+    return plant
+
+
+def add_tasks(plant: Plant, path: str | Path) -> None:
+    """Add the transports that a foreign file lists to a plant; raises ModelError where it cannot be read."""
+    form, content = _format(Path(path), TASK_FILES, "tasks")
+    form.read(Path(path), content, plant)
+
+
+def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
+    expected = " or ".join(one.title for one in formats)
     content = content_of(path, expected)
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
-    for one in FORMATS:
+    for one in formats:
         if one.looks(path, start):
-            return one.read(path, content)
-    raise ModelError([f"{path}: not a layout that can be read, expected {expected}"])
+            return one, content
+    raise ModelError([f"{path}: not {what} that can be read, expected {expected}"])

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from desim_warehouse.plants.checks import distance
 
 if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Link, Plant
 
 ALIKE = 0.05
 """Two links there and back whose lengths differ by more than this share are two lanes side by side."""
-_SHORT = 0.99  # of the straight distance: what is shorter is said
 
 
 @dataclass(slots=True)
@@ -48,25 +48,20 @@ def lanes_of(plant: Plant) -> list[DrawnLane]:
     loops, doubled = [], []
     for link in plant.links:
         if link.source == link.target:
-            loops.append(link.name)
+            loops.append(link)
             continue
         for direction in _directions(plant, link):
             ends = direction.source, direction.target
             other = found.get(ends)
             if other is not None:
                 if direction.back == other.back:
-                    doubled.append(max(direction, other, key=lambda one: one.length).link.name)
+                    doubled.append(max(direction, other, key=lambda one: one.length).link)
                 if direction.length >= other.length:
                     continue
             found[ends] = direction
-    plant.note("left out", "link", loops, "from a point to itself")
-    plant.note(
-        "left out",
-        "link",
-        list(dict.fromkeys(doubled)),
-        "beside another between the same points that is as short or shorter",
-    )
-    _say_short(plant, found)
+    plant.note_parts("left out", "link", loops, "from a point to itself")
+    why = "beside another between the same points that is as short or shorter"
+    plant.note_parts("left out", "link", dict.fromkeys(doubled), why)
     return _joined(plant, found)
 
 
@@ -75,20 +70,6 @@ def _directions(plant: Plant, link: Link) -> list[_Direction]:
     length = straight if link.length is None else link.length
     both = ((link.source, link.target, link.speed), (link.target, link.source, link.speed_back))
     return [_Direction(link, a, b, length, speed) for a, b, speed in both if speed > 0]
-
-
-def _say_short(plant: Plant, found: dict[tuple[str, str], _Direction]) -> None:
-    short = [
-        one.link.name
-        for one in found.values()
-        if one.link.length is not None and one.length < _SHORT * distance(plant, one.source, one.target)
-    ]
-    plant.note(
-        "changed",
-        "link",
-        list(dict.fromkeys(short)),
-        "shorter than the straight line between its points; the length counts, not the drawing",
-    )
 
 
 def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[DrawnLane]:
@@ -100,18 +81,13 @@ def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[Draw
             lanes.append(DrawnLane(a, b, there.length, there.speed))
         elif abs(there.length - back.length) > ALIKE * max(there.length, back.length):
             lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
-            apart.append(there.link.name)
+            apart.append(there.link)
         elif (b, a) not in done:
             lanes.append(DrawnLane(a, b, there.length, min(there.speed, back.speed), two_way=True))
             if there.speed != back.speed:
-                slower.append(there.link.name)
-    plant.note("changed", "link", slower, "faster in one direction; a two-way lane has one speed limit, the lower one")
+                slower.append(there.link)
+    why = "faster in one direction; a two-way lane has one speed limit, the lower one"
+    plant.note_parts("changed", "link", slower, why)
     why = f"with one back whose length differs by more than {ALIKE:.0%}, so they are taken for two lanes side by side"
-    plant.note("changed", "link", apart, why)
+    plant.note_parts("changed", "link", apart, why)
     return lanes
-
-
-def distance(plant: Plant, source: str, target: str) -> float:
-    """The straight distance between two points."""
-    a, b = plant.points[source], plant.points[target]
-    return math.hypot(b.x - a.x, b.y - a.y)

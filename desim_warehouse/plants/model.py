@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
-from desim_warehouse.plants.lanes import DrawnLane, distance, lanes_of
-from desim_warehouse.plants.plant import Plant, Remark, Vehicle, Waypoint
+from desim_warehouse.plants.checks import DIGITS, distance, put_right
+from desim_warehouse.plants.lanes import DrawnLane, lanes_of
+from desim_warehouse.plants.plant import Plant, Remark, Vehicle
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
 from desim_warehouse.plants.zones import zones_of
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
 
-APART = 0.01
-"""Points drawn on one spot are moved so far from each other, in metres."""
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
@@ -63,7 +63,12 @@ class Imported:
         return written(self.content, self.comments, head)
 
 
-def imported(plant: Plant, operations: Mapping[str, str] | None = None, robots: int | None = None) -> Imported:
+def imported(
+    plant: Plant,
+    operations: Mapping[str, str] | None = None,
+    robots: int | None = None,
+    robot: Mapping[str, Any] | None = None,
+) -> Imported:
     """Make a model of a plant.
 
     Args:
@@ -71,18 +76,19 @@ def imported(plant: Plant, operations: Mapping[str, str] | None = None, robots: 
         operations: what robots do at locations that allow an operation: load, unload, charge, park or none; by
             default as their names sound.
         robots: size of the fleet; default: as many as vehicles are drawn.
+        robot: the sections robot (as below fleet) and battery, where they are known; default: as drawn, or assumed.
 
     Raises:
         ModelError: where robots could do nothing on such a plant, or the mapping does not fit.
     """
-    _separate(plant)
+    put_right(plant)
     lanes = lanes_of(plant)
     reachable = _main_part(plant, lanes)
     stops = stops_of(plant, reachable, operations or {})
     if not stops.load or not stops.unload:
         text = "no location in reach where robots load or unload, expected one at least"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
-    made = _Maker(plant, lanes, stops)
+    made = _Maker(plant, lanes, stops, robot or {})
     content = made.content(robots)
     if zones := zones_of(plant, content):
         content["traffic"] = {"zones": zones}
@@ -106,21 +112,6 @@ def _why(plant: Plant) -> str:
     return f" ({lost[:_LONGEST]}{' ...' * (len(lost) > _LONGEST)})" if lost else ""
 
 
-def _separate(plant: Plant) -> None:
-    """Points on one spot are moved apart a little, as two nodes cannot be at one place."""
-    taken: set[tuple[float, float]] = set()
-    moved = []
-    for point in list(plant.points.values()):
-        x = point.x
-        while (round(x, 6), round(point.y, 6)) in taken:
-            x += APART
-        taken.add((round(x, 6), round(point.y, 6)))
-        if x != point.x:
-            plant.points[point.name] = Waypoint(point.name, x, point.y, point.parking)
-            moved.append(point.name)
-    plant.note("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m beside it")
-
-
 def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
     """The points of the largest part in which robots can drive from everywhere to everywhere."""
     import networkx as nx
@@ -137,18 +128,19 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
     if len(main) < 2:  # noqa: PLR2004 - there and back
         text = "nowhere can robots drive from one point to another and back, expected a network of lanes"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
-    outside = [name for name in plant.points if name not in main]
-    plant.note("unreachable", "point", outside, "robots cannot get there and back")
+    outside = [point for point in plant.points.values() if point.name not in main]
+    plant.note_parts("unreachable", "point", outside, "robots cannot get there and back")
     return main
 
 
 class _Maker:
     """Makes the sections of a model; `named` says what storage places are called."""
 
-    def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops) -> None:
+    def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops, robot: Mapping[str, Any]) -> None:
         self.plant = plant
         self.lanes = lanes
         self.stops = stops
+        self.robot = robot
         self.named: dict[Keys, str] = {}
 
     def content(self, robots: int | None) -> Content:
@@ -156,9 +148,11 @@ class _Maker:
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays(fleet["size"])
         layout["stations"] = self.stations()
-        battery = self.battery()
+        self.starts(fleet, layout["bays"])
+        battery = self.battery(layout["bays"])
         self.plant.assume("policies", "nearest robot, shortest route, nearest free parking")
-        self.plant.assume("run.length", "a shift of 8 h")
+        if not self.stops.tasks:
+            self.plant.assume("run.length", "a shift of 8 h")
         return {
             "name": self.plant.name,
             "description": "",
@@ -167,7 +161,7 @@ class _Maker:
             "tasks": self.tasks(fleet["size"], layout["stations"]),
             **({"battery": battery} if battery else {}),
             "policies": {"allocation": "nearest", "routing": "shortest", "parking": "nearest"},
-            "run": {"length": _SHIFT},
+            **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 
     # The layout
@@ -180,9 +174,9 @@ class _Maker:
         straight = distance(self.plant, lane.source, lane.target)
         edge: Content = {"from": lane.source, "to": lane.target}
         if abs(lane.length - straight) > _EQUAL:
-            edge["length"] = _round(lane.length)
+            edge["length"] = _above_0(lane.length)
         if lane.speed < float("inf"):
-            edge["speed"] = _round(lane.speed)
+            edge["speed"] = _above_0(lane.speed)
         edge.update({key: True for key in ("two_way", "side_by_side") if getattr(lane, key)})
         return edge
 
@@ -230,11 +224,11 @@ class _Maker:
         self.unsaid(vehicles)
         fleet: Content = {
             "size": robots or len(vehicles),
-            "robot": {"radius": _round(length / 2), "speed": _round(speed)},
+            "robot": self.robot.get("robot") or {"radius": _above_0(length / 2), "speed": _above_0(speed)},
         }
-        if len(shapes) > 1 and fleet["size"] == len(vehicles):
+        if len(shapes) > 1 and fleet["size"] == len(vehicles) and "robot" not in self.robot:
             fleet["kinds"] = {
-                names[0]: {"count": len(names), "radius": _round(size / 2), "speed": _round(pace)}
+                names[0]: {"count": len(names), "radius": _above_0(size / 2), "speed": _above_0(pace)}
                 for (size, pace), names in shapes.items()
                 if (size, pace) != (length, speed)
             }
@@ -242,30 +236,62 @@ class _Maker:
             self.plant.assume("fleet.size", "no vehicle is drawn")
         elif robots not in {None, len(self.plant.vehicles)}:
             self.plant.assume("fleet.size", f"as asked for; {len(self.plant.vehicles)} are drawn")
-        placed = [one.name for one in vehicles if one.start is not None]
-        self.plant.note("left out", "vehicle", placed, "the point where it begins: robots begin in bays")
         return fleet
 
+    def starts(self, fleet: Content, bays: Content) -> None:
+        """Robots begin where their vehicles are drawn, if those are slots of bays; else that is left out."""
+        placed = [one for one in self.plant.vehicles if one.start is not None]
+        slots = {node: bay["places"] for bay in bays.values() for node in bay["at"]}
+        taken = Counter(one.start for one in placed)
+        if all(number <= slots.get(node or "", 0) for node, number in taken.items()):
+            if len(placed) == fleet["size"] and "kinds" not in fleet:
+                fleet["start"] = [one.start for one in placed]
+        else:
+            self.plant.note_parts("left out", "vehicle", placed, "the point where it begins: robots begin in bays")
+
     def unsaid(self, vehicles: list[Vehicle]) -> None:
+        if "robot" in self.robot:
+            return
         if any(one.length is None for one in vehicles):
             self.plant.assume("fleet.robot.radius", "the drawing has no size of vehicles")
         if any(one.speed is None for one in vehicles):
             self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
 
     def tasks(self, robots: int, stations: Content) -> Content:
-        self.plant.assume("tasks.goods", "always as many tasks open as there are robots: what the plant can do at most")
-        self.plant.assume("tasks.station_choice", "any station, drawn for every task")
+        if not self.stops.tasks:
+            why = "always as many tasks open as there are robots: what the plant can do at most"
+            self.plant.assume("tasks.goods", why)
+            self.plant.assume("tasks.station_choice", "any station, drawn for every task")
         for key in ("tasks.load_time", "tasks.unload_time"):
             self.plant.assume(key, f"{_HANDLING:g} s")
         return {
-            "goods": {"saturated": robots},
+            "goods": self.goods(stations) or {"saturated": robots},
             "unload_at": [name if name not in self.plant.points else item["at"][0] for name, item in stations.items()],
             "station_choice": "random",
             "load_time": _HANDLING,
             "unload_time": _HANDLING,
         }
 
-    def battery(self) -> Content | None:
+    def goods(self, stations: Content) -> list[Content]:
+        """The transports that the plant lists, as tasks."""
+        storage = {point: rank for rank, point in enumerate(self.stops.load)}
+        named = {station["at"][0]: name for name, station in stations.items()}
+        tasks = []
+        for one in self.stops.tasks:
+            name = named[one.target]
+            task: Content = {"good": storage[one.source], "to": name if name not in self.plant.points else one.target}
+            task.update({"release": _round(one.release)} if one.release else {})
+            task.update({"due": _round(one.due)} if one.due is not None else {})
+            tasks.append(task)
+        return tasks
+
+    def battery(self, bays: Content) -> Content | None:
+        if "battery" in self.robot:
+            if not self.stops.charge:
+                for name, bay in bays.items():
+                    bay["chargers"] = bay["places"]
+                    self.plant.assume(f"layout.bays.{name}.chargers", "no chargers in reach, so every slot has one")
+            return dict(self.robot["battery"])
         if not self.stops.charge:
             self.plant.assume("battery", "no chargers in reach, so robots never need charging")
             return None
@@ -291,7 +317,12 @@ def unique(name: str, taken: Mapping[str, Any]) -> str:
     return tried
 
 
-def _round(value: float, digits: int = 4) -> float | int:
+def _above_0(value: float) -> float | int:
+    """As it is written, and not rounded to 0."""
+    return _round(max(value, 10**-DIGITS))
+
+
+def _round(value: float, digits: int = DIGITS) -> float | int:
     """As it is written: no more digits than a drawing means."""
     rounded = round(value, digits)
     return int(rounded) if rounded.is_integer() else rounded

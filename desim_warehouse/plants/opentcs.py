@@ -13,8 +13,10 @@ from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, W
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+    from desim_warehouse.plants.plant import What
 
 EXPECTED = "a plant model of openTCS (XML)"
 _MM = 0.001
@@ -42,6 +44,7 @@ def read(path: Path, content: bytes) -> Plant:
     types = {item.text("name"): item for item in root.all("locationType")}
     _locations(root, plant, types)
     plant.vehicles = [_vehicle(item, plant) for item in root.all("vehicle")]
+    _energy(root, plant)
     _blocks(root, plant)
     _losses(root, plant)
     return plant
@@ -54,12 +57,12 @@ def _points(root: Element, plant: Plant) -> None:
             item.refuse("a point of this name stands before, expected every name once")
         x, y = item.number("positionX", "xPosition", default=0.0), item.number("positionY", "yPosition", default=0.0)
         parking = item.attributes.get("type") == "PARK_POSITION"
-        plant.points[name] = Waypoint(name, x * _MM, -y * _MM if y else 0.0, parking)
+        plant.points[name] = Waypoint(name, x * _MM, -y * _MM if y else 0.0, parking, item.place)
 
 
 def _paths(root: Element, plant: Plant) -> None:
-    locked: list[str] = []
-    closed: list[str] = []
+    locked: list[Element] = []
+    closed: list[Element] = []
     names: set[str] = set()
     for item in root.all("path"):
         name, ends = item.text("name"), (item.text("sourcePoint"), item.text("destinationPoint"))
@@ -70,15 +73,19 @@ def _paths(root: Element, plant: Plant) -> None:
             if end not in plant.points:
                 item.refuse(f"leads to no point of the plant (got {got(end)}), expected the name of a point")
         length = item.number("length", default=0.0) * _MM
-        speeds = [_speed(item, "maxVelocity"), _speed(item, "maxReverseVelocity")]
+        speeds = _speed(item, "maxVelocity"), _speed(item, "maxReverseVelocity")
         if item.attributes.get("locked") == "true":
-            locked.append(name)
+            locked.append(item)
         elif not any(speeds):
-            closed.append(name)
+            closed.append(item)
         else:
-            plant.links.append(Link(name, *ends, length if length > 0 else None, *speeds))
-    plant.note("left out", "path", locked, "locked")
-    plant.note("left out", "path", closed, "closed in both directions by a velocity of 0")
+            plant.links.append(Link(name, *ends, length if length > 0 else None, *speeds, place=item.place))
+    _note(plant, "left out", "path", locked, "locked")
+    _note(plant, "left out", "path", closed, "closed in both directions by a velocity of 0")
+
+
+def _note(plant: Plant, what: What, kind: str, items: Sequence[Element], why: str) -> None:
+    plant.note(what, kind, [item.text("name") for item in items], why, [item.place for item in items])
 
 
 def _speed(item: Element, name: str) -> float:
@@ -89,9 +96,8 @@ def _speed(item: Element, name: str) -> float:
 
 
 def _locations(root: Element, plant: Plant, types: Mapping[str, Element]) -> None:
-    locked: list[str] = []
-    peripheral: list[str] = []
-    unlinked: list[str] = []
+    locked: list[Element] = []
+    peripheral: list[Element] = []
     for item in root.all("location"):
         name, kind = item.text("name"), item.text("type")
         if kind not in types:
@@ -104,14 +110,13 @@ def _locations(root: Element, plant: Plant, types: Mapping[str, Element]) -> Non
                 item.refuse(f"linked to no point of the plant (got {got(point)}), expected the name of a point")
             operations[point] = _operations(link) or usual
         if item.attributes.get("locked") == "true":
-            locked.append(name)
-        elif not operations:
-            (unlinked if usual else peripheral).append(name)
+            locked.append(item)
+        elif not operations and not usual:
+            peripheral.append(item)
         else:
-            plant.locations.append(Location(name, operations))
-    plant.note("left out", "location", locked, "locked")
-    plant.note("left out", "location", peripheral, "a peripheral device, at which no vehicle stops")
-    plant.note("left out", "location", unlinked, "no link to a point, so no vehicle gets there")
+            plant.locations.append(Location(name, operations, item.place))
+    _note(plant, "left out", "location", locked, "locked")
+    _note(plant, "left out", "location", peripheral, "a peripheral device, at which no vehicle stops")
 
 
 def _operations(item: Element) -> tuple[str, ...]:
@@ -129,29 +134,49 @@ def _vehicle(item: Element, plant: Plant) -> Vehicle:
         item.number("maxVelocity", default=0.0) * _MM or None,
         start,
         item.number("energyLevelCritical", default=0.0) / 100 or None,
+        item.place,
     )
 
 
+_IN_ORDER = (
+    ("energyLevelCritical", "energyLevelGood"),
+    ("energyLevelSufficientlyRecharged", "energyLevelFullyRecharged"),
+)
+"""Energy levels of a vehicle of which the first should be below the second."""
+
+
+def _energy(root: Element, plant: Plant) -> None:
+    for lower, upper in _IN_ORDER:
+        wrong = [
+            item
+            for item in root.all("vehicle")
+            if {lower, upper} <= item.attributes.keys() and item.number(lower) > item.number(upper)
+        ]
+        _note(plant, "doubtful", "vehicle", wrong, f"{lower} is above {upper}")
+
+
 def _blocks(root: Element, plant: Plant) -> None:
-    empty = []
+    empty: list[Element] = []
     for item in root.all("block"):
         members = tuple(one.text("name") for one in item.all("member"))
         rule = item.attributes.get("type", "SINGLE_VEHICLE_ONLY")
         if rule not in _RULES:
             item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(_RULES)}")
         if members:
-            plant.areas.append(Area(item.text("name"), members, "one-robot" if "SINGLE" in rule else "one-direction"))
+            name, single = item.text("name"), "SINGLE" in rule
+            plant.areas.append(Area(name, members, "one-robot" if single else "one-direction", item.place))
         else:
-            empty.append(item.text("name"))
-    plant.note("left out", "block", empty, "no members")
+            empty.append(item)
+    _note(plant, "left out", "block", empty, "no members")
 
 
 def _losses(root: Element, plant: Plant) -> None:
     """What models cannot say."""
-    doors = [item.text("name") for item in root.all("path") if any(item.all("peripheralOperation"))]
-    plant.note("left out", "peripheral operation", doors, "a device such as a door on a path, which takes no time here")
+    doors = [item for item in root.all("path") if any(item.all("peripheralOperation"))]
+    why = "a device such as a door on a path, which takes no time here"
+    _note(plant, "left out", "peripheral operation", doors, why)
     angle, height = "vehicleOrientationAngle", ("positionZ", "zPosition")
-    turned = [item.text("name") for item in root.all("point") if item.attributes.get(angle, "NaN") not in {"NaN", ""}]
-    plant.note("left out", "vehicle angle", turned, "robots may stand at a point in any direction")
-    raised = [item.text("name") for item in root.all("point") if item.number(*height, default=0.0)]
-    plant.note("left out", "height", raised, "all points are on one floor")
+    turned = [item for item in root.all("point") if item.attributes.get(angle, "NaN") not in {"NaN", ""}]
+    _note(plant, "left out", "vehicle angle", turned, "robots may stand at a point in any direction")
+    raised = [item for item in root.all("point") if item.number(*height, default=0.0)]
+    _note(plant, "left out", "height", raised, "all points are on one floor")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
 """What robots do at a place."""
-What: TypeAlias = Literal["left out", "changed", "unreachable", "assumed"]
+What: TypeAlias = Literal["left out", "changed", "doubtful", "unreachable", "assumed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +22,8 @@ class Waypoint:
     x: float
     y: float
     parking: bool = False
+    place: str = ""
+    """Where in the file it stands, such as a line; so for all parts of a plant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,7 @@ class Link:
     length: float | None = None
     speed: float = math.inf
     speed_back: float = 0.0
+    place: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +49,7 @@ class Location:
 
     name: str
     operations: dict[str, tuple[str, ...]]
+    place: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +62,21 @@ class Vehicle:
     start: str | None = None
     critical: float | None = None
     """The part of a full battery at which it has to charge."""
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Transport:
+    """A transport order: points or locations in the order of visits, each with the operation there.
+
+    It is known and due at times from the start of a run, in seconds.
+    """
+
+    name: str
+    stops: tuple[tuple[str, str], ...]
+    release: float = 0.0
+    due: float | None = None
+    place: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +86,7 @@ class Area:
     name: str
     members: tuple[str, ...]
     rule: Literal["one-robot", "one-direction"]
+    place: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,21 +94,33 @@ class Remark:
     """What became of parts of a drawing that a model does not hold as they are, or where it holds more.
 
     Attributes:
-        what: left out, changed, unreachable, or assumed.
+        what: left out, changed, doubtful, unreachable, or assumed.
         kind: the kind of thing, such as "path"; for what is assumed, the key of the model.
         names: which ones.
         why: why, and what to do about it.
+        places: where in the file each of them stands, if that is known.
     """
 
     what: What
     kind: str
     names: tuple[str, ...]
     why: str
+    places: tuple[str, ...] = ()
+
+    def which(self, most: int | None = None) -> str:
+        """The names, each with its place in the file; at most so many of them."""
+        places = self.places or ("",) * len(self.names)
+        named = [f"{name} ({place})" if place else name for name, place in zip(self.names, places, strict=True)]
+        more = len(named) - len(named[:most])
+        return ", ".join(named[:most]) + f" and {more} more" * (more > 0)
 
     def __str__(self) -> str:
-        number, names = len(self.names), f": {', '.join(self.names)}" if self.names else ""
+        number, names = len(self.names), f": {self.which()}" if self.names else ""
         kind = self.kind if self.what == "assumed" else f"{number} {self.kind}{'s' * (number > 1)}"
         return f"{self.what}: {kind}: {self.why}{names}"
+
+
+Part: TypeAlias = "Waypoint | Link | Location | Vehicle | Area | Transport"
 
 
 @dataclass(slots=True)
@@ -99,13 +134,20 @@ class Plant:
     locations: list[Location] = field(default_factory=list)
     vehicles: list[Vehicle] = field(default_factory=list)
     areas: list[Area] = field(default_factory=list)
+    transports: list[Transport] = field(default_factory=list)
+    """The work, where the file or one beside it lists it."""
     remarks: list[Remark] = field(default_factory=list)
 
-    def note(self, what: What, kind: str, names: list[str] | tuple[str, ...], why: str) -> None:
-        """Keep a remark, if it is about anything."""
-        if names:
-            self.remarks.append(Remark(what, kind, tuple(names), why))
+    def note(self, what: What, kind: str, names: Iterable[str], why: str, places: Iterable[str] = ()) -> None:
+        """Keep a remark, if it is about anything; `places`: where in the file each of the names stands."""
+        if names := tuple(names):
+            self.remarks.append(Remark(what, kind, names, why, tuple(places)))
 
-    def assume(self, key: str, why: str, names: list[str] | tuple[str, ...] = ()) -> None:
+    def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
+        """Keep a remark about parts of the plant, by their names and places."""
+        parts = list(parts)
+        self.note(what, kind, [part.name for part in parts], why, [part.place for part in parts])
+
+    def assume(self, key: str, why: str, names: Iterable[str] = ()) -> None:
         """Keep in mind that the drawing does not say what a key of the model needs."""
         self.remarks.append(Remark("assumed", key, tuple(names), why))

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, NamedTuple, get_args
 
 from desim_warehouse.errors import ModelError, got, nearest, spoken
 from desim_warehouse.plants.plant import Role
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Mapping
+    from collections.abc import Collection, Mapping
 
-    from desim_warehouse.plants.plant import Plant
+    from desim_warehouse.plants.plant import Plant, Transport
 
 _GUESSES: tuple[tuple[Role, str], ...] = (
     ("unload", r"unload|discharg|deliver|deposit|\bdrop|\bput\b"),
@@ -25,6 +25,15 @@ _GUESSES: tuple[tuple[Role, str], ...] = (
     ("park", r"\bpark"),
 )
 NONE = "none"
+
+
+class Task(NamedTuple):
+    """A load to be brought from one point to another."""
+
+    source: str
+    target: str
+    release: float
+    due: float | None
 
 
 @dataclass
@@ -36,9 +45,10 @@ class Stops:
     charge: dict[str, list[str]] = field(default_factory=dict)
     park: dict[str, list[str]] = field(default_factory=dict)
     other: dict[str, list[str]] = field(default_factory=dict)
+    tasks: list[Task] = field(default_factory=list)
 
 
-def stops_of(plant: Plant, reachable: Container[str], operations: Mapping[str, str]) -> Stops:
+def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, str]) -> Stops:
     """Sort the points of a plant's locations; what cannot be used is noted there.
 
     Args:
@@ -55,24 +65,25 @@ def stops_of(plant: Plant, reachable: Container[str], operations: Mapping[str, s
     for location in plant.locations:
         points = {point: allowed for point, allowed in location.operations.items() if point in reachable}
         if not points:
-            cut_off.append(location.name)
+            cut_off.append(location)
         for point, allowed in points.items():
             here = {roles[name] for name in allowed} - {NONE}
             for role in sorted(here) or ["other"]:
                 getattr(found, role).setdefault(point, []).append(location.name)
             if not here:
-                idle.append(location.name)
-    plant.note("unreachable", "location", cut_off, "robots cannot get to its points and back")
-    parking = [point.name for point in plant.points.values() if point.parking]
-    for name in parking:
-        if name in reachable:
-            found.park.setdefault(name, [])
-    lost = [name for name in parking if name not in reachable]
-    plant.note("unreachable", "parking point", lost, "robots cannot get there and back")
-    _fall_back(plant, found, roles)
+                idle.append(location)
+    plant.note_parts("unreachable", "location", cut_off, "robots cannot get to its points and back")
+    parking = [point for point in plant.points.values() if point.parking]
+    for park in parking:
+        if park.name in reachable:
+            found.park.setdefault(park.name, [])
+    lost = [point for point in parking if point.name not in reachable]
+    plant.note_parts("unreachable", "parking point", lost, "robots cannot get there and back")
+    _tasks(plant, found, roles, reachable)
+    _fall_back(plant, found, roles, reachable)
     if idle and not any(remark.kind in {"layout.storage", "tasks.unload_at"} for remark in plant.remarks):
         why = f"no operation there is loading, unloading, charging or parking by its name ({_named(roles, NONE)})"
-        plant.note("left out", "location", list(dict.fromkeys(idle)), why)
+        plant.note_parts("left out", "location", {location.name: location for location in idle}.values(), why)
     return found
 
 
@@ -81,6 +92,7 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
     names = dict.fromkeys(
         name for location in plant.locations for allowed in location.operations.values() for name in allowed
     )
+    names |= dict.fromkeys(operation for order in plant.transports for _, operation in order.stops)
     given = {}
     for name, role in operations.items():
         known = [one for one in names if one.casefold() == name.casefold()]
@@ -105,9 +117,52 @@ def _named(roles: Mapping[str, str], role: str) -> str:
     return ", ".join(name for name, its in roles.items() if its == role) or "none"
 
 
-def _fall_back(plant: Plant, found: Stops, roles: Mapping[str, str]) -> None:
-    """Where no operation says where goods are loaded, or unloaded, it is wherever robots do anything but charge."""
+def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
+    """The transport orders as tasks: what is loaded is brought to where robots unload next."""
+    at = {location.name: [name for name in location.operations if name in reachable] for location in plant.locations}
+    lost: list[Transport] = []
+    idle: list[Transport] = []
+    several: list[Transport] = []
+    for order in plant.transports:
+        tasks: list[Task] = []
+        load = None
+        for name, operation in order.stops:
+            point = name if name in reachable else next(iter(at.get(name, ())), None)
+            role = roles[operation]
+            if point is None:
+                lost.append(order)
+            elif role == "load":
+                load = point
+            elif role == "unload" and load is not None:
+                tasks.append(Task(load, point, order.release, order.due))
+                load = None
+        found.tasks += tasks
+        if not tasks:
+            idle.append(order)
+        elif len(tasks) > 1:
+            several.append(order)
+    for task in found.tasks:
+        found.load.setdefault(task.source, [])
+        found.unload.setdefault(task.target, [])
+    plant.note_parts("left out", "transport order", lost, "in part: robots cannot get to one of its stops and back")
+    plant.note_parts("left out", "transport order", idle, "nothing is loaded in it and then unloaded; map operations")
+    plant.note_parts("changed", "transport order", several, "a task for every load, in any order and by any robot")
+
+
+def _fall_back(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
+    """Where no operation says where goods are loaded, or unloaded, it is wherever robots do anything but charge.
+
+    Where the drawing has no other locations, it is where they park; where they park nowhere, it is at every point.
+    """
     work = {**found.other, **found.unload, **found.load}
+    drawn = [allowed for location in plant.locations for allowed in location.operations.values()]
+    if all(allowed and {roles[name] for name in allowed} <= {"charge", "park"} for allowed in drawn):
+        names = list(found.park) or [name for name in plant.points if name in reachable]
+        where = "where robots park" if found.park else "at every point"
+        found.load = found.unload = {name: [] for name in names}
+        why = f"the drawing has no places of work, so robots load and unload {where}"
+        plant.assume("layout.storage", why)
+        plant.assume("tasks.unload_at", why)
     for role, key, cure in (("load", "layout.storage", "loading"), ("unload", "tasks.unload_at", "unloading")):
         if not getattr(found, role) and work:
             setattr(found, role, work)

@@ -30,6 +30,11 @@ class Element:
     line: int
     children: list[Element] = field(default_factory=list)
 
+    @property
+    def place(self) -> str:
+        """Where it stands in the file."""
+        return f"line {self.line}"
+
     def all(self, tag: str) -> Iterator[Element]:
         """The children with a tag."""
         return (child for child in self.children if child.tag == tag)

@@ -21,25 +21,28 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
     edges = {frozenset((edge["from"], edge["to"])) for edge in content["layout"]["edges"]}
     ends = {link.name: [link.source, link.target] for link in plant.links}
     zones: dict[str, Any] = {}
-    empty, lost, ends_too = [], [], []
+    empty: list[Area] = []
+    ends_too: list[Area] = []
+    lost = []
     for area in plant.areas:
         members = _members(area, plant, ends, edges)
         lost += [f"{name} of {area.name}" for name in area.members if name not in members]
         if members:
             zones[area.name] = {"members": list(members.values()), "rule": area.rule}
-            ends_too += [area.name] if area.rule == "one-robot" and not {*ends}.isdisjoint(members) else []
+            ends_too += [area] if area.rule == "one-robot" and not {*ends}.isdisjoint(members) else []
         else:
-            empty.append(area.name)
+            empty.append(area)
+    places = {area.name: area.place for area in plant.areas}
     model = load({**content, "traffic": {"zones": zones}}) if zones else None
     if model is not None:
         for finding in examine(build(model.layout), model.traffic.zones, model.fleet.contact, "auto"):
             name = finding.place.removeprefix("traffic.zones.")
             if finding.level == "error" and zones.pop(name, None):
-                plant.note("left out", "block", [name], finding.text)
-    plant.note("left out", "block", empty, "none of its members is a point or path of the model")
+                plant.note("left out", "block", [name], finding.text, [places[name]])
+    plant.note_parts("left out", "block", empty, "none of its members is a point or path of the model")
     plant.note("left out", "member", lost, "of a block: no point or path of the model")
-    kept = [name for name in ends_too if name in zones]
-    plant.note("changed", "block", kept, "the points at the ends of its paths belong to it, too")
+    kept = [area for area in ends_too if area.name in zones]
+    plant.note_parts("changed", "block", kept, "the points at the ends of its paths belong to it, too")
     return zones
 
 

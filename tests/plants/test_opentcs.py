@@ -105,7 +105,9 @@ def test_blocks_are_zones(tmp_path):
     assert (zone.members, zone.rule) == ((("plug", "D"),), "one-direction")
     made = import_layout(yard(tmp_path, (block, spur.replace("plug --- D", "A --- B"))))
     assert not made.model.traffic.zones
-    assert "left out: 1 block: A>B is not two-way, so its direction is given: crossing" in map(str, made.remarks)
+    assert "left out: 1 block: A>B is not two-way, so its direction is given: crossing (line 76)" in map(
+        str, made.remarks
+    )
     # members that the model does not have
     gone = import_layout(yard(tmp_path, ('<member name="D"/>', '<member name="A --- C"/><member name="gate"/>')))
     assert gone.model.traffic.zones["crossing"].members == (("D", "A"),)
@@ -119,7 +121,7 @@ def test_the_model_is_written_as_a_readable_file(tmp_path):
     assert dw.load(path) == made.model
     lines = made.text().splitlines()
     assert lines[0] == "# Made from yard.xml (openTCS plant model, version 7.0.0)."
-    assert "# unreachable: 1 location: robots cannot get to its points and back: rack on the roof" in lines
+    assert "# unreachable: 1 location: robots cannot get to its points and back: rack on the roof (line 55)" in lines
     assert "    - {from: B, to: C, length: 9.5, speed: 1}" in lines
     assert '    "100": [0, -12]' in lines
     assert "    - {node: B}  # rack north" in lines
@@ -170,6 +172,18 @@ def test_a_mapping_that_does_not_fit_is_refused(operations, said):
     assert said in str(refused.value)
 
 
+def test_where_only_parking_is_drawn_robots_work_there(tmp_path):
+    only = (('name="Load cargo"', 'name="CHARGE"'), ("Unload cargo", "CHARGE"), ("Weigh", "CHARGE"))
+    made = import_layout(yard(tmp_path, *only))
+    assert {place.node for place in made.model.layout.storage} == set(made.model.layout.stations) == {"plug", "100"}
+    assert {"layout.storage", "tasks.unload_at"} <= {remark.kind for remark in made.remarks if remark.what == "assumed"}
+    plain = yard(tmp_path, ("PARK_POSITION", "HALT_POSITION"))
+    text = plain.read_text()
+    plain.write_text(text[: text.index("<locationType")] + "</model>")
+    model = dw.read_layout(plain)
+    assert {place.node for place in model.layout.storage} == {"A", "B", "C", "D", "pack", "plug", "100"}
+
+
 def test_twins_of_different_length_lie_side_by_side(tmp_path):
     longer = (
         'name="pack --- C" sourcePoint="pack" destinationPoint="C" length="4000"',
@@ -200,6 +214,7 @@ def test_points_on_one_spot_are_drawn_beside_each_other(tmp_path):
     assert {edge.length for edge in made.model.layout.edges if edge.source == "plug"} == {3}
 
 
+ONLY_RACKS = (('link point="pack"', 'link point="roof"'), ('link point="A"', 'link point="roof"'))
 NOT_READ = [
     ((("<model", "<modell"), ("</model", "</modell")), "yard.xml:4: modell 'yard': not a plant model"),
     ((('version="7.0.0"', 'version="9.1"'),), "version '9.1' is not known"),
@@ -217,7 +232,10 @@ NOT_READ = [
     ((('maxVelocity="500"', 'maxVelocity="-500"'),), "maxVelocity: below 0"),
     ((("SINGLE_VEHICLE_ONLY", "ANY"),), "type: not known (got 'ANY')"),
     ((('maxVelocity="1000"', 'maxVelocity="0"'), ('maxVelocity="500"', 'maxVelocity="0"')), "nowhere can robots drive"),
-    ((('name="Load cargo"', 'name="CHARGE"'), ("Unload cargo", "CHARGE"), ("Weigh", "CHARGE")), "no location in reach"),
+    (
+        (('link point="B"', 'link point="roof"'), ('link point="D"', 'link point="roof"'), *ONLY_RACKS),
+        "no location in reach",
+    ),
 ]
 
 

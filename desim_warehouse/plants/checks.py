@@ -1,0 +1,64 @@
+"""What looks wrong in a drawing: said by name and place, and put right where a model could not be made otherwise."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from statistics import median
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.plants.plant import Plant
+
+APART = 0.01
+"""Points drawn on one spot are moved so far from each other, in metres."""
+DIGITS = 4
+"""Of coordinates and lengths in metres: no more than a drawing means."""
+_SHORT = 0.99  # of the straight distance: what is shorter is said
+_LONG = 200.0  # metres: where half of all links are longer, the unit may be another
+
+
+def put_right(plant: Plant) -> None:
+    """Look at a plant before a model is made of it: what is found is noted there, in the order of these checks.
+
+    - locations linked to no point are left out;
+    - links shorter than the straight line between their points keep their length;
+    - links of several hundred metres are probably in another unit;
+    - points on one spot are moved apart a little, as two nodes cannot be at one place.
+    """
+    unlinked = [location for location in plant.locations if not location.operations]
+    plant.locations = [location for location in plant.locations if location.operations]
+    plant.note_parts("left out", "location", unlinked, "no link to a point, so no vehicle gets there")
+    short = [
+        link
+        for link in plant.links
+        if link.length is not None and link.length < _SHORT * distance(plant, link.source, link.target)
+    ]
+    why = "shorter than the straight line between its points; the length counts, not the drawing"
+    plant.note_parts("changed", "link", short, why)
+    lengths = [distance(plant, link.source, link.target) for link in plant.links if link.source != link.target]
+    if lengths and median(lengths) > _LONG:
+        why = f"half of the links are longer than {_LONG:g} m; are coordinates in mm, pixels or degrees?"
+        plant.note("doubtful", "unit of length", [f"median of {median(lengths):,.0f} m"], why)
+    _separate(plant)
+
+
+def _separate(plant: Plant) -> None:
+    beside: dict[tuple[float, float], int] = {}  # points on a spot, or moved away from it
+    moved = []
+    for point in list(plant.points.values()):
+        first, x = (round(point.x, DIGITS), round(point.y, DIGITS)), point.x
+        while (spot := (round(x, DIGITS), round(point.y, DIGITS))) in beside:
+            x = point.x + APART * beside[first]
+            beside[first] += 1
+        beside[spot] = 1
+        if x != point.x:
+            plant.points[point.name] = replace(point, x=x)
+            moved.append(point)
+    plant.note_parts("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m or more beside it")
+
+
+def distance(plant: Plant, source: str, target: str) -> float:
+    """The straight distance between two points."""
+    a, b = plant.points[source], plant.points[target]
+    return math.hypot(b.x - a.x, b.y - a.y)

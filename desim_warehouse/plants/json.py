@@ -1,0 +1,78 @@
+"""JSON from strangers: plain values, every key of an object once, no number that JSON does not have."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.fields import LIMITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+_MOST = LIMITS["values"][0]
+
+
+def read_json(path: Path, content: bytes, expected: str) -> Any:
+    """The value that a file holds.
+
+    Args:
+        path: the file, for messages.
+        content: what stands in it.
+        expected: what it should hold, for messages.
+
+    Raises:
+        ModelError: where it is not JSON, has too many values, or a key twice in an object.
+    """
+    doubled: list[tuple[dict[str, Any], str]] = []
+    strange: list[str] = []
+
+    def made(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        items = dict(pairs)
+        if len(items) < len(pairs):
+            [(key, _)] = Counter(key for key, _ in pairs).most_common(1)
+            doubled.append((items, key))
+        return items
+
+    def constant(name: str) -> float:
+        strange.append(name)
+        return math.nan
+
+    try:
+        text = content.decode(json.detect_encoding(content))
+        if sum(map(text.count, ",[{")) > _MOST:
+            raise ModelError([f"{path}: too many values, expected {_MOST:,} at most"])
+        value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=made, parse_constant=constant)
+    except json.JSONDecodeError as error:
+        said = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]}), expected {expected}"
+        raise ModelError([f"{path}:{error.lineno}:{error.colno}: {said}"]) from None
+    except RecursionError:
+        raise ModelError([f"{path}: too many lists or objects inside one another, expected {expected}"]) from None
+    except ValueError as error:  # not text, or a number of thousands of digits
+        raise ModelError([f"{path}: not JSON ({reason(error)}), expected {expected}"]) from None
+    if doubled:
+        item, key = doubled[-1]  # whatever is around it is read later, and has every key once
+        where = _path(value, lambda one: one is item)
+        raise ModelError([f"{path}: {where}: key {key!r} given twice, expected once"])
+    if strange:
+        where = _path(value, lambda one: isinstance(one, float) and math.isnan(one))
+        raise ModelError([f"{path}: {where}: not a number (got {strange[0]}), expected one"])
+    return value
+
+
+def _path(root: Any, fits: Callable[[Any], bool]) -> str:
+    """The JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
+    rest: list[tuple[str, Any]] = [("", root)]
+    while rest:
+        path, value = rest.pop()
+        if fits(value):
+            break
+        if isinstance(value, dict):
+            rest += [(f"{path}.{key}" if path else key, item) for key, item in reversed(value.items())]
+        elif isinstance(value, list):
+            rest += [(f"{path}[{rank}]", item) for rank, item in reversed(list(enumerate(value)))]
+    return path or "the top level"

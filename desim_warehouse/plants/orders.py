@@ -1,0 +1,57 @@
+"""Transport orders of openTCS: XML beside a plant model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import got
+from desim_warehouse.plants.plant import Transport
+from desim_warehouse.plants.xml import read_xml
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from desim_warehouse.plants.plant import Plant
+
+EXPECTED = "transport orders of openTCS (XML)"
+_DUE = {
+    "MINUS_FIVE_MINUTES": -300,
+    "MINUS_HALF_HOUR": -1800,
+    "PLUS_FIVE_MINUTES": 300,
+    "PLUS_HALF_HOUR": 1800,
+    "PLUS_ONE_HOUR": 3600,
+    "PLUS_TWO_HOURS": 7200,
+}
+"""Deadlines, in seconds from the start."""
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may hold transport orders: XML."""
+    return start.startswith(b"<") or path.suffix.lower() == ".xml"
+
+
+def read(path: Path, content: bytes, plant: Plant) -> None:
+    """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
+    root = read_xml(path, content, EXPECTED)
+    if root.tag != "transportOrders":
+        root.refuse(f"not transport orders, expected {EXPECTED} with the root element transportOrders")
+    known = {*plant.points, *(location.name for location in plant.locations)}
+    gone: list[str] = []
+    wanted: list[str] = []
+    for rank, order in enumerate(root.all("transportOrder"), 1):
+        name = order.attributes.get("name") or f"order {rank}"
+        stops = [(item.text("locationName"), item.text("vehicleOperation")) for item in order.all("driveOrder")]
+        deadline = order.attributes.get("deadline", "")
+        if deadline and deadline not in _DUE:
+            order.refuse(f"deadline: not known (got {got(deadline)}), expected one of {', '.join(_DUE)}")
+        due = max(_DUE[deadline], 0) if deadline else None
+        if order.attributes.get("intendedVehicle"):
+            wanted.append(name)
+        if any(at not in known for at, _ in stops):
+            gone.append(name)
+        else:
+            plant.transports.append(Transport(name, tuple(stops), 0.0, due, f"{path.name}, {order.place}"))
+    plant.note("left out", "transport order", gone, "to a location that the plant does not have, or that is left out")
+    plant.note("left out", "intended vehicle", wanted, "any robot carries out a task")
+    if not plant.transports:
+        root.refuse("no order for this plant, expected a transportOrder with driveOrder elements")

@@ -1,0 +1,45 @@
+"""What drawings do not say of the robots, from a file with the keys of a model: `robot` and `battery`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.fields import Known, Part
+from desim_warehouse.model.fleet import RobotSpec
+from desim_warehouse.model.messages import Outline, from_pydantic, report
+from desim_warehouse.model.read import read_document
+from desim_warehouse.model.schema import BatterySpec
+
+
+class RobotFile(Part):
+    """A robot and its battery; what is not there is as drawn, or assumed."""
+
+    robot: RobotSpec | None = None
+    battery: BatterySpec | None = None
+
+
+_OUTLINE = Outline(RobotFile)
+
+
+def read_robot(path: str | Path) -> dict[str, Any]:
+    """The sections of a file about a robot, as they stand in it.
+
+    Args:
+        path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
+
+    Raises:
+        ModelError: with every problem of the file, in its order.
+    """
+    document = read_document(Path(path), str(path), "a robot with robot or battery")
+    problems = document.problems
+    try:
+        RobotFile.model_validate(document.data, context=Known())
+    except ValidationError as error:
+        problems += from_pydantic(error, _OUTLINE)
+    if problems:
+        raise ModelError(report(problems, document.places))
+    return {key: value for key, value in document.data.items() if value is not None}
