@@ -38,6 +38,7 @@ _NAMES = 12  # in a row of the table
 @click.option("--layout", metavar="NAME", help="Of several layouts or levels in FILE, the one to read.")
 @click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
 @click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")
+@click.option("--two-way", is_flag=True, default=None, help="LIF: every edge leads both ways.")
 @click.option("--strict", is_flag=True, default=None, help="LIF: refuse what is not as the format says.")
 def command(
     file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any

@@ -11,7 +11,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
-from desim_warehouse.plants.plant import Plant, Remark, Vehicle
+from desim_warehouse.plants.plant import Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
 from desim_warehouse.plants.zones import zones_of
@@ -126,7 +126,7 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
         nx.strongly_connected_components(graph), key=lambda part: (len(part), sorted(part)), default=set()
     )
     if len(main) < 2:  # noqa: PLR2004 - there and back
-        text = "nowhere can robots drive from one point to another and back, expected a network of lanes"
+        text = "nowhere can robots drive from one point to another and back, expected lanes that lead back, too"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
     outside = [point for point in plant.points.values() if point.name not in main]
     plant.note_parts("unreachable", "point", outside, "robots cannot get there and back")
@@ -306,15 +306,6 @@ class _Maker:
             "consumption": _round(100 / _LASTS, 5),
             "charge_rate": _round(100 / _CHARGES, 5),
         }
-
-
-def unique(name: str, taken: Mapping[str, Any]) -> str:
-    """The name, or with a number if it is taken."""
-    number, tried = 1, name
-    while tried in taken:
-        number += 1
-        tried = f"{name} ({number})"
-    return tried
 
 
 def _above_0(value: float) -> float | int:

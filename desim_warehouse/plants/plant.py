@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Container, Iterable
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
 """What robots do at a place."""
@@ -151,3 +151,12 @@ class Plant:
     def assume(self, key: str, why: str, names: Iterable[str] = ()) -> None:
         """Keep in mind that the drawing does not say what a key of the model needs."""
         self.remarks.append(Remark("assumed", key, tuple(names), why))
+
+
+def unique(name: str, taken: Container[str]) -> str:
+    """The name, or with a number if it is taken."""
+    number, tried = 1, name
+    while tried in taken:
+        number += 1
+        tried = f"{name} ({number})"
+    return tried

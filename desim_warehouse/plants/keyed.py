@@ -1,0 +1,191 @@
+"""What keys a foreign file must and may have: a table to read it by, leniently or to the letter.
+
+Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
+place. To the letter, all of that is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.fields import LIMITS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.plants.plant import Plant
+
+_MOST = 20  # problems that are told at once
+_LARGEST = LIMITS["number"][0]
+_FLAGS = {"true": True, "false": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Text; `one_of`: what it may be."""
+
+    one_of: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number from `least` to `most`."""
+
+    least: float = -math.inf
+    most: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """True or false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Each:
+    """A list of values of one kind."""
+
+    item: Kind
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """An object with keys: of those `required` by the format, the ones `needed` by a reader, and others."""
+
+    keys: Mapping[str, Kind]
+    required: frozenset[str]
+    needed: frozenset[str] = frozenset()
+
+
+Kind: TypeAlias = Text | Number | Flag | Each | Section
+_WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list", Section: "an object"}
+_GONE: Any = object()
+PLACE = "\0place"
+"""Under this key, what was read of an object has its place in the file."""
+
+
+def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> Section:
+    """A section, with names of keys in one text."""
+    return Section(keys, frozenset(required.split()), frozenset(needed.split()))
+
+
+@dataclass
+class Reader:
+    """Reads values by a table; `found` has what is not as the format says, by what is wrong and where.
+
+    Args:
+        file: what messages call the file.
+        strict: whether anything that is not as the format says is an error.
+        complete: whether keys that the format requires are missed where they are not needed.
+    """
+
+    file: str
+    strict: bool
+    complete: bool = True
+    found: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+
+    def read(self, value: Any, kind: Kind, place: str) -> Any:
+        """The value as the table says; raises ModelError where something needed is missing or wrong."""
+        made = self._value(value, kind, place)
+        if made is _GONE:
+            self.refuse(place, f"not {_WORDS[type(kind)]} (got {got(value)}), expected it")
+        return made
+
+    def refuse(self, place: str, text: str) -> NoReturn:
+        """Raise the error that something is wrong at a place."""
+        raise ModelError([_printable(f"{self.file}: {place}: {text}")])
+
+    def wrong(self, place: str, text: str, become: str) -> None:
+        """Something is not as the format says; what became of it."""
+        self.found.setdefault((text, become), []).append(place)
+
+    def finish(self, plant: Plant, letter: str) -> None:
+        """Note on the plant what was found, or refuse it; `letter`: what is checked to the letter, for messages."""
+        if self.strict and self.found:
+            lines = [
+                f"{self.file}: {place}: {text} ({letter})" for (text, _), all_ in self.found.items() for place in all_
+            ]
+            more = len(lines) - _MOST
+            raise ModelError(list(map(_printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
+        for (text, become), places in self.found.items():
+            plant.note("changed", "value", list(map(_printable, places)), f"{text}; {become}")
+
+    def _value(self, value: Any, kind: Kind, place: str) -> Any:  # noqa: PLR0911 - a return for each kind
+        if isinstance(kind, Section):
+            return self._section(value, kind, place) if isinstance(value, dict) else self._bad(value, kind, place)
+        if isinstance(kind, Each):
+            if not isinstance(value, list):
+                return self._bad(value, kind, place)
+            made = [self._value(item, kind.item, f"{place}[{rank}]") for rank, item in enumerate(value)]
+            return [item for item in made if item is not _GONE]
+        if isinstance(kind, Number):
+            return self._number(value, kind, place)
+        if isinstance(kind, Flag):
+            if isinstance(value, bool):
+                return value
+            if isinstance(value, str) and value.lower() in _FLAGS:
+                self.wrong(place, "text for true or false", "read as meant")
+                return _FLAGS[value.lower()]
+            return self._bad(value, kind, place)
+        return self._text(value, kind, place)
+
+    def _section(self, value: dict[str, Any], kind: Section, place: str) -> Any:
+        made: dict[str, Any] = {PLACE: place}
+        for key, inner in kind.keys.items():
+            here = f"{place}.{key}" if place else key
+            if key in value:
+                item = self._value(value[key], inner, here)
+                if item is not _GONE:
+                    made[key] = item
+                elif key in kind.needed:
+                    self.refuse(here, f"not {_WORDS[type(inner)]} (got {got(value[key])}), expected it")
+            elif key in kind.needed:
+                self.refuse(place or "the top level", f"no {key}, expected {_WORDS[type(inner)]}")
+            elif key in kind.required and self.complete:
+                self.wrong(place or "the top level", f"no {key}", "read without it")
+        return made
+
+    def _number(self, value: Any, kind: Number, place: str) -> Any:
+        if isinstance(value, str):
+            try:
+                number = float(value)
+            except ValueError:
+                number = math.nan
+            if not abs(number) <= _LARGEST:
+                return self._bad(value, kind, place)
+            self.wrong(place, "text for a number", "read as meant")
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            return self._bad(value, kind, place)
+        else:
+            number = value
+        if not abs(number) <= _LARGEST:
+            self.refuse(place, f"not a number of a layout (got {got(value)}), expected one up to {_LARGEST:,}")
+        if not kind.least <= number <= kind.most:
+            at_most = "" if kind.most == math.inf else f" to {kind.most:g}"
+            self.wrong(place, f"out of the range from {kind.least:g}{at_most}", "taken as it is")
+        return float(number)
+
+    def _text(self, value: Any, kind: Text, place: str) -> Any:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            self.wrong(place, "a number for text", "read as meant")
+            value = str(value)
+        if not isinstance(value, str):
+            return self._bad(value, kind, place)
+        if not value.isascii() and any("\ud800" <= one <= "\udfff" for one in value):
+            self.refuse(place, "not text (half a character), expected characters that can be written in UTF-8")
+        if kind.one_of and value not in kind.one_of:
+            near = value.upper()
+            text = f"not one of {', '.join(kind.one_of)} (got {got(value)})"
+            self.wrong(place, text, "read as meant" if near in kind.one_of else "left out")
+            return near if near in kind.one_of else _GONE
+        return value
+
+    def _bad(self, value: Any, kind: Kind, place: str) -> Any:
+        self.wrong(place, f"not {_WORDS[type(kind)]} (got {got(value)})", "left out")
+        return _GONE
+
+
+def _printable(text: str) -> str:
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)

@@ -1,0 +1,327 @@
+"""Layouts in the VDMA's Layout Interchange Format: JSON, version 1.0 and drafts of 2.0, in m and rad, y upwards.
+
+Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024. An edge is one-way, and two of them are a two-way
+aisle; a vehicle type that an edge or node does not list may not use it; an edge into another layout is a lift or ramp.
+A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from desim_warehouse.errors import got, nearest
+from desim_warehouse.plants import lif_2, lif_keys, lif_losses
+from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.json import read_json
+from desim_warehouse.plants.keyed import PLACE, Reader
+from desim_warehouse.plants.levels import draw_apart
+from desim_warehouse.plants.nurbs import arc_length
+from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, unique
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+EXPECTED = "a layout in LIF (JSON)"
+OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
+_LETTER = "to the letter of LIF 1.0"
+_TYPES = 1000  # of vehicles, at most
+_FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
+_RAMP = 1.0  # metres: a lift or ramp is at least so long
+
+Item = dict[str, Any]
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be in LIF: by its name, or its first keys."""
+    named = path.name.lower().endswith((".lif", ".lif.json"))
+    keys = (b'"metaInformation"', b'"lifVersion"', b'"layouts"', b'"origins"')
+    return named or (start.startswith(b"{") and any(key in start for key in keys))
+
+
+def read(
+    path: Path,
+    content: bytes,
+    *,
+    layout: str | None = None,
+    vehicle_type: str | None = None,
+    two_way: bool = False,
+    strict: bool = False,
+) -> Plant:
+    """Read a file in LIF.
+
+    Args:
+        path: the file.
+        content: what stands in it.
+        layout: the one layout to read, by layoutId or layoutName; default: all.
+        vehicle_type: whose nodes and edges; default: the type that may use most edges.
+        two_way: whether every edge is meant in both directions, as some programs have it.
+        strict: whether what is not as the schema of version 1.0 says is an error.
+
+    Raises:
+        ModelError: where it cannot be read, with the JSON path.
+    """
+    data = read_json(path, content, EXPECTED)
+    draft = not strict and isinstance(data, dict) and lif_2.is_draft(data, content)
+    reader = Reader(str(path), strict, complete=not draft)
+    if draft:
+        about = reader.read(data.get("metaInformation", {}), lif_keys.META, "metaInformation")
+        layouts = [
+            _Layout(reader.read(item, lif_keys.LAYOUT, place), origin) for place, origin, item in lif_2.layouts_of(data)
+        ]
+    else:
+        made = reader.read(data, lif_keys.FILE, "")
+        about, layouts = made.get("metaInformation", {}), [_Layout(item, "") for item in made["layouts"]]
+    version = about.get("lifVersion", "")
+    plant = Plant(about.get("projectIdentification") or path.name.partition(".")[0] or "plant", "")
+    plant.source = f"{path.name} (LIF{f', version {version}' if version else ''})"
+    drawn = _Drawn(reader, plant, layouts, layout)
+    reader.finish(plant, _LETTER)
+    if draft:
+        plant.note("doubtful", "version", [version or "2"], "a draft of LIF 2, of which keys may change")
+    elif version and version.split(".")[0] not in {"0", "1"}:
+        plant.note("doubtful", "version", [version], "not known; read as version 1.0")
+    drawn.fill(vehicle_type)
+    if two_way:
+        plant.links = [replace(link, speed_back=link.speed) for link in plant.links]
+    return plant
+
+
+class _Layout(NamedTuple):
+    """A layout as it was read, and the origin of its coordinates."""
+
+    item: Item
+    origin: str
+
+    @property
+    def name(self) -> str:
+        return str(self.item.get("layoutId") or self.item[PLACE])
+
+    @property
+    def level(self) -> str:
+        return " ".join(filter(None, (self.origin, self.item.get("layoutLevelId"))))
+
+
+class _Node(NamedTuple):
+    item: Item
+    layout: _Layout
+    types: frozenset[str] | None  # of vehicles that may use it; None: all
+
+
+class _Edge(NamedTuple):
+    name: str
+    item: Item
+    source: str
+    target: str
+    types: frozenset[str] | None
+
+
+class _Drawn:
+    """The layouts that are read, put together: nodes by names that are unique in the plant, edges, stations."""
+
+    def __init__(self, reader: Reader, plant: Plant, layouts: Sequence[_Layout], asked: str | None) -> None:
+        self.reader = reader
+        self.plant = plant
+        self.nodes: dict[str, _Node] = {}
+        self.edges: list[_Edge] = []
+        self.stations: list[tuple[Item, list[str]]] = []
+        chosen = [one for one in layouts if asked in {None, one.item.get("layoutId"), one.item.get("layoutName")}]
+        if not chosen:
+            expected, hint = _one_of(asked or "", [one.name for one in layouts])
+            reader.refuse("layouts", f"no layout {got(asked)}, expected {expected}{hint}")
+        others = [one for one in layouts if one not in chosen]
+        plant.note("left out", "layout", [one.name for one in others], "another one is asked for")
+        own = [self.add_nodes(layout) for layout in chosen]
+        everywhere = {key: name for names in reversed(own) for key, name in names.items()}
+        elsewhere = {node["nodeId"] for layout in others for node in layout.item["nodes"]} - everywhere.keys()
+        for layout, here in zip(chosen, own, strict=True):
+            known = {**everywhere, **here} if len(chosen) > 1 else here
+            self.add_edges(layout, known, elsewhere)
+            for station in layout.item.get("stations", ()):
+                at = station.get("interactionNodeIds", [])
+                self.stations.append((station, [known[key] for key in at if key in known]))
+                for key in at:
+                    if key not in known and key not in elsewhere:
+                        reader.wrong(station[PLACE], f"no node {got(key)}", "left out")
+
+    def add_nodes(self, layout: _Layout) -> dict[str, str]:
+        """Add the nodes of a layout; their names by nodeId."""
+        names: dict[str, str] = {}
+        for node in layout.item["nodes"]:
+            key = node["nodeId"]
+            if key in names:
+                self.reader.wrong(node[PLACE], f"a node {got(key)} stands before", "left out")
+                continue
+            names[key] = key if key not in self.nodes else unique(f"{layout.name} {key}", self.nodes)
+            if names[key] != key:
+                self.reader.wrong(node[PLACE], f"a node {got(key)} stands before, in another layout", "renamed")
+            self.nodes[names[key]] = _Node(node, layout, _types(node.get("vehicleTypeNodeProperties")))
+        return names
+
+    def add_edges(self, layout: _Layout, known: dict[str, str], elsewhere: set[str]) -> None:
+        """Add the edges of a layout between nodes that are known."""
+        left = []
+        for edge in layout.item.get("edges", ()):
+            ends = edge["startNodeId"], edge["endNodeId"]
+            name = edge.get("edgeId") or " - ".join(ends)
+            unknown = [end for end in ends if end not in known]
+            if not unknown:
+                types = _types(edge.get("vehicleTypeEdgeProperties"))
+                self.edges.append(_Edge(name, edge, known[ends[0]], known[ends[1]], types))
+            elif all(end in elsewhere for end in unknown):
+                left.append((name, edge[PLACE]))
+            else:
+                self.reader.wrong(edge[PLACE], f"no node {got(unknown[0])}", "left out")
+        names, places = [name for name, _ in left], [place for _, place in left]
+        self.plant.note("left out", "transition", names, "to a layout that is not read", places)
+
+    def vehicle_type(self, asked: str | None) -> str | None:
+        """The vehicle type whose plant it is, by default the one that may use most edges; None if there is none."""
+        parts: list[_Node | _Edge] = [*self.nodes.values(), *self.edges]
+        every = dict.fromkeys(one for part in parts for one in sorted(part.types or ()))
+        if len(every) > _TYPES:
+            self.reader.refuse("layouts", f"too many types of vehicles, expected {_TYPES:,} at most")
+        if asked is not None and asked not in every:
+            expected, hint = _one_of(asked, list(every))
+            self.reader.refuse("layouts", f"no vehicle type {got(asked)}, expected {expected}{hint}")
+        counts: Counter[str] = Counter()
+        for edge in self.edges:
+            ends = [self.nodes[end].types for end in (edge.source, edge.target)]
+            counts.update(one for one in edge.types or every if all(at is None or one in at for at in ends))
+        chosen = asked or max(every, key=lambda one: counts[one], default=None)
+        others = [one for one in every if one != chosen]
+        why = f"one is read, '{chosen}'; --vehicle-type reads another"
+        self.plant.note("left out", "vehicle type", others, why)
+        return chosen
+
+    def fill(self, asked: str | None) -> None:
+        """Fill in the plant: what a vehicle type may use, as points, links and locations."""
+        plant, kind = self.plant, self.vehicle_type(asked)
+        nodes, edges = self.allowed(kind)
+        for name, node in nodes.items():
+            x, y = (node.item["nodePosition"][axis] for axis in "xy")
+            plant.points[name] = Waypoint(name, x, -y if y else 0.0, place=node.item[PLACE])
+        kept = self.add_links(nodes, edges, kind)
+        on_nodes = [(name, _of(node.item.get("vehicleTypeNodeProperties"), kind)) for name, node in nodes.items()]
+        self.add_locations(dict(on_nodes))
+        lif_losses.note_edges(plant, kept)
+        lif_losses.note_nodes(plant, on_nodes, [station for station, _ in self.stations])
+        draw_apart(plant, {name: node.layout.level for name, node in nodes.items()})
+
+    def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:
+        """Add the edges as links; each with what the file says of it for the vehicle type."""
+        plant = self.plant
+        kept: list[tuple[Link, Item]] = []
+        closed: list[Link] = []
+        ramps: list[Link] = []
+        odd: dict[str, list[Link]] = {}
+        for edge in edges:
+            item = _of(edge.item.get("vehicleTypeEdgeProperties"), kind)
+            length, wrong = _length(plant, edge, item)
+            speed, carried = item.get("maxSpeed", math.inf), item.get("loadRestriction", {})
+            if nodes[edge.source].layout is not nodes[edge.target].layout:
+                length = max(distance(plant, edge.source, edge.target) if length is None else length, _RAMP)
+            link = Link(edge.name, edge.source, edge.target, length, speed, place=edge.item[PLACE])
+            if speed <= 0 or not (carried.get("unloaded", True) or carried.get("loaded", True)):
+                closed.append(link)
+                continue
+            if wrong:
+                odd.setdefault(wrong, []).append(link)
+            if nodes[edge.source].layout is not nodes[edge.target].layout:
+                ramps.append(link)
+            kept.append((link, item))
+        plant.links = [link for link, _ in kept]
+        plant.note_parts("left out", "edge", closed, "closed, by a speed of 0 or for robots with and without a load")
+        why = f"to another layout by a lift or ramp, which takes as long as driving there, {_RAMP:g} m or more"
+        plant.note_parts("changed", "transition", ramps, why)
+        for why, links in odd.items():
+            plant.note_parts("doubtful", "trajectory", links, why)
+        return kept
+
+    def add_locations(self, on_nodes: dict[str, Item]) -> None:
+        """Add stations, and nodes with actions that belong to none.
+
+        What robots do at a station is said by the actions of its nodes; where there is none, by its name.
+        """
+        plant = self.plant
+        served: set[str] = set()
+        outside: list[Item] = []
+        taken: dict[str, None] = {}
+        for station, at in self.stations:
+            name = unique(station["stationId"], taken)
+            taken[name] = None
+            here = {point: _actions(on_nodes[point]) for point in at if point in on_nodes}
+            served |= here.keys()
+            if at and not here:
+                outside.append(station)
+                continue
+            usual = () if any(here.values()) else (station.get("stationName") or name,)
+            plant.locations.append(
+                Location(name, {point: actions or usual for point, actions in here.items()}, station[PLACE])
+            )
+        names, places = [one["stationId"] for one in outside], [one[PLACE] for one in outside]
+        plant.note("left out", "station", names, "only at nodes that are left out", places)
+        for point, item in on_nodes.items():
+            if point not in served and (actions := _actions(item)):
+                plant.locations.append(Location(point, {point: actions}, plant.points[point].place))
+
+    def allowed(self, kind: str | None) -> tuple[dict[str, _Node], list[_Edge]]:
+        """The nodes and edges that a vehicle type may use."""
+        nodes = {name: node for name, node in self.nodes.items() if node.types is None or kind in node.types}
+        edges: list[_Edge] = []
+        closed: list[_Edge] = []
+        for edge in self.edges:
+            free = (edge.types is None or kind in edge.types) and edge.source in nodes and edge.target in nodes
+            (edges if free else closed).append(edge)
+        others = {name: node for name, node in self.nodes.items() if name not in nodes}
+        why = f"not for vehicle type '{kind}'"
+        self.plant.note("left out", "node", others, why, [node.item[PLACE] for node in others.values()])
+        why += ", or from or to a node that is not"
+        self.plant.note("left out", "edge", [edge.name for edge in closed], why, [edge.item[PLACE] for edge in closed])
+        return nodes, edges
+
+
+def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
+    """The vehicle types that a node or edge lists; None where it lists none, or one without a name: all."""
+    listed = [one.get("vehicleTypeId") for one in properties or ()]
+    return frozenset(one for one in listed if one is not None) if listed and None not in listed else None
+
+
+def _of(properties: Sequence[Item] | None, kind: str | None) -> Item:
+    """What a node or edge says for a vehicle type."""
+    return next((one for one in properties or () if one.get("vehicleTypeId") in {None, kind}), {})
+
+
+def _actions(item: Item) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(one["actionType"] for one in item.get("actions", ()) if one.get("actionType")))
+
+
+def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
+    """What was expected instead of a name, and the one that may be meant."""
+    near = nearest(asked, names)
+    return f"one of {', '.join(names)}" if names else "none", f"; did you mean '{near}'?" if near else ""
+
+
+def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
+    """The length of an edge along its trajectory, None for the straight distance; and what is wrong with that."""
+    trajectory = item.get("trajectory")
+    if trajectory is None:
+        return None, ""
+    points = [(one.get("x", math.nan), one.get("y", math.nan)) for one in trajectory.get("controlPoints", ())]
+    weights = [one.get("weight", 1.0) for one in trajectory.get("controlPoints", ())]
+    try:
+        if any(math.isnan(x) or math.isnan(y) for x, y in points):
+            raise ValueError("a control point without x or y")  # noqa: TRY301 - said with the others
+        degree = trajectory.get("degree", 1.0)
+        if not degree.is_integer():
+            raise ValueError(f"of degree {degree:g}")  # noqa: TRY301
+        length = arc_length(int(degree), trajectory.get("knotVector", ()), points, weights)
+    except ValueError as error:
+        return None, f"not a curve ({error}), so the edge is taken to be straight"
+    straight, chord = distance(plant, edge.source, edge.target), math.dist(points[0], points[-1])
+    if abs(straight - chord) > _FIT * max(straight, chord) or not length > 0:
+        return None, "does not lead from one node of its edge to the other, so the edge is taken to be straight"
+    return length, ""
