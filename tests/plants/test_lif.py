@@ -12,7 +12,7 @@ from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, lif_keys, read_plant
 from desim_warehouse.plants.keyed import Reader
 from tests.auditor import audit
-from tests.plants.drawn_lif import DOCK, FORKLIFT, dock, edge, node, station, write
+from tests.plants.drawn_lif import DOCK, dock, edge, node, station, write
 from tests.plants.foreign import needs_plants, plant_file
 
 
