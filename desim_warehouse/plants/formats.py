@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.plants import lif, opentcs, orders
+from desim_warehouse.plants import lif, opentcs, orders, rmf
 from desim_warehouse.plants.file import content_of
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Format:
 FORMATS = (
     Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", opentcs.looks, opentcs.read),
     Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS),
+    Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS),
 )
 
 

@@ -1,0 +1,318 @@
+"""Maps of Open-RMF: building maps of the traffic editor, and the navigation graphs made of them; YAML.
+
+Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`). Building
+maps are in pixels, y downwards, with measured distances for their scale, or in metres, y upwards, as are navigation
+graphs. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by graph_idx.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+from desim_warehouse.errors import ModelError, got, nearest
+from desim_warehouse.fields import LIMITS
+from desim_warehouse.model.messages import report
+from desim_warehouse.model.parse import Document, read_yaml
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+EXPECTED = "a map of Open-RMF (YAML with levels)"
+OPTIONS = ("layout", "graph")
+_LARGEST = 2_000_000  # bytes: YAML is slow to read
+_DIFFER = 0.05  # of the mean: measured distances that do are doubted
+_PAIR = 2
+_WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
+Keys = tuple[str | int, ...]
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be a map: YAML."""
+    return path.suffix.lower() in {".yaml", ".yml"} or b"\nlevels:" in b"\n" + start
+
+
+def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | None = None) -> Plant:
+    """Read a building map or a navigation graph.
+
+    Args:
+        path: the file.
+        content: what stands in it.
+        layout: the level to read; default: the one with most lanes.
+        graph: the graph_idx of the lanes to read; default: that of most lanes.
+
+    Raises:
+        ModelError: where it cannot be read, with the line.
+    """
+    if len(content) > _LARGEST:
+        raise ModelError([f"{path}: too large, expected {EXPECTED} of at most {_LARGEST:,} bytes"])
+    try:
+        document = read_yaml(content.decode("utf-8-sig"), str(path))
+    except UnicodeDecodeError:
+        raise ModelError([f"{path}: not UTF-8 text, expected {EXPECTED}"]) from None
+    if document.problems:
+        raise ModelError(report(document.problems[:1], document.places))
+    return _Map(path, document).plant_of(layout, graph)
+
+
+class _Lane(NamedTuple):
+    source: int
+    target: int
+    about: dict[str, Any]
+    line: str
+
+
+class _Map:
+    """A map while it is read; `plant` is what it becomes."""
+
+    def __init__(self, path: Path, document: Document) -> None:
+        self.path = path
+        self.document = document
+        data = document.data if isinstance(document.data, dict) else {}
+        self.data: dict[str, Any] = data
+        if not isinstance(data.get("levels"), dict) or not data["levels"]:
+            self.refuse((), f"no levels, expected {EXPECTED}")
+        self.plant = Plant(str(data.get("name") or data.get("building_name") or path.name.partition(".")[0]), "")
+
+    def plant_of(self, asked: str | None, graph: int | None) -> Plant:
+        lanes, name = self.lanes(asked, graph)
+        level = self.data["levels"][name]
+        vertices = self.items(level, "vertices", ("levels", name))
+        used = sorted({end for lane in lanes for end in (lane.source, lane.target)})
+        for lane in lanes:
+            for end in (lane.source, lane.target):
+                if not end < len(vertices):
+                    text = f"{lane.line}: a lane to vertex {end}, expected one from 0 to {len(vertices) - 1}"
+                    raise ModelError([f"{self.path}: {text}"])
+        drawn = [isinstance(one, list) and len(one) > _PAIR and isinstance(one[_PAIR], dict) for one in vertices]
+        nav = any(drawn) or all(isinstance(one, list) and len(one) == _PAIR for one in vertices)
+        kind = "navigation graph" if nav else "building map"
+        self.plant.source = f"{self.path.name} (Open-RMF {kind}, level {name})"
+        scale, down = self.scale(name, nav)
+        abouts: dict[int, dict[str, Any]] = {}
+        names: dict[int, str] = {}
+        for rank in used:
+            keys: Keys = ("levels", name, "vertices", rank)
+            x, y, title, abouts[rank] = self.vertex(vertices[rank], keys)
+            names[rank] = unique(title or f"vertex {rank}", self.plant.points)
+            parking = bool(abouts[rank].get("is_parking_spot"))
+            y = y * scale * down
+            self.plant.points[names[rank]] = Waypoint(names[rank], x * scale, y or 0.0, parking, self.line(keys))
+            self.place(names[rank], bool(title), abouts[rank])
+        self.links(lanes, names)
+        self.areas(lanes, names, abouts)
+        self.losses(level, lanes, names, abouts)
+        return self.plant
+
+    # What is read
+
+    def lanes(self, asked: str | None, graph: int | None) -> tuple[list[_Lane], str]:
+        """The lanes of a level and a graph, and the name of the level."""
+        levels = self.data["levels"]
+        if asked is not None and asked not in levels:
+            near = nearest(asked, levels)
+            hint = f"; did you mean '{near}'?" if near else ""
+            self.refuse(("levels",), f"no level {got(asked)}, expected one of {', '.join(levels)}{hint}")
+        found = {name: self.lanes_of(name) for name in levels if asked in {None, name}}
+        counts = Counter(index for lanes in found.values() for index, _ in lanes)
+        index = graph if graph is not None else min(counts, key=lambda one: (-counts[one], one), default=0)
+        if index not in counts and counts:
+            self.refuse(
+                ("levels",), f"no lanes of graph {index}, expected one of {', '.join(map(str, sorted(counts)))}"
+            )
+        mine = {name: [lane for its, lane in lanes if its == index] for name, lanes in found.items()}
+        level = max(mine, key=lambda one: len(mine[one]))
+        others = [f"{number} of graph {its}" for its, number in sorted(counts.items()) if its != index]
+        self.plant.note("left out", "lane of other graphs", others, f"graph {index} is read; --graph reads another")
+        empty = [one for one in levels if one != level]
+        self.plant.note("left out", "level", empty, f"level {level} is read; --layout reads another")
+        return mine[level], level
+
+    def lanes_of(self, name: str) -> list[tuple[int, _Lane]]:
+        """The lanes of a level, each with its graph."""
+        level, found = self.data["levels"][name], []
+        for rank, item in enumerate(self.items(level, "lanes", ("levels", name))):
+            keys: Keys = ("levels", name, "lanes", rank)
+            if not isinstance(item, list) or len(item) < _PAIR or not all(map(_is_rank, item[:_PAIR])):
+                self.refuse(keys, f"not a lane (got {got(item)}), expected [vertex, vertex, {{...}}]")
+            about = self.about(item[_PAIR] if len(item) > _PAIR else {}, keys)
+            index = about.get("graph_idx", 0)
+            if not _is_rank(index):
+                self.refuse(keys, f"graph_idx: not a whole number (got {got(index)}), expected one")
+            found.append((index, _Lane(item[0], item[1], about, self.line(keys))))
+        return found
+
+    def vertex(self, item: Any, keys: Keys) -> tuple[float, float, str, dict[str, Any]]:
+        """A vertex `[x, y, z, name, {...}]` of a building map, or `[x, y, {name: ..., ...}]` of a navigation graph."""
+        if not isinstance(item, list) or len(item) < _PAIR:
+            self.refuse(keys, f"not a vertex (got {got(item)}), expected [x, y, ...]")
+        x, y = (self.number(one, keys) for one in item[:_PAIR])
+        about = self.about(item[-1] if isinstance(item[-1], dict) else {}, keys)
+        name = next((one for one in item[_PAIR:] if isinstance(one, str)), about.get("name", ""))
+        return x, y, str(name), about
+
+    def scale(self, name: str, nav: bool) -> tuple[float, int]:
+        """Metres of a unit of the drawing, and 1 where y points downwards, -1 where it points upwards."""
+        system = self.data.get("coordinate_system", "reference_image")
+        if nav or system == "cartesian_meters":
+            return 1.0, -1
+        if system != "reference_image":
+            expected = "reference_image or cartesian_meters"
+            self.refuse(("coordinate_system",), f"not known (got {got(system)}), expected {expected}")
+        scales = self.measured(name)
+        if not scales:
+            others = [one for one in self.data["levels"] if one != name]
+            level, scales = next(((one, its) for one in others if (its := self.measured(one))), ("", []))
+            if not scales:
+                text = "no measurements, so nobody knows how long a pixel is, expected one at least"
+                self.refuse(("levels", name), text)
+            self.plant.note("doubtful", "scale", [level], "of another level, as this one has no measurements")
+        mean = sum(scales) / len(scales)
+        apart = [f"{one:.4g} m a pixel" for one in scales if abs(one - mean) > _DIFFER * mean]
+        why = f"a measured distance that differs from the others; their mean counts, {mean:.4g} m a pixel"
+        self.plant.note("doubtful", "scale", apart, why)
+        return mean, 1
+
+    def measured(self, name: str) -> list[float]:
+        """Metres of a pixel, by each distance that is measured on a level."""
+        level, scales = self.data["levels"][name], []
+        vertices = self.items(level, "vertices", ("levels", name))
+        for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
+            keys: Keys = ("levels", name, "measurements", rank)
+            ends = item[:_PAIR] if isinstance(item, list) else []
+            if len(ends) < _PAIR or not all(_is_rank(one) and one < len(vertices) for one in ends):
+                self.refuse(keys, f"not a measurement (got {got(item)}), expected [vertex, vertex, {{distance: ...}}]")
+            about = self.about(item[_PAIR] if len(item) > _PAIR else {}, keys)
+            metres = self.number(about.get("distance"), keys)
+            a, b = (self.vertex(vertices[end], ("levels", name, "vertices", end)) for end in ends)
+            pixels = math.hypot(b[0] - a[0], b[1] - a[1])
+            if not (metres > 0 and pixels > 0):
+                self.refuse(keys, f"not a distance (got {got(metres)}), expected one above 0 between two places")
+            scales.append(metres / pixels)
+        return scales
+
+    # What it becomes
+
+    def place(self, point: str, named: bool, about: dict[str, Any]) -> None:
+        """What robots do at a vertex; where nothing says that, it is called as the vertex is."""
+        plant, line = self.plant, self.plant.points[point].place
+        if robot := about.get("spawn_robot_name"):
+            plant.vehicles.append(Vehicle(str(robot), start=point, place=line))
+        if about.get("is_charger"):
+            plant.locations.append(Location(point, {point: ("charge",)}, line))
+        work = [(str(about[key]), does) for key, does in _WORK.items() if about.get(key)]
+        for name, does in work:
+            plant.locations.append(Location(name, {point: (does,)}, line))
+        if named and not work and not about.get("is_charger") and not about.get("is_parking_spot"):
+            plant.locations.append(Location(point, {point: (point,)}, line))
+
+    def links(self, lanes: Iterable[_Lane], names: dict[int, str]) -> None:
+        for lane in lanes:
+            limit = lane.about.get("speed_limit", 0)
+            if not _is_number(limit):
+                raise ModelError(
+                    [f"{self.path}: {lane.line}: speed_limit: not a number (got {got(limit)}), expected one"]
+                )
+            speed = float(limit) if limit > 0 else math.inf
+            both = bool(lane.about.get("bidirectional") or lane.about.get("is_bidirectional"))
+            ends = names[lane.source], names[lane.target]
+            link = Link(_title(lane, names), *ends, None, speed, speed if both else 0.0, lane.line)
+            self.plant.links.append(link)
+
+    def areas(self, lanes: Iterable[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]) -> None:
+        """Groups of lanes and vertices that one robot uses at a time."""
+        groups: dict[str, list[str]] = {}
+        places: dict[str, str] = {}
+        for group, member, line in (
+            *((lane.about.get("mutex"), _title(lane, names), lane.line) for lane in lanes),
+            *(
+                (about.get("mutex"), names[rank], self.plant.points[names[rank]].place)
+                for rank, about in abouts.items()
+            ),
+        ):
+            if group:
+                groups.setdefault(str(group), []).append(member)
+                places.setdefault(str(group), line)
+        self.plant.areas = [
+            Area(name, tuple(dict.fromkeys(members)), "one-robot", places[name]) for name, members in groups.items()
+        ]
+
+    def losses(
+        self, level: dict[str, Any], lanes: list[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]
+    ) -> None:
+        """What models cannot say."""
+        plant, titles = self.plant, [(_title(lane, names), lane) for lane in lanes]
+        for kind, keys, why in (
+            ("orientation", ("orientation", "orientation_constraint"), "robots may drive in any direction"),
+            ("lift", ("demo_mock_lift_name",), "a lift on a lane, which takes no time here"),
+            ("door", ("door_name",), "a door on a lane, which takes no time here"),
+            ("dock", ("dock_name",), "docking takes no time here"),
+        ):
+            found = [(title, lane) for title, lane in titles if any(lane.about.get(key) for key in keys)]
+            plant.note("left out", kind, [title for title, _ in found], why, [lane.line for _, lane in found])
+        for kind, key, why in (
+            ("lift", "lift_cabin", "a point in a lift, which takes no time here"),
+            ("lift", "lift", "a point in a lift, which takes no time here"),
+            ("dock", "dock_name", "docking takes no time here"),
+        ):
+            points = [plant.points[names[rank]] for rank, about in abouts.items() if about.get(key)]
+            plant.note_parts("left out", kind, points, why)
+        for holder, kind, why in (
+            (self.data, "lift", "models have one floor"),
+            (level, "door", "it takes no time to drive through a door here"),
+        ):
+            plant.note("left out", kind, _names(holder.get(f"{kind}s")), why)
+
+    # Values
+
+    def items(self, level: Any, key: str, keys: Keys) -> list[Any]:
+        """A list of a level; nothing where there is none."""
+        found = level.get(key, []) if isinstance(level, dict) else level
+        if not isinstance(found, list):
+            self.refuse((*keys, key), f"not a list (got {got(found)}), expected {key}")
+        return found
+
+    def about(self, value: Any, keys: Keys) -> dict[str, Any]:
+        """Parameters of a part: in building maps with the code of their type before them."""
+        if not isinstance(value, dict):
+            self.refuse(keys, f"not parameters (got {got(value)}), expected {{name: [type, value]}}")
+        typed = {key: item[1] if isinstance(item, list) and len(item) == _PAIR else item for key, item in value.items()}
+        return {key: item for key, item in typed.items() if not isinstance(item, list | dict)}
+
+    def number(self, value: Any, keys: Keys) -> float:
+        if not _is_number(value):
+            self.refuse(keys, f"not a number (got {got(value)}), expected one")
+        return float(value)
+
+    def line(self, keys: Keys) -> str:
+        return f"line {self.document.places.of(keys).line}"
+
+    def refuse(self, keys: Keys, text: str) -> NoReturn:
+        raise ModelError([f"{self.document.places.line(keys)[1]}: {text}"])
+
+
+def _is_rank(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LIMITS["number"][0]
+
+
+def _title(lane: _Lane, names: dict[int, str]) -> str:
+    return f"{names[lane.source]} - {names[lane.target]}"
+
+
+def _names(parts: Any) -> list[str]:
+    """The names of lifts (by name) or doors (`[vertex, vertex, {name: [1, ...]}]`)."""
+    if isinstance(parts, dict):
+        return list(parts)
+    found = []
+    for one in parts if isinstance(parts, list) else ():
+        about = one[-1] if isinstance(one, list) and one else {}
+        name = about.get("name", "") if isinstance(about, dict) else ""
+        found.append(str(name[-1] if isinstance(name, list) and name else name))
+    return found
