@@ -27,12 +27,13 @@ class Document:
     problems: list[Problem] = field(default_factory=list)
 
 
-def read_yaml(text: str, source: str) -> Document:
+def read_yaml(text: str, source: str, most: int = _MOST) -> Document:
     """Read one YAML document.
 
     Args:
         text: the document.
         source: what messages call it, such as the file's name.
+        most: values that it may hold.
 
     Raises:
         ModelError: where the text is not YAML.
@@ -46,7 +47,7 @@ def read_yaml(text: str, source: str) -> Document:
         _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
     yaml = YAML(typ="safe", pure=True)
     try:
-        return _Reader(source, yaml.constructor).document(yaml.compose(text))
+        return _Reader(source, yaml.constructor, most).document(yaml.compose(text))
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         theirs = " ".join(", ".join(part for part in (error.context, error.problem) if part).split())
@@ -76,9 +77,10 @@ def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:
 class _Reader:
     """Turns the nodes of one document into plain values."""
 
-    def __init__(self, source: str, constructor: Any) -> None:
+    def __init__(self, source: str, constructor: Any, most: int) -> None:
         self.places = Places(source)
         self.constructor = constructor
+        self.most = most
         self.problems: list[Problem] = []
         self.count = 0
         self.around: list[Any] = []
@@ -96,10 +98,10 @@ class _Reader:
     def value(self, node: Any, keys: Keys) -> Any:
         self.places.values[keys] = self.place(node)
         self.count += 1
-        if node in self.around or self.count > _MOST:
+        if node in self.around or self.count > self.most:
             said = "an alias that contains itself, expected a value that ends"
             if node not in self.around:
-                said = f"too many values, expected {_MOST:,} at most, with those of aliases counted at every use"
+                said = f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
             raise ModelError([f"{self.place(node).text}: {said}"])
         if len(keys) > _DEEPEST:
             raise ModelError([f"{self.place(node).text}: {_TOO_DEEP}"])

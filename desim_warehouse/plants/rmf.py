@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EXPECTED = "a map of Open-RMF (YAML with levels)"
 OPTIONS = ("layout", "graph")
-_LARGEST = 2_000_000  # bytes: YAML is slow to read
+_LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
 _DIFFER = 0.05  # of the mean: measured distances that do are doubted
 _PAIR = 2
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
@@ -50,7 +50,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
     if len(content) > _LARGEST:
         raise ModelError([f"{path}: too large, expected {EXPECTED} of at most {_LARGEST:,} bytes"])
     try:
-        document = read_yaml(content.decode("utf-8-sig"), str(path))
+        document = read_yaml(content.decode("utf-8-sig"), str(path), _MOST)
     except UnicodeDecodeError:
         raise ModelError([f"{path}: not UTF-8 text, expected {EXPECTED}"]) from None
     if document.problems:
@@ -87,8 +87,8 @@ class _Map:
                 if not end < len(vertices):
                     text = f"{lane.line}: a lane to vertex {end}, expected one from 0 to {len(vertices) - 1}"
                     raise ModelError([f"{self.path}: {text}"])
-        drawn = [isinstance(one, list) and len(one) > _PAIR and isinstance(one[_PAIR], dict) for one in vertices]
-        nav = any(drawn) or all(isinstance(one, list) and len(one) == _PAIR for one in vertices)
+        thirds = [one[_PAIR] for one in vertices if isinstance(one, list) and len(one) > _PAIR]
+        nav = any(isinstance(one, dict) for one in thirds) or bool(vertices and not thirds)
         kind = "navigation graph" if nav else "building map"
         self.plant.source = f"{self.path.name} (Open-RMF {kind}, level {name})"
         scale, down = self.scale(name, nav)
@@ -270,7 +270,9 @@ class _Map:
 
     def items(self, level: Any, key: str, keys: Keys) -> list[Any]:
         """A list of a level; nothing where there is none."""
-        found = level.get(key, []) if isinstance(level, dict) else level
+        if not isinstance(level, dict):
+            self.refuse(keys, f"not a level (got {got(level)}), expected vertices and lanes")
+        found = level.get(key, [])
         if not isinstance(found, list):
             self.refuse((*keys, key), f"not a list (got {got(found)}), expected {key}")
         return found
