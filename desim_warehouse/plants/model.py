@@ -88,6 +88,9 @@ def imported(
     if not stops.load or not stops.unload:
         text = "no location in reach where robots load or unload, expected one at least"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
+    if plant.transports and not stops.tasks:
+        text = "no transport order in which a load is fetched and then brought, both in reach, expected one at least"
+        raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
     made = _Maker(plant, lanes, stops, robot or {})
     content = made.content(robots)
     if zones := zones_of(plant, content):
@@ -315,5 +318,5 @@ def _above_0(value: float) -> float | int:
 
 def _round(value: float, digits: int = DIGITS) -> float | int:
     """As it is written: no more digits than a drawing means."""
-    rounded = round(value, digits)
+    rounded = round(float(value), digits)
     return int(rounded) if rounded.is_integer() else rounded

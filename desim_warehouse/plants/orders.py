@@ -36,7 +36,7 @@ def read(path: Path, content: bytes, plant: Plant) -> None:
     if root.tag != "transportOrders":
         root.refuse(f"not transport orders, expected {EXPECTED} with the root element transportOrders")
     known = {*plant.points, *(location.name for location in plant.locations)}
-    gone: list[str] = []
+    gone: dict[str, str] = {}
     wanted: list[str] = []
     for rank, order in enumerate(root.all("transportOrder"), 1):
         name = order.attributes.get("name") or f"order {rank}"
@@ -47,11 +47,12 @@ def read(path: Path, content: bytes, plant: Plant) -> None:
         due = max(_DUE[deadline], 0) if deadline else None
         if order.attributes.get("intendedVehicle"):
             wanted.append(name)
-        if any(at not in known for at, _ in stops):
-            gone.append(name)
+        if strange := next((at for at, _ in stops if at not in known), None):
+            gone[name] = strange
         else:
             plant.transports.append(Transport(name, tuple(stops), 0.0, due, f"{path.name}, {order.place}"))
+    if not plant.transports:
+        lost = f"; {next(iter(gone))} is to {got(next(iter(gone.values())))}" if gone else ""
+        root.refuse(f"no order that the plant has all locations of, expected one transportOrder at least{lost}")
     plant.note("left out", "transport order", gone, "to a location that the plant does not have, or that is left out")
     plant.note("left out", "intended vehicle", wanted, "any robot carries out a task")
-    if not plant.transports:
-        root.refuse("no order for this plant, expected a transportOrder with driveOrder elements")
