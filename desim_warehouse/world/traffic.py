@@ -64,8 +64,9 @@ class Traffic:
         self.rules = Rules(
             env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
         )
-        self.nodes = _intersections(layout, self.rules, zones, free)
-        self.lanes = _lanes(layout, self.rules, self.nodes, closed(zones), node_times or {})
+        lengths = {(a, b): exact_length(length, contact) for a, b, length in layout.graph.edges(data="length")}
+        self.nodes = _intersections(layout, self.rules, lengths, zones, free)
+        self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {})
         if mark_directions(zones, self.lanes):
             assert guard is not None
             guard.has_zones = True
@@ -108,15 +109,18 @@ class Traffic:
 
 
 def _intersections(
-    layout: Layout, rules: Rules, zones: Sequence[TrafficZone], free: Collection[str]
+    layout: Layout,
+    rules: Rules,
+    lengths: Mapping[Edge, float],
+    zones: Sequence[TrafficZone],
+    free: Collection[str],
 ) -> dict[str, Intersection]:
     """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one.
 
     One with a free node among its nodes is free as a whole.
     """
     nodes = {name: Intersection(rules, name) for name in layout.graph}
-    edges = layout.graph.edges(data="length")
-    together = [(a, b) for a, b, length in edges if exact_length(length, rules.headway) < rules.headway]
+    together = [edge for edge, length in lengths.items() if length < rules.headway]
     together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
     for source, target in together:
         one, other = nodes[source], nodes[target]
@@ -137,6 +141,7 @@ def _lanes(
     layout: Layout,
     rules: Rules,
     nodes: dict[str, Intersection],
+    lengths: Mapping[Edge, float],
     inside: Container[Edge],
     node_times: Mapping[str, float],
 ) -> dict[Edge, Lane]:
@@ -148,7 +153,7 @@ def _lanes(
         lane = Lane(
             rules,
             edge,
-            length=exact_length(data["length"], rules.headway),
+            length=lengths[edge],
             limit=data["speed"],
             heading=headings[edge],
             tail=points[source],
