@@ -18,13 +18,14 @@ from statistics import median
 HERE = Path(__file__).parents[1]
 PAIRS = 20
 ROWS = """
-from benchmarks.traffic import cells, core, whole
+from benchmarks import traffic
+from benchmarks.traffic import cells, core
 cells()
 core("10 robots on 6 x 4, uncontended", 6, 4, 10, 30_000)
 core("1,000 robots on 40 x 40, moderate density", 40, 40, 1000, 1_500, spread=True)
 for robots in (40, 80, 120):
     core(f"{robots} robots on 6 x 4, contention", 6, 4, robots, 8_000)
-whole()
+getattr(traffic, "medium", traffic.whole)()  # version 0.1.0 has only the medium model
 """
 CELLS = re.compile(r"^(.+?) {2,}([\d.]+) ms \(([\d,]+) timeouts/s\)", re.MULTILINE)
 RATIO = re.compile(r"^(.+?) {2,}.* ratio ([\d.]+) ", re.MULTILINE)
