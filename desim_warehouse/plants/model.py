@@ -150,7 +150,7 @@ class _Maker:
         """All sections."""
         layout, fleet = self.layout(), self.fleet(robots)
         layout["bays"] = self.bays(fleet["size"])
-        layout["stations"] = self.stations()
+        layout["stations"] = self.stations(fleet["size"])
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
         self.plant.assume("policies", "nearest robot, shortest route, nearest free parking")
@@ -185,8 +185,9 @@ class _Maker:
 
     def storage(self) -> list[Content]:
         """A storage place at every point where robots load."""
-        for rank, names in enumerate(self.stops.load.values()):
-            self.named["layout", "storage", rank] = " + ".join(names)
+        for rank, (point, names) in enumerate(self.stops.load.items()):
+            if names != [point]:
+                self.named["layout", "storage", rank] = " + ".join(names)
         return [{"node": point} for point in self.stops.load]
 
     def bays(self, robots: int) -> Content:
@@ -208,12 +209,19 @@ class _Maker:
                 )
         return bays
 
-    def stations(self) -> Content:
-        """A station beside every point where robots unload, by the names of its locations."""
+    def stations(self, robots: int) -> Content:
+        """A station beside every point where robots unload, by the names of its locations.
+
+        A robot takes a task only if its station has a slot for it, so slots for one vehicle each would keep a larger
+        fleet in its bays, whatever the lanes can carry.
+        """
         stations: Content = {}
+        places = -(-robots // len(self.stops.unload))
+        if places > 1:
+            self.plant.assume("layout.stations", f"room beside them for all {robots} robots; one vehicle as drawn")
         for point, names in self.stops.unload.items():
             name = unique(" + ".join(names) or point, stations)
-            stations[name] = {"at": [point], "places": 1}
+            stations[name] = {"at": [point], "places": places}
         return stations
 
     # Everything else
