@@ -123,6 +123,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
     lost: list[Transport] = []
     idle: list[Transport] = []
     several: list[Transport] = []
+    skipped: list[str] = []
     for order in plant.transports:
         tasks: list[Task] = []
         load = None
@@ -131,11 +132,13 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
             role = roles[operation]
             if point is None:
                 lost.append(order)
-            elif role == "load":
+            elif role == "load" and load is None:
                 load = point
             elif role == "unload" and load is not None:
                 tasks.append(Task(load, point, order.release, order.due))
                 load = None
+            else:
+                skipped.append(f"{operation} at {name}")
         found.tasks += tasks
         if not tasks:
             idle.append(order)
@@ -144,6 +147,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
     for task in found.tasks:
         found.load.setdefault(task.source, [])
         found.unload.setdefault(task.target, [])
+    plant.note("left out", "stop of an order", skipped, "neither loads a robot that is empty nor unloads it")
     plant.note_parts("left out", "transport order", lost, "in part: robots cannot get to one of its stops and back")
     plant.note_parts("left out", "transport order", idle, "nothing is loaded in it and then unloaded; map operations")
     plant.note_parts("changed", "transport order", several, "a task for every load, in any order and by any robot")

@@ -64,6 +64,7 @@ def test_what_an_order_says_and_a_task_cannot_is_said(orders):
         ("transport order", ("order 3",), ("orders.xml, line 14",)),  # out of reach
         ("transport order", ("order 3", "order 4"), ("orders.xml, line 14", "orders.xml, line 18")),  # nothing to do
         ("transport order", ("order 5",), ()),  # no such location
+        ("stop of an order", ("Weigh at scales", "Unload cargo at table 1", "CHARGE at charger 1"), ()),
     }
     assert ("intended vehicle", ("order 1",)) in {(remark.kind, remark.names) for remark in made.remarks}
     assert "tasks.goods" not in {remark.kind for remark in made.remarks}
