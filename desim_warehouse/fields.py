@@ -25,6 +25,7 @@ LIMITS: dict[str, tuple[int, str]] = {
     "number": (10**12, "any number"),
     "robots": (10_000, "robots, and places or chargers at a node"),
     "nodes": (100_000, "nodes of a layout"),
+    "edges": (400_000, "edges of a layout"),
     "places": (1_000_000, "storage places"),
     "tasks": (1_000_000, "tasks: listed, random, or arriving in run.length on average"),
     "open": (100_000, "tasks open at once (saturated)"),
@@ -32,6 +33,7 @@ LIMITS: dict[str, tuple[int, str]] = {
     "stops": (1000, "stops of one task"),
     "hourly": (100_000, "tasks arriving per hour (poisson)"),
     "bytes": (10_000_000, "bytes of a model, study or CSV file"),
+    "json": (100_000_000, "bytes of a layout file (JSON)"),
     "values": (1_000_000, "values in a file, aliases counted at every use"),
     "deep": (30, "lists and sections inside one another"),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
@@ -54,14 +54,19 @@ def write_model(path: str, text: str, *, force: bool) -> None:
 
     Raises ModelError where there is one, or none can be written.
     """
-    try:
-        with Path(path).open("w" if force else "x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        problem = f"{path}: the file exists; choose another name, or overwrite it with --force"
-        raise ModelError([problem]) from None
-    except (OSError, ValueError) as error:
-        raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
+    write_files({Path(path): text}, force=force)
+
+
+def write_files(files: Mapping[Path, str], *, force: bool) -> None:
+    """Write a model file and what belongs to it, as `write_model`; none where one of them is there already."""
+    for path in files if not force else ():
+        if path.exists():
+            raise ModelError([f"{path}: the file exists; choose another name, or overwrite it with --force"])
+    for path, text in files.items():
+        try:
+            path.write_text(text, encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
 
 
 def load_model(path: str, assignments: tuple[str, ...]) -> Model:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_model, write_model
+from desim_warehouse.cli.options import load_model, write_files
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
@@ -28,12 +28,11 @@ def command(model: str, out: str, runs: int, *, force: bool) -> None:
     Parallel aisles alternate at first; then aisles and lanes are turned as long as that shortens the mean trip between
     goods and stations. Says how much longer trips are, and by paired runs which of the two floors does better.
     """
-    from desim_warehouse.model.oriented import orientation, oriented_text
+    from desim_warehouse.model.oriented import orientation, oriented_files
 
     base = load_model(model, ())
     found = orientation(base)
-    text = oriented_text(Path(model), base, found)
-    write_model(out, text, force=force)
+    write_files(oriented_files(Path(model), base, found, Path(out)), force=force)
     click.echo("\n".join(_said(found)))
     if runs:
         click.echo(_compared(base, load_model(out, ()), runs))

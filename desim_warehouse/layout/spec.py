@@ -363,6 +363,11 @@ class StationSpec(PlacesSpec):
 class LayoutSpec(Part):
     """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
 
+    file: Name | None = Field(
+        None,
+        description="JSON file with keys of this section, relative to the model file: for large layouts",
+        json_schema_extra=LATER,
+    )
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")
     edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
@@ -403,10 +408,8 @@ class LayoutSpec(Part):
     def _not_beside_blocks(cls, value: Any, info: ValidationInfo) -> Any:
         if known(info).blocks and value:
             raise wrong(f"blocks make their own {info.field_name}, expected either blocks, or nodes, edges and storage")
-        at_most(
-            "places" if info.field_name == "storage" else "nodes",
-            len(value) if isinstance(value, list | Mapping) else 0,
-        )
+        limit = "places" if info.field_name == "storage" else str(info.field_name)
+        at_most(limit, len(value) if isinstance(value, list | Mapping) else 0)
         if info.field_name == "nodes" and isinstance(value, Mapping) and value:
             known(info).nodes = value
         return value

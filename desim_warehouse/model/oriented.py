@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections import ChainMap
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -11,6 +12,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.model import layout_file
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.read import load
 
@@ -58,18 +60,27 @@ def orient(model: Model) -> Model:
     return load(content)
 
 
-def oriented_text(path: Path, model: Model, found: Orientation) -> str:
-    """A model file with its lanes oriented: comments, order and everything else stay as they are."""
+def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> dict[Path, str]:
+    """A model file with its lanes oriented, to be written to `out`: comments, order and all else stay as they are.
+
+    A layout file that it names is another one then, beside `out`: the last of the files.
+    """
     from ruamel.yaml import YAML
 
     yaml = YAML()
     yaml.indent(sequence=4, offset=2)
     yaml.width = 4096  # an edge is one line
     content = yaml.load(path.read_text(encoding="utf-8-sig"))
-    _turn(content["layout"], build(model.layout), found.kept)
+    section = content["layout"]
+    beside = layout_file.read(path.parent / section["file"]) if "file" in section else {}
+    _turn(ChainMap(section, beside), build(model.layout), found.kept)
+    files: dict[Path, str] = {}
+    if beside:
+        files[layout_file.beside(out)] = layout_file.text(beside)
+        section["file"] = layout_file.beside(out).name
     text = io.StringIO()
     yaml.dump(content, text)
-    return text.getvalue()
+    return {out: text.getvalue(), **files}
 
 
 def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge]) -> None:

@@ -19,7 +19,7 @@ from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.schema import OUTLINE, Model
-from desim_warehouse.model.tables import resolve
+from desim_warehouse.model.tables import LAYOUT, resolve
 from desim_warehouse.policies import catalogue
 
 
@@ -127,6 +127,7 @@ def _made(document: Document, overrides: Mapping[str, Any], folder: Path, named:
         model = Model.model_validate(data)
     except ValidationError as error:
         missing = {problem.keys[:2] for problem in unread}  # what a table lacks says nothing about the model
+        missing |= {("layout",)} if LAYOUT in missing else set()
         problems += [problem for problem in from_pydantic(error, OUTLINE) if problem.keys[:2] not in missing]
     else:
         if not problems:

@@ -1,4 +1,4 @@
-"""CSV files that a model file names: storage places, their weights, measured times, from-to matrices."""
+"""Files that a model file names: layouts in JSON; in CSV storage places, their weights, times, from-to matrices."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import nearest, reason, spoken
+from desim_warehouse.errors import ModelError, nearest, reason, spoken
 from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.layout.spec import StorageFile
+from desim_warehouse.model import layout_file
 from desim_warehouse.model.distributions import ObservedFile
 from desim_warehouse.model.flows import MatrixFile
 from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
@@ -39,7 +40,7 @@ def resolve(data: dict[str, Any], folder: Path, places: Places) -> list[Problem]
     Returns:
         What is wrong with the tables.
     """
-    problems: list[Problem] = []
+    problems = _layout(data.get("layout"), folder, places)
     for section, keys, read in _named(data):
         try:
             section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, places)
@@ -47,6 +48,29 @@ def resolve(data: dict[str, Any], folder: Path, places: Places) -> list[Problem]
             problems += refused.problems
             del section[str(keys[-1])]
     return problems
+
+
+LAYOUT: Keys = ("layout", "file")
+
+
+def _layout(section: Any, folder: Path, places: Places) -> list[Problem]:
+    """Put the keys of a layout file into the section that names it."""
+    if not isinstance(section, dict) or not isinstance(section.get("file"), str):
+        return []
+    path = folder / section.pop("file")
+    try:
+        there = layout_file.read(path)
+    except ModelError as error:
+        return [Problem(LAYOUT, problem) for problem in error.problems]
+    here = Place(next(places.ranks), 0, 0, str(path))
+    for key, value in there.items():
+        if key == "file":
+            return [Problem(LAYOUT, f"'{path}' names a file itself, expected {layout_file.EXPECTED}")]
+        if key in section:
+            return [Problem(LAYOUT, f"'{path}' has {key}, which stands beside it, too, expected it in one of the two")]
+        section[key] = value
+        places.keys["layout", key] = places.values["layout", key] = here
+    return []
 
 
 def _named(data: dict[str, Any]) -> list[tuple[dict[str, Any], Keys, Reader]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 import pytest
@@ -93,3 +94,18 @@ def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file: Path) -> N
     file.write_text(FLOOR.replace("    - {from: E, to: dock, two_way: true}", "    - [E, dock]"), encoding="utf-8")
     assert "node dock cannot be reached or left" in refused("orient", str(file), "-o", str(out))
     assert not out.exists()
+
+
+def test_a_layout_file_is_oriented_into_one_beside_the_new_model(file: Path) -> None:
+    content = dw.load(file).content()
+    layout = content.pop("layout")
+    bays, stations = layout.pop("bays"), layout.pop("stations")
+    file.with_name("floor.json").write_text(json.dumps(layout), encoding="utf-8")
+    split = {**content, "layout": {"file": "floor.json", "bays": bays, "stations": stations}}
+    file.with_name("split.yaml").write_text(json.dumps(split), encoding="utf-8")
+    before = file.with_name("floor.json").read_bytes()
+    for name in ("two-way", "split"):
+        told("orient", str(file.with_name(f"{name}.yaml")), "-o", str(file.with_name(f"{name} 1.yaml")), "--runs", "0")
+    assert dw.load(file.with_name("split 1.yaml")) == dw.load(file.with_name("two-way 1.yaml"))
+    assert file.with_name("split 1.layout.json").exists()
+    assert file.with_name("floor.json").read_bytes() == before

@@ -1,5 +1,7 @@
 """Weights and storage places from CSV files beside the model file."""
 
+import json
+
 import pytest
 
 from desim_warehouse.errors import ModelError
@@ -85,3 +87,76 @@ def test_rows_of_a_table_are_on_edges_or_at_nodes(folder):
         {"edge": ["dock", "gate"], "offset": 2.5, "popularity": 1},
         {"node": "rack", "popularity": 1},
     ]
+
+
+# The layout in a file of its own
+
+BESIDE = """
+layout: {file: floor.json, bays: {home: {at: [dock]}}}
+fleet: {size: 1, robot: {radius: 0.3, speed: 1}}
+tasks: {goods: {random: 5}, unload_at: [gate], load_time: 5, unload_time: 10}
+"""
+FLOOR = {
+    "nodes": {"dock": [0, 0], "gate": [10, 0], "rack": [10, 5]},
+    "edges": [["dock", "gate"], {"from": "gate", "to": "rack"}, ["rack", "dock"]],
+    "storage": [{"node": "rack"}],
+}
+
+
+@pytest.fixture
+def beside(tmp_path):
+    (tmp_path / "model.yaml").write_text(BESIDE, encoding="utf-8")
+    (tmp_path / "floor.json").write_text(json.dumps(FLOOR), encoding="utf-8")
+    return tmp_path
+
+
+def test_a_layout_in_a_file_of_its_own_is_the_same_layout(beside):
+    model = load(beside / "model.yaml")
+    content = model.content()
+    assert content["layout"].keys() == load(MODEL_INLINE).content()["layout"].keys()
+    assert model.digest() == load(MODEL_INLINE).digest()
+    (beside / "floor.json").unlink()
+    assert load(content) == model
+
+
+MODEL_INLINE = {
+    "layout": {**FLOOR, "bays": {"home": {"at": ["dock"]}}},
+    "fleet": {"size": 1, "robot": {"radius": 0.3, "speed": 1}},
+    "tasks": {"goods": {"random": 5}, "unload_at": ["gate"], "load_time": 5, "unload_time": 10},
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"nodes": {"dock": [0, 0]', ":1:26: not JSON (expecting ',' delimiter)"),
+        ("[1]", "floor.json: not a section (got [1]), expected a JSON file with keys of the layout section"),
+        ('{"nodes": {"dock": [0, 0], "dock": [1, 1]}}', "the key 'dock' stands twice in one section"),
+        ('{"nodes": {"dock": [0, NaN]}}', "NaN, which is no number"),
+        ("[" * 100_000, "too many lists or sections inside one another"),
+        (
+            '{"bays": {"away": {"at": ["dock"]}}}',
+            "has bays, which stands beside it, too, expected it in one of the two",
+        ),
+        ('{"file": "floor.json"}', "floor.json' names a file itself"),
+        (json.dumps({**FLOOR, "edges": [["dock", "gat"]]}), "floor.json: layout.edges.0.to: no such node (got 'gat')"),
+        (json.dumps({**FLOOR, "node": {}}), "floor.json: layout.node: unknown key, did you mean 'layout.nodes'?"),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_a_wrong_layout_file_gives_one_message(beside, text, said):
+    (beside / "floor.json").write_text(text, encoding="utf-8")
+    with pytest.raises(ModelError) as refused:
+        load(beside / "model.yaml")
+    (line,) = refused.value.problems
+    assert said in line
+    assert "floor.json" in line
+
+
+def test_a_missing_layout_file_is_named(beside):
+    (beside / "floor.json").unlink()
+    with pytest.raises(ModelError) as refused:
+        load(beside / "model.yaml")
+    (line,) = refused.value.problems
+    assert "model.yaml:2:16: layout.file: cannot be read (got '" in line
+    assert "No such file" in line
