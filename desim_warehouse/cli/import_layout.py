@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import write_model
+from desim_warehouse.cli.options import write_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -39,6 +40,9 @@ _NAMES = 12  # in a row of the table
 @click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
 @click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")
 @click.option("--two-way", is_flag=True, default=None, help="LIF: every edge leads both ways.")
+@click.option(
+    "--cell", type=click.FloatRange(0.01, 1000), metavar="METRES", help="Grids: side of a cell.  [default: 1]"
+)
 @click.option("--strict", is_flag=True, default=None, help="LIF: refuse what is not as the format says.")
 def command(
     file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any
@@ -52,11 +56,13 @@ def command(
 
     given = {option: value for option, value in others.items() if value is not None}
     made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **given)
-    model, text = made.model, made.text()
+    model = made.model
+    if out is None and made.orders:
+        raise click.UsageError("the tasks of this file are written beside the model; name one with -o")
     if out is None:
-        click.echo(text, nl=False)
+        click.echo(made.text(), nl=False)
     else:
-        write_model(out, text, force=force)
+        write_files(made.files(Path(out)), force=force)
         layout = model.layout
         counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
         parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]

@@ -7,7 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.plants import lif, opentcs, orders, rmf
+from desim_warehouse.plants import (
+    grid_ggo,
+    grid_kiva,
+    grid_lorr,
+    grid_movingai,
+    grid_rhcr,
+    lif,
+    opentcs,
+    orders,
+    rmf,
+)
 from desim_warehouse.plants.file import content_of
 
 if TYPE_CHECKING:
@@ -38,12 +48,21 @@ class Format:
 
 FORMATS = (
     Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", opentcs.looks, opentcs.read),
+    Format("a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
+    Format("a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
+    Format("a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
+    Format("a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
+    Format("a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
     Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS),
     Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS),
 )
 
 
-TASK_FILES = (Format("transport orders of openTCS (XML)", orders.looks, orders.read),)
+TASK_FILES = (
+    Format("transport orders of openTCS (XML)", orders.looks, orders.read),
+    Format("tasks of the League of Robot Runners", grid_lorr.looks_like_tasks, grid_lorr.read_tasks),
+    Format("tasks of MAPD", grid_kiva.looks_like_tasks, grid_kiva.read_tasks),
+)
 """What lists the tasks of a plant: `read` gets the plant, too, and adds them to it."""
 
 

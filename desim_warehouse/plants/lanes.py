@@ -16,7 +16,7 @@ ALIKE = 0.05
 
 @dataclass(slots=True)
 class DrawnLane:
-    """A lane from source to target; `side_by_side`: there is another, of its own, back."""
+    """A lane from source to target; `side_by_side`: there is another, of its own, back; `against`: as of links."""
 
     source: str
     target: str
@@ -24,6 +24,7 @@ class DrawnLane:
     speed: float
     two_way: bool = False
     side_by_side: bool = False
+    against: float = 1.0
 
 
 @dataclass(slots=True)
@@ -84,6 +85,8 @@ def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[Draw
             apart.append(there.link)
         elif (b, a) not in done:
             lanes.append(DrawnLane(a, b, there.length, min(there.speed, back.speed), two_way=True))
+            if there.link is back.link:
+                lanes[-1].against = there.link.against
             if there.speed != back.speed:
                 slower.append(there.link)
     why = "faster in one direction; a two-way lane has one speed limit, the lower one"

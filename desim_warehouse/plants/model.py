@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model, load
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
+from desim_warehouse.plants.files import apart, are_orders, kept, orders_beside, orders_text
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
-from desim_warehouse.plants.plant import Plant, Remark, Vehicle, unique
+from desim_warehouse.plants.plant import unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
 from desim_warehouse.plants.zones import zones_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from desim_warehouse.plants.plant import Plant, Remark, Vehicle
 
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
@@ -39,11 +43,13 @@ class Imported:
         plant: what the file holds.
         content: the model as a file has it.
         comments: words beside its keys: what is assumed, and what storage places are called.
+        orders: the file of its tasks (CSV), where they do not stand in the model itself.
     """
 
     plant: Plant
     content: Content
     comments: Mapping[Keys, str]
+    orders: str = ""
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -52,15 +58,31 @@ class Imported:
 
     @cached_property
     def model(self) -> Model:
-        """The model, checked as a file is."""
-        return load(self.content)
+        """The model, checked as a file is; its orders, if it has a file of them, are kept while the process lives."""
+        return load(self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content)
 
     def text(self) -> str:
         """The model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
+        return self._text(self.content)
+
+    def files(self, path: Path) -> dict[Path, str]:
+        """The model as files, the first of them to be written to `path`; large parts of it stand beside it."""
+        orders = orders_beside(path)
+        content, files = apart(self.with_orders(Path(orders.name)), path)
+        return {path: self._text(content), **files, **({orders: self.orders} if self.orders else {})}
+
+    def with_orders(self, path: Path) -> Content:
+        """The content, with its orders, if it has some, read from this file."""
+        if not self.orders:
+            return self.content
+        flows = {"orders": {"from": "storage", "to": "storage", "arrivals": {"orders": {"file": str(path)}}}}
+        return {**self.content, "tasks": {"flows": flows, **self.content["tasks"]}}
+
+    def _text(self, content: Content) -> str:
         head = [f"Made from {self.plant.source}."]
         head += [str(remark) for remark in self.remarks if remark.what != "assumed"]
         head.append("What the drawing does not say is marked 'assumed': look at it first.")
-        return written(self.content, self.comments, head)
+        return written(content, self.comments, head)
 
 
 def imported(
@@ -98,7 +120,8 @@ def imported(
     content["description"] = _summary(plant)
     assumed = [remark for remark in plant.remarks if remark.what == "assumed"]
     comments: dict[Keys, str] = {tuple(remark.kind.split(".")): f"assumed: {remark.why}" for remark in assumed}
-    return Imported(plant, content, {**comments, **made.named})
+    orders = orders_text(stops.tasks) if are_orders(stops.tasks) else ""
+    return Imported(plant, content, {**comments, **made.named}, orders)
 
 
 def _summary(plant: Plant) -> str:
@@ -181,12 +204,15 @@ class _Maker:
         if lane.speed < float("inf"):
             edge["speed"] = _above_0(lane.speed)
         edge.update({key: True for key in ("two_way", "side_by_side") if getattr(lane, key)})
+        if lane.against != 1:
+            edge["against"] = _round(lane.against)
         return edge
 
     def storage(self) -> list[Content]:
         """A storage place at every point where robots load."""
+        common = Counter(name for names in self.stops.load.values() for name in names)
         for rank, (point, names) in enumerate(self.stops.load.items()):
-            if names != [point]:
+            if names != [point] and any(common[name] == 1 for name in names):  # what is said of all says nothing
                 self.named["layout", "storage", rank] = " + ".join(names)
         return [{"node": point} for point in self.stops.load]
 
@@ -210,24 +236,27 @@ class _Maker:
         return bays
 
     def stations(self, robots: int) -> Content:
-        """A station beside every point where robots unload, by the names of its locations.
+        """A station beside the points where robots unload: one for those of the same locations, which name it.
 
         A robot takes a task only if its station has a slot for it, so slots for one vehicle each would keep a larger
         fleet in its bays, whatever the lanes can carry.
         """
-        stations: Content = {}
         places = -(-robots // len(self.stops.unload))
         if places > 1:
             self.plant.assume("layout.stations", f"room beside them for all {robots} robots; one vehicle as drawn")
+        groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
-            name = unique(" + ".join(names) or point, stations)
-            stations[name] = {"at": [point], "places": places}
+            groups.setdefault(tuple(names) if any(names) else ("", point), []).append(point)
+        stations: Content = {}
+        for locations, points in groups.items():
+            name = " + ".join(filter(None, locations)) or points[0]
+            stations[unique(name, stations)] = {"at": points, "places": places}
         return stations
 
     # Everything else
 
     def fleet(self, robots: int | None) -> Content:
-        vehicles = self.plant.vehicles or [Vehicle("robot")]
+        vehicles = self.plant.vehicles or [self.plant.usual]
         shapes: dict[tuple[float, float], list[str]] = {}
         for one in vehicles:
             shapes.setdefault((one.length or _SIZE, one.speed or _SPEED), []).append(one.name)
@@ -273,23 +302,28 @@ class _Maker:
             why = "always as many tasks open as there are robots: what the plant can do at most"
             self.plant.assume("tasks.goods", why)
             self.plant.assume("tasks.station_choice", "any station, drawn for every task")
-        for key in ("tasks.load_time", "tasks.unload_time"):
-            self.plant.assume(key, f"{_HANDLING:g} s")
+        handling = self.plant.handling
+        if handling is None:
+            handling = _HANDLING
+            for key in ("tasks.load_time", "tasks.unload_time"):
+                self.plant.assume(key, f"{_HANDLING:g} s")
+        times = {"load_time": handling, "unload_time": handling}
+        if are_orders(self.stops.tasks):
+            return times
         return {
             "goods": self.goods(stations) or {"saturated": robots},
             "unload_at": [name if name not in self.plant.points else item["at"][0] for name, item in stations.items()],
             "station_choice": "random",
-            "load_time": _HANDLING,
-            "unload_time": _HANDLING,
+            **times,
         }
 
     def goods(self, stations: Content) -> list[Content]:
         """The transports that the plant lists, as tasks."""
         storage = {point: rank for rank, point in enumerate(self.stops.load)}
-        named = {station["at"][0]: name for name, station in stations.items()}
+        named = {item["at"][0]: name for name, item in stations.items() if len(item["at"]) == 1}
         tasks = []
         for one in self.stops.tasks:
-            name = named[one.target]
+            name = named.get(one.target, one.target)
             task: Content = {"good": storage[one.source], "to": name if name not in self.plant.points else one.target}
             task.update({"release": _round(one.release)} if one.release else {})
             task.update({"due": _round(one.due)} if one.due is not None else {})

@@ -31,7 +31,8 @@ class Link:
     """A way between two points.
 
     `speed` and `speed_back` are the limits there and back: 0 where robots may not drive in that direction, inf where
-    there is no limit. `length` is None where the drawing does not say: the straight distance.
+    there is no limit. `length` is None where the drawing does not say: the straight distance. Driven back, it counts
+    `against` times as long where routes are chosen.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Link:
     speed: float = math.inf
     speed_back: float = 0.0
     place: str = ""
+    against: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,12 @@ class Plant:
     areas: list[Area] = field(default_factory=list)
     transports: list[Transport] = field(default_factory=list)
     """The work, where the file or one beside it lists it."""
+    numbered: dict[int, str] = field(default_factory=dict)
+    """Points by the numbers that files with tasks call them by."""
+    handling: float | None = None
+    """Seconds that loading and unloading take, where that is known."""
+    usual: Vehicle = Vehicle("robot")
+    """What robots are like where none is drawn."""
     remarks: list[Remark] = field(default_factory=list)
 
     def note(self, what: What, kind: str, names: Iterable[str], why: str, places: Iterable[str] = ()) -> None:

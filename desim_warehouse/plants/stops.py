@@ -25,15 +25,19 @@ _GUESSES: tuple[tuple[Role, str], ...] = (
     ("park", r"\bpark"),
 )
 NONE = "none"
+VISIT = "visit"
+"""The operation of a stop on the way, where a robot does nothing but come by."""
 
 
 class Task(NamedTuple):
-    """A load to be brought from one point to another."""
+    """A load to be brought from one point to another, past others in this order."""
 
     source: str
     target: str
     release: float
     due: float | None
+    via: tuple[str, ...] = ()
+    name: str = ""
 
 
 @dataclass
@@ -126,16 +130,18 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
     skipped: list[str] = []
     for order in plant.transports:
         tasks: list[Task] = []
-        load = None
+        load, via = None, list[str]()
         for name, operation in order.stops:
             point = name if name in reachable else next(iter(at.get(name, ())), None)
             role = roles[operation]
             if point is None:
                 lost.append(order)
             elif role == "load" and load is None:
-                load = point
+                load, via = point, []
+            elif operation == VISIT and load is not None:
+                via.append(point)
             elif role == "unload" and load is not None:
-                tasks.append(Task(load, point, order.release, order.due))
+                tasks.append(Task(load, point, order.release, order.due, tuple(via), order.name))
                 load = None
             else:
                 skipped.append(f"{operation} at {name}")
@@ -145,8 +151,8 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
         elif len(tasks) > 1:
             several.append(order)
     for task in found.tasks:
-        found.load.setdefault(task.source, [])
-        found.unload.setdefault(task.target, [])
+        found.load.setdefault(task.source, ["begin of tasks"])
+        found.unload.setdefault(task.target, ["end of tasks"])
     plant.note("left out", "stop of an order", skipped, "neither loads a robot that is empty nor unloads it")
     plant.note_parts("left out", "transport order", lost, "in part: robots cannot get to one of its stops and back")
     plant.note_parts("left out", "transport order", idle, "nothing is loaded in it and then unloaded; map operations")
@@ -160,10 +166,12 @@ def _fall_back(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: 
     """
     work = {**found.other, **found.unload, **found.load}
     drawn = [allowed for location in plant.locations for allowed in location.operations.values()]
-    if all(allowed and {roles[name] for name in allowed} <= {"charge", "park"} for allowed in drawn):
+    if not (found.load or found.unload) and all(
+        allowed and {roles[name] for name in allowed} <= {"charge", "park"} for allowed in drawn
+    ):
         names = list(found.park) or [name for name in plant.points if name in reachable]
         where = "where robots park" if found.park else "at every point"
-        found.load = found.unload = {name: [] for name in names}
+        found.load = found.unload = {name: ["anywhere"] for name in names}
         why = f"the drawing has no places of work, so robots load and unload {where}"
         plant.assume("layout.storage", why)
         plant.assume("tasks.unload_at", why)

@@ -175,7 +175,10 @@ def test_a_mapping_that_does_not_fit_is_refused(operations, said):
 def test_where_only_parking_is_drawn_robots_work_there(tmp_path):
     only = (('name="Load cargo"', 'name="CHARGE"'), ("Unload cargo", "CHARGE"), ("Weigh", "CHARGE"))
     made = import_layout(yard(tmp_path, *only))
-    assert {place.node for place in made.model.layout.storage} == set(made.model.layout.stations) == {"plug", "100"}
+    assert {place.node for place in made.model.layout.storage} == {"plug", "100"}
+    assert {name: set(station.at) for name, station in made.model.layout.stations.items()} == {
+        "anywhere": {"plug", "100"}
+    }
     assert {"layout.storage", "tasks.unload_at"} <= {remark.kind for remark in made.remarks if remark.what == "assumed"}
     plain = yard(tmp_path, ("PARK_POSITION", "HALT_POSITION"))
     text = plain.read_text()

@@ -1,0 +1,199 @@
+"""Grids of cells, as planners of many robots have them: cells are points, free neighbours are joined by two-way lanes.
+
+A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. Every reader of a grid format fills in
+a `Grid`; `plant_of` makes a plant of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
+
+from desim_warehouse.errors import ModelError, got, spoken
+from desim_warehouse.fields import LIMITS
+from desim_warehouse.plants.plant import Link, Location, Plant, Vehicle, Waypoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+_ANY = float("inf")
+
+
+class Kind(NamedTuple):
+    """What a letter of a grid stands for: what robots do in such cells; they cannot enter those that are not `free`."""
+
+    name: str
+    operations: tuple[str, ...] = ()
+    parking: bool = False
+    free: bool = True
+
+
+BLOCKED = Kind("blocked", free=False)
+AISLE = Kind("aisle")
+Cell = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Rows of letters, all of one length, and what the letters stand for."""
+
+    rows: Sequence[str]
+    kinds: Mapping[str, Kind]
+
+    def kind(self, cell: Cell) -> Kind:
+        """What stands in a cell; outside of the grid nothing can be entered."""
+        row, column = cell
+        if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
+            return BLOCKED
+        return self.kinds[self.rows[row][column]]
+
+    def free(self) -> Iterator[Cell]:
+        """The cells that robots can enter, row by row."""
+        for row, letters in enumerate(self.rows):
+            for column, letter in enumerate(letters):
+                if self.kinds[letter].free:
+                    yield row, column
+
+    def number(self, cell: Cell) -> int:
+        """A cell as planners count them: row by row, blocked ones too."""
+        return cell[0] * len(self.rows[0]) + cell[1]
+
+
+def point(cell: Cell) -> str:
+    """The name of a cell's point."""
+    return f"r{cell[0]}c{cell[1]}"
+
+
+def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[tuple[Cell, Cell], float]) -> Plant:
+    """A plant with a point in the middle of every free cell, and a lane between neighbours.
+
+    Args:
+        name: what to call it.
+        source: the file and its format.
+        grid: the cells.
+        side: of a cell, in metres.
+        weights: how far it counts from a cell to a neighbour where routes are chosen; empty: all alike. Of the two
+            directions of a lane only their ratio is kept.
+    """
+    plant = Plant(name, source)
+    places: dict[str, Location] = {}
+    for cell in grid.free():
+        kind, here = grid.kind(cell), point(cell)
+        plant.points[here] = Waypoint(here, cell[1] * side, cell[0] * side, kind.parking)
+        if kind.operations:
+            places.setdefault(kind.name, Location(kind.name, {})).operations[here] = kind.operations
+        for other in ((cell[0], cell[1] + 1), (cell[0] + 1, cell[1])):
+            if grid.kind(other).free:
+                plant.links.append(_lane(cell, other, weights))
+    plant.locations = list(places.values())
+    fit(plant, side)
+    return plant
+
+
+def fit(plant: Plant, side: float) -> None:
+    """Robots that are not drawn fill a cell and drive one a second."""
+    plant.usual = Vehicle("robot", side, side)
+    plant.assume("fleet.robot.radius", f"as large as fits a cell of {side:g} m")
+    plant.assume("fleet.robot.speed", "a cell a second")
+
+
+def _lane(one: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) -> Link:
+    there, back = weights.get((one, other), 1.0), weights.get((other, one), 1.0)
+    if there > back:
+        one, other, there, back = other, one, back, there
+    names = point(one), point(other)
+    return Link("-".join(names), *names, speed_back=_ANY, against=back / there)
+
+
+@dataclass
+class Lines:
+    """The lines of a text file, and what was wrong in one of them: messages say which."""
+
+    path: Path
+    lines: list[str]
+    next: int = 0
+    comment: str = field(default="\0", kw_only=True)
+
+    @classmethod
+    def of(cls, path: Path, content: bytes, comment: str = "\0") -> Lines:
+        """The lines of a file in UTF-8, without the blanks at their ends and those at the end of the file."""
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = content.count(b"\n", 0, error.start) + 1
+            said = f"not text (got byte 0x{content[error.start]:02x}), expected a grid or its tasks as text"
+            raise ModelError([f"{path}:{line}: {said}"]) from None
+        return cls(path, [line.rstrip() for line in text.rstrip().split("\n")], comment=comment)
+
+    def __iter__(self) -> Lines:
+        return self
+
+    def __next__(self) -> str:
+        """The next line that is not a comment."""
+        while self.next < len(self.lines):
+            self.next += 1
+            line = self.lines[self.next - 1]
+            if not line.startswith(self.comment):
+                return line
+        raise StopIteration
+
+    def take(self, expected: str) -> str:
+        """The next line; refuses the file where there is none."""
+        line = next(self, None)
+        if line is None:
+            self.refuse(f"the file ends here, expected {expected}")
+        return line
+
+    def number(self, expected: str) -> int:
+        """The next line, which holds one whole number."""
+        (number,) = self.numbers(self.take(expected), 1, expected)
+        return number
+
+    def numbers(self, line: str, count: int, expected: str) -> list[int]:
+        """The whole numbers of a line, at least 0, with blanks or commas between; at least so many."""
+        words = line.replace(",", " ").split()
+        if len(words) < count or not all(word.isdecimal() and len(word) <= _DIGITS for word in words):
+            self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
+        return [int(word) for word in words]
+
+    def rows(self, height: int, width: int, kinds: Mapping[str, Kind]) -> list[str]:
+        """The rows of a grid of this size, which end the file."""
+        if height < 1 or width < 1:
+            self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
+        made = []
+        for row in range(height):
+            line = self.take(f"{height} rows as the head of the file says; {row} are there")
+            self.row(line, row, width, kinds)
+            made.append(line)
+        more = next(self, None)
+        if more is not None:
+            self.refuse(f"one more row (got {got(more)}), expected {height} as the head of the file says")
+        not_too_many(self.path, sum(kinds[letter].free for line in made for letter in line))
+        return made
+
+    def row(self, line: str, row: int, width: int, kinds: Mapping[str, Kind]) -> None:
+        """Refuse a row of another width, and letters that stand for nothing."""
+        if len(line) != width:
+            self.refuse(f"row {row} has {len(line)} cells, expected {width} as the head of the file says")
+        if strange := [column for column, letter in enumerate(line) if letter not in kinds]:
+            letters = spoken(map(repr, kinds), "or")
+            self.refuse(
+                f"row {row}, column {strange[0]}: unknown cell (got {got(line[strange[0]])}), expected {letters}"
+            )
+
+    def refuse(self, text: str) -> NoReturn:
+        """Raise the error that something is wrong in the line that was read last."""
+        raise ModelError([f"{self.path}:{max(self.next, 1)}: {text}"])
+
+
+_DIGITS = 9
+
+
+def not_too_many(path: Path, free: int) -> None:
+    """Refuse a grid with more free cells than a layout has nodes, or with none."""
+    most = LIMITS["nodes"][0]
+    if not free:
+        raise ModelError([f"{path}: no cell that robots can enter, expected some"])
+    if free > most:
+        raise ModelError([f"{path}: too many cells that robots can enter (got {free:,}), expected at most {most:,}"])

@@ -1,0 +1,108 @@
+"""Warehouses of guidance graph optimisation (GGO, PIBT benchmarks): JSON with the rows of a grid, perhaps with weights.
+
+`layout` holds the rows: `@` shelf, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. With workstations,
+goods are picked at endpoints and delivered there; without, from endpoint to endpoint. `weights`, where `weight` is
+true: first those of waiting (one, or one a cell), then for every free cell, row by row, those of driving east, north,
+west and south, as far as these neighbours are free.
+Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent path finding, 2024, and its maps.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, Grid, Kind, Lines, not_too_many, plant_of
+from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
+from desim_warehouse.plants.json import read_json
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from desim_warehouse.plants.plant import Plant
+
+_KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": Kind("workstation", ("unload",))}
+_PICK = Kind("endpoint", ("load",))
+_EXPECTED = "a grid with the key layout, a list of rows (JSON)"
+_TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))
+_COUNTS = {"n_endpoint": "e", "n_agent_loc": "r", "n_shelf": "@", "n_workstation": "w"}
+_USED = {"name", "layout", "weight", "weights", "n_row", "n_col", "optimize_wait", *_COUNTS}
+
+
+def looks(_: Path, start: bytes) -> bool:
+    """Whether a file may be such a grid: JSON with a layout, or its size."""
+    return start.startswith(b"{") and any(key in start for key in (b'"layout"', b'"n_row"', b'"n_endpoint"'))
+
+
+def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
+    """Read a grid with cells of this side, in metres; raises ModelError with the place where it cannot be."""
+    head = read_json(path, content, _EXPECTED)
+    rows = head.get("layout") if isinstance(head, dict) else None
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, str) for row in rows):
+        _refuse(path, f"no rows of cells, expected {_EXPECTED}")
+    lines = Lines(path, [row.rstrip() for row in rows])
+    width = _number(head, "n_col", len(lines.lines[0]), path)
+    if _number(head, "n_row", len(rows), path) != len(rows):
+        _refuse(path, f"layout: {len(rows)} rows, expected {head['n_row']} as n_row says")
+    for rank, row in enumerate(lines.lines):
+        lines.row(row, rank, width, _KINDS)
+    kinds = {**_KINDS, "e": _PICK} if any("w" in row for row in lines.lines) else _KINDS
+    grid = Grid(lines.lines, kinds)
+    not_too_many(path, sum(1 for _ in grid.free()))
+    name = head.get("name")
+    weights = _weights(head, grid, path) if head.get("weight") else {}
+    plant = plant_of(name if isinstance(name, str) and name else path.stem, f"{path.name} (grid)", grid, cell, weights)
+    _counted(head, lines.lines, plant)
+    plant.note(
+        "left out", "key", [key for key in head if key not in _USED and head[key] is not None], "not of a layout"
+    )
+    if weights:
+        why = (
+            "of the weights of a lane's two directions only the ratio counts, as how far it counts to drive against it"
+        )
+        plant.note("changed", "weight", ["weights"], why)
+        plant.note("left out", "weight", ["of waiting"], "robots wait only where they have to")
+    return plant
+
+
+def _number(head: dict[str, Any], key: str, default: int, path: Path) -> int:
+    value = head.get(key, default)
+    if type(value) is not int or value < 1:
+        _refuse(path, f"{key}: not a number of cells (got {got(value)}), expected a whole number")
+    return value
+
+
+def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
+    """Note what the file counts otherwise than it draws."""
+    for key, letter in _COUNTS.items():
+        there = sum(row.count(letter) for row in rows)
+        if key in head and head[key] != there:
+            text = f"the file says {got(head[key])}, {there} are drawn; the drawing counts"
+            plant.note("changed", "number", [key], text)
+
+
+def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, Cell], float]:
+    """How far it counts from each cell to a neighbour."""
+    given = head.get("weights")
+    cells = list(grid.free())
+    steps = [(cell, other) for cell in cells for turn in _TURNS if grid.kind(other := _next(cell, turn)).free]
+    if not isinstance(given, list) or len(given) - len(steps) not in {0, 1, len(cells)}:
+        count = f"{len(given)} weights" if isinstance(given, list) else "no list"
+        expected = f"{len(steps)}, one for each step between neighbours, after one or {len(cells)} for waiting"
+        _refuse(path, f"weights: {count}, expected {expected}")
+    ours = given[len(given) - len(steps) :]
+    for rank, weight in enumerate(ours, len(given) - len(steps)):
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not _LEAST <= weight <= _MOST:
+            _refuse(path, f"weights[{rank}]: not a weight (got {got(weight)}), expected a number above 0")
+    return dict(zip(steps, map(float, ours), strict=True))
+
+
+_LEAST, _MOST = 1e-6, 1e6
+
+
+def _next(cell: Cell, turn: tuple[int, int]) -> Cell:
+    return cell[0] + turn[0], cell[1] + turn[1]
+
+
+def _refuse(path: Path, text: str) -> NoReturn:
+    raise ModelError([f"{path}: {text}"])

@@ -1,0 +1,77 @@
+"""Warehouses of the benchmarks of pickup and delivery (MAPD, RHCR): kiva maps, and their files of tasks.
+
+Four lines of numbers (rows and columns; endpoints; agents; horizon), then rows: `@` shelf, `e` endpoint (goods are
+picked and delivered there), `r` home of a robot, `.` aisle. Tasks: their number, then lines
+`release pickup delivery ...`, where an endpoint's number is its rank among the `e` cells, row by row from 0.
+Source: H. Ma et al., Lifelong multi-agent path finding for online pickup and delivery tasks, 2017.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import got
+from desim_warehouse.plants.grid import AISLE, BLOCKED, Grid, Kind, Lines, plant_of
+from desim_warehouse.plants.plant import Transport, Vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from desim_warehouse.plants.plant import Plant
+
+ENDPOINT = Kind("endpoint", ("load", "unload"))
+HOME = Kind("home", parking=True)
+_KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME}
+_BEGIN = re.compile(rb"\d+[ \t]*[ \t,][ \t]*\d+[ \t]*\r?\n[ \t]*\d+[ \t]*\r?\n")
+_TASK = "release, pickup and delivery, such as '12 3 41'"
+
+
+def looks(_: Path, start: bytes) -> bool:
+    """Whether a file may be such a map: a line of two numbers, and one of one."""
+    return _BEGIN.match(start) is not None
+
+
+def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
+    """Read a map with cells of this side, in metres; raises ModelError with the line where it cannot be."""
+    lines = Lines.of(path, content)
+    size = "the numbers of rows and columns"
+    height, width, *_ = lines.numbers(lines.take(size), 2, size)
+    endpoints, agents, _ = (lines.number(f"the number of {what}") for what in ("endpoints", "agents", "steps"))
+    grid = Grid(lines.rows(height, width, _KINDS), _KINDS)
+    plant = plant_of(path.stem, f"{path.name} (kiva map)", grid, cell, {})
+    homes = [one.name for one in plant.points.values() if one.parking]
+    ends = [name for location in plant.locations for name in location.operations]
+    for what, said, there in (("endpoints", endpoints, len(ends)), ("agents", agents, len(homes))):
+        if said != there:
+            text = f"the head says {said}, {there} are drawn; the drawing counts"
+            plant.note("changed", what[:-1], [f"{there} {what}"], text)
+    plant.numbered = dict(enumerate(ends))
+    plant.vehicles = [Vehicle(f"agent {rank}", cell, cell, home) for rank, home in enumerate(homes)]
+    return plant
+
+
+def looks_like_tasks(_: Path, start: bytes) -> bool:
+    """Whether a file may hold such tasks: a line of one or two numbers, then one of at least three."""
+    return re.match(rb"\d+([ \t]+\d+)?[ \t]*\r?\n[ \t]*\d+[ \t]+\d+[ \t]+\d+", start) is not None
+
+
+def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
+    """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
+    lines = Lines.of(path, content)
+    number = lines.numbers(lines.take("the number of tasks"), 1, "the number of tasks")[0]
+    for rank in range(number):
+        line = lines.take(f"{number} tasks as the head of the file says; {rank} are there")
+        release, *ends = lines.numbers(line, 3, _TASK)[:3]
+        for end in ends:
+            if end not in plant.numbered:
+                most = f"a number from 0 to {len(plant.numbered) - 1}" if plant.numbered else "a map with endpoints"
+                lines.refuse(f"no such endpoint (got {end}), expected {most}")
+        names = [plant.numbered[end] for end in ends]
+        stops = tuple(zip(names, ("load", "unload"), strict=True))
+        plant.transports.append(Transport(f"task {rank}", stops, float(release), None, f"{path.name}:{lines.next}"))
+    if (more := next(lines, None)) is not None:
+        lines.refuse(f"one more line (got {got(more)}), expected {number} tasks as the head of the file says")
+    plant.handling = 0.0
+    plant.assume("tasks.load_time", "as in the benchmark: a visit takes no time")
+    plant.assume("tasks.unload_time", "as in the benchmark: a visit takes no time")
