@@ -6,7 +6,7 @@ a `Grid`; `plant_of` makes a plant of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, spoken
@@ -113,10 +113,10 @@ class Lines:
     path: Path
     lines: list[str]
     next: int = 0
-    comment: str = field(default="\0", kw_only=True)
+    comment: str = ""
 
     @classmethod
-    def of(cls, path: Path, content: bytes, comment: str = "\0") -> Lines:
+    def of(cls, path: Path, content: bytes, comment: str = "") -> Lines:
         """The lines of a file in UTF-8, without the blanks at their ends and those at the end of the file."""
         try:
             text = content.decode("utf-8-sig")
@@ -124,7 +124,7 @@ class Lines:
             line = content.count(b"\n", 0, error.start) + 1
             said = f"not text (got byte 0x{content[error.start]:02x}), expected a grid or its tasks as text"
             raise ModelError([f"{path}:{line}: {said}"]) from None
-        return cls(path, [line.rstrip() for line in text.rstrip().split("\n")], comment=comment)
+        return cls(path, [line.rstrip() for line in text.rstrip().split("\n")], 0, comment)
 
     def __iter__(self) -> Lines:
         return self
@@ -134,7 +134,7 @@ class Lines:
         while self.next < len(self.lines):
             self.next += 1
             line = self.lines[self.next - 1]
-            if not line.startswith(self.comment):
+            if not self.comment or not line.startswith(self.comment):
                 return line
         raise StopIteration
 
