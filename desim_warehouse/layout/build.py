@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -65,7 +66,7 @@ def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:
 
 
 def _only_once(what: str, nodes: list[str]) -> None:
-    doubled = sorted({node for node in nodes if nodes.count(node) > 1})
+    doubled = sorted(node for node, number in Counter(nodes).items() if number > 1)
     if doubled:
         raise LayoutError([f"layout: node {node} has more than one {what}; give it one" for node in doubled])
 

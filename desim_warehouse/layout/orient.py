@@ -22,13 +22,18 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge
 
 _TRIALS = 2000
+_HUBS, _TRIPS = 32, 200_000
+"""On a large floor trips are measured from so many hubs at least, and to so many nodes from all of them together."""
+_WORK = 200_000_000
+"""Nodes times hubs times trials: about a minute."""
 
 
 @dataclass(frozen=True)
 class Orientation:
     """The direction that every two-way lane keeps (`kept`), and the `bridges`, which stay two-way.
 
-    `stretch` is the mean trip between the flows' ends over the one on the two-way floor.
+    `stretch` is the mean trip between the flows' ends over the one on the two-way floor; where there are more than some
+    200,000 such trips, as estimated from hubs drawn among them.
     """
 
     kept: tuple[Edge, ...]
@@ -49,9 +54,14 @@ def orient_lanes(
     Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
     edge. Lanes are oriented with alternating preferences for parallel aisles, each of the four ways to begin with; the
     best is improved by turning whole aisles, then single lanes, while that shortens the mean trip and keeps the floor
-    strongly connected; `trials` bounds how many of these are tried. The result is the same every time.
+    strongly connected; `trials` bounds how many of these are tried, fewer on large floors. The result is the same every
+    time.
     """
+    most = max(_HUBS, _TRIPS // len(graph))
+    if len(hubs) > most:
+        hubs = [hubs[rank] for rank in sorted(np.random.default_rng(0).choice(len(hubs), most, replace=False))]
     floor = _Floor(graph, lanes, ends, hubs, cost)
+    trials = min(trials, _WORK // (len(graph) * len(hubs)))
     before = floor.mean_trip()
     aisles = _Aisles.of(graph, lanes)
     found = [floor.oriented(aisles.alternating(*first)) for first in itertools.product((0, 1), (0, 1))]

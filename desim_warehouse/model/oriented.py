@@ -55,8 +55,13 @@ def orientation(model: Model) -> Orientation:
 
 def orient(model: Model) -> Model:
     """A copy of a model with its two-way lanes made one-way; bridges stay two-way."""
+    return oriented(model, orientation(model))
+
+
+def oriented(model: Model, found: Orientation) -> Model:
+    """A copy of a model with its two-way lanes made one-way as found."""
     content = model.content()
-    _turn(content["layout"], build(model.layout), orientation(model).kept)
+    _turn(content["layout"], build(model.layout), found.kept)
     return load(content)
 
 
