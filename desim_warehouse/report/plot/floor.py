@@ -10,6 +10,7 @@ from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import palette
+from desim_warehouse.report.plot import cells
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.zones import robot_radii, zones
 from desim_warehouse.run import Run
@@ -43,35 +44,43 @@ def layout(
 ) -> Axes:
     """The floor of a model: nodes, lanes with arrows, goods, slots of bays and stations with their names, chargers.
 
-    Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60.
+    Goods that the task list fetches are filled, all others are outlined. Nodes are named if there are up to 60. A floor
+    of many cells is drawn as a map: aisles light, shelves dark, with colours for storage places, bays and stations.
     """
     model, floor = _model_and_floor(source)
     return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= _NAMED)
 
 
 def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> Path:
-    """Write the floor of a model to a PNG, SVG or PDF file, so large that the names of all nodes can be read.
+    """Write the floor of a model to a PNG, SVG or PDF file: so large that the names of nodes can be read, or as a map.
 
     Raises:
         ReportError: another ending, or a file that cannot be written.
     """
-    import matplotlib as mpl
-
     path = Path(path)
     if path.suffix.lower() not in _ENDINGS:
         raise ReportError(f"{path}: a picture of which kind? Expected a name that ends in {spoken(_ENDINGS, 'or')}")
     model, floor = _model_and_floor(source)
     width, height = size_of(floor)
+    if cells.is_of_cells(model, floor):
+        across = cells.width(floor)
+        size = across, across * (height - 1.2) / width + 1.2
+        return _written(_drawn(model, floor, title or model.name, "light", None, size, named=False), path)
     xs = [data["x"] for _, data in floor.graph.nodes(data=True)]
     needed = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs)) / step_of(floor)
     larger = min(max(needed / width, 1.4), _WIDEST / width)
     size = width * larger, (height - 1.2) * larger + 1.2
-    axes = _drawn(model, floor, title or model.name, "light", None, size, named=True)
+    return _written(_drawn(model, floor, title or model.name, "light", None, size, named=True), path)
+
+
+def _written(axes: Axes, path: Path) -> Path:
+    import matplotlib as mpl
+
     figure = axes.get_figure(root=True)
     assert figure is not None
     try:
         with mpl.rc_context({"svg.fonttype": "none"}):  # names that can be searched for
-            figure.savefig(path, dpi=144, bbox_inches="tight")
+            figure.savefig(path, dpi=cells.DPI, bbox_inches="tight")
     except OSError as error:
         raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
     return path
@@ -95,6 +104,9 @@ def _drawn(
 ) -> Axes:
     step = step_of(floor)
     with look.drawing(ax, style, title, size, f"Layout of {model.name}") as axes:
+        if cells.is_of_cells(model, floor):
+            cells.draw(axes, floor, model)
+            return axes
         draw_goods(axes, floor, step, fetched_of(model))
         draw_edges(axes, floor, step, palette.FAINT)
         beside = _zones(axes, floor, model)

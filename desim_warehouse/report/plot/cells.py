@@ -1,0 +1,137 @@
+"""A floor of cells drawn as a map: aisles are light, shelves are dark, and colours say what cells are for.
+
+On such a floor nodes are as close as robots can stand, so that names, arrows and slots beside them would lie over one
+another.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.report import palette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+_FEWEST = 400
+"""Cells from which on a floor is drawn as a map."""
+_ARROWS = 2_500
+"""Cells up to which one-way lanes have arrows."""
+_RASTER = 5_000
+"""Cells from which on they are pixels in SVG and PDF files, too."""
+DPI = 144
+"""Of pictures."""
+_PIXELS, _WIDTH, _WIDEST = 5, 14.0, 60.0
+"""Pixels of a cell, and inches of a picture."""
+_ALIKE, _MOST = 1.01, 0.95
+_OPEN = 0.9
+"""How much of a cell its colour fills."""
+SHELF, AISLE, GOODS = palette.GROUND["light"]["border"], "white", "#F3C7A5"
+
+
+def width(floor: Layout) -> float:
+    """Inches of a picture in which every cell can be seen."""
+    xs = [x for _, x in floor.graph.nodes(data="x")]
+    lengths = sorted(length for *_, length in floor.graph.edges(data="length"))
+    return float(min(max(_PIXELS * (max(xs) - min(xs)) / lengths[len(lengths) // 2] / DPI, _WIDTH), _WIDEST))
+
+
+def is_of_cells(model: Model, floor: Layout) -> bool:
+    """Whether nearly all edges have one length, on which no robot can stand clear of both ends, and there are many."""
+    if len(floor.graph) < _FEWEST:
+        return False
+    lengths = sorted(length for *_, length in floor.graph.edges(data="length"))
+    usual = lengths[len(lengths) // 2]
+    return bool(usual < 2 * model.fleet.contact and lengths[int(_MOST * len(lengths))] <= _ALIKE * usual)
+
+
+def draw(axes: Axes, floor: Layout, model: Model) -> None:
+    """Cells and lanes, coloured by what robots do there, with arrows on one-way lanes, and a key."""
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.lines import Line2D
+
+    step = sorted(length for *_, length in floor.graph.edges(data="length"))[len(floor.graph.edges) // 2]
+    at = {name: (data["x"], data["y"]) for name, data in floor.graph.nodes(data=True)}
+    colours = _colours(model, floor)
+    middles = np.array(list(at.values()))
+    shapes = []
+    for colour, side in ((AISLE, step), *((colour, _OPEN * step) for colour in _KEY.values())):
+        chosen = [rank for rank, name in enumerate(at) if colour in {AISLE, colours.get(name)}]
+        shapes.append((_squares(middles[chosen], side), colour))
+    longer = [(at[a], at[b]) for a, b in floor.lanes if math.dist(at[a], at[b]) > _ALIKE * step]
+    axes.add_collection(LineCollection(longer, colors=AISLE, linewidths=1.5, zorder=1))
+    axes.set_facecolor(SHELF)
+    for squares, colour in shapes:
+        drawn = PolyCollection(list(squares), facecolors=colour, edgecolors="none", antialiaseds=False, zorder=1)
+        drawn.set_rasterized(len(at) > _RASTER)
+        axes.add_collection(drawn)
+    if len(at) <= _ARROWS:
+        _arrows(axes, floor, at, step)
+    low, high = middles.min(axis=0) - step, middles.max(axis=0) + step
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(high[1], low[1])
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.set_xlabel(f"x ({model.units.length})".replace("$", r"\$"))
+    axes.set_ylabel(f"y ({model.units.length})".replace("$", r"\$"))
+    used = {AISLE, *colours.values()}
+    marks = [("shelf or wall", SHELF), ("aisle", AISLE), *_KEY.items()]
+    handles = [
+        Line2D([], [], linestyle="none", marker="s", markerfacecolor=colour, markeredgecolor=palette.FAINT, label=label)
+        for label, colour in marks
+        if colour in {SHELF, *used}
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=4, ncols=len(handles))
+
+
+_KEY = {
+    "storage place": GOODS,
+    "bay": palette.COLOURS[2],
+    "charger": palette.COLOURS[4],
+    "station": palette.COLOURS[0],
+}
+
+
+def _colours(model: Model, floor: Layout) -> dict[str, str]:
+    """By node, the last of what it is for in the order of the key; what most cells are for has no colour."""
+    chargers = chargers_at(model, floor) if model.battery is not None else {}
+    nodes = {
+        "bay": set(floor.bays),
+        "charger": {node for node, number in chargers.items() if number},
+        "station": {*floor.stations, *destinations(model, floor)},
+        "storage place": {node for place in floor.storage for node in place.edge},
+    }
+    found: dict[str, str] = {}
+    for what, here in nodes.items():
+        if len(here) <= len(floor.graph) * 2 / 3:
+            found.update(dict.fromkeys(here, _KEY[what]))
+    return found
+
+
+def _squares(middles: np.ndarray, side: float) -> np.ndarray:
+    """The corners of a square around each point."""
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * side / 2
+    squares: np.ndarray = middles.reshape(-1, 1, 2) + corners
+    return squares
+
+
+def _arrows(axes: Axes, floor: Layout, at: dict[str, tuple[float, float]], step: float) -> None:
+    """An arrow along each one-way lane."""
+    edges = [(at[a], at[b]) for a, b, two_way in floor.graph.edges(data="two_way") if not two_way]
+    if not edges:
+        return
+    ends = np.array(edges)
+    spans, middles = ends[:, 1] - ends[:, 0], (ends[:, 0] + ends[:, 1]) / 2
+    lengths = np.array([math.hypot(*span) for span in spans]).reshape(-1, 1)
+    spans = spans / lengths * 0.6 * step
+    shape: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "pivot": "mid", "units": "xy"}
+    shape |= {"width": 0.06 * step, "headwidth": 5, "headlength": 4, "headaxislength": 4}
+    axes.quiver(*middles.T, *spans.T, color=palette.FAINT, **shape, zorder=2)
