@@ -1,48 +1,77 @@
-"""JSON from files: numbers that are numbers, every key once, and mistakes by line and column."""
+"""JSON from strangers: plain values, every key of an object once, no number that JSON does not have."""
 
 from __future__ import annotations
 
 import json
-from typing import Any, NoReturn
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError, got
+from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.fields import LIMITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
 
 
-def read_json(content: bytes, name: str, expected: str) -> Any:
-    """The value that a JSON file holds.
+def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["values"][0]) -> Any:
+    """The value that a file holds.
 
     Args:
-        content: the file, in UTF-8.
-        name: what messages call it.
+        path: the file, for messages.
+        content: what stands in it.
         expected: what it should hold, for messages.
+        most: values, about.
 
     Raises:
-        ModelError: where it is not JSON, holds a key twice in one section, or NaN or Infinity.
+        ModelError: where it is not JSON, has too many values, or a key twice in an object.
     """
+    doubled: list[tuple[dict[str, Any], str]] = []
+    strange: list[str] = []
+
+    def made(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        items = dict(pairs)
+        if len(items) < len(pairs):
+            [(key, _)] = Counter(key for key, _ in pairs).most_common(1)
+            doubled.append((items, key))
+        return items
+
+    def constant(name: str) -> float:
+        strange.append(name)
+        return math.nan
+
     try:
-        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_once, parse_constant=_no_number)
-    except UnicodeDecodeError as error:
-        line, column = content.count(b"\n", 0, error.start) + 1, error.start - content.rfind(b"\n", 0, error.start)
-        wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x})"
-        raise ModelError([f"{name}:{line}:{column}: {wrong}, expected {expected}"]) from None
+        text = content.decode(json.detect_encoding(content))
+        if sum(map(text.count, ",[{")) > most:
+            raise ModelError([f"{path}: too many values, expected {most:,} at most"])
+        value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=made, parse_constant=constant)
     except json.JSONDecodeError as error:
-        wrong = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]})"
-        raise ModelError([f"{name}:{error.lineno}:{error.colno}: {wrong}, expected {expected}"]) from None
+        said = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]}), expected {expected}"
+        raise ModelError([f"{path}:{error.lineno}:{error.colno}: {said}"]) from None
     except RecursionError:
-        text = f"too many lists or sections inside one another, expected {expected}"
-        raise ModelError([f"{name}: {text}"]) from None
-    except ValueError as error:  # of the two below, or a number of thousands of digits
-        raise ModelError([f"{name}: {error}, expected {expected}"]) from None
+        raise ModelError([f"{path}: too many lists or objects inside one another, expected {expected}"]) from None
+    except ValueError as error:  # not text, or a number of thousands of digits
+        raise ModelError([f"{path}: not JSON ({reason(error)}), expected {expected}"]) from None
+    if doubled:
+        item, key = doubled[-1]  # whatever is around it is read later, and has every key once
+        where = _path(value, lambda one: one is item)
+        raise ModelError([f"{path}: {where}: key {key!r} given twice, expected once"])
+    if strange:
+        where = _path(value, lambda one: isinstance(one, float) and math.isnan(one))
+        raise ModelError([f"{path}: {where}: not a number (got {strange[0]}), expected one"])
+    return value
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    made = dict(pairs)
-    if len(made) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
-        raise ValueError(f"the key {got(twice)} stands twice in one section")
-    return made
-
-
-def _no_number(name: str) -> NoReturn:
-    raise ValueError(f"{name}, which is no number")
+def _path(root: Any, fits: Callable[[Any], bool]) -> str:
+    """The JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
+    rest: list[tuple[str, Any]] = [("", root)]
+    while rest:
+        path, value = rest.pop()
+        if fits(value):
+            break
+        if isinstance(value, dict):
+            rest += [(f"{path}.{key}" if path else key, item) for key, item in reversed(value.items())]
+        elif isinstance(value, list):
+            rest += [(f"{path}[{rank}]", item) for rank, item in reversed(list(enumerate(value)))]
+    return path or "the top level"

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 EXPECTED = "a JSON file with keys of the layout section, such as nodes and edges"
 
+_MOST = 5_000_000  # values: some for each node and edge
+
 
 def beside(model: Path) -> Path:
     """Where the layout file of a model file is written."""
@@ -40,7 +42,7 @@ def read(path: Path) -> dict[str, Any]:
         raise ModelError([f"cannot be read (got '{path}': {reason(error)}), expected {EXPECTED}"]) from None
     if len(content) > most:
         raise ModelError([f"too large (got '{path}'), expected {EXPECTED}, of at most {most:,} bytes"])
-    there = read_json(content, str(path), EXPECTED)
+    there = read_json(path, content, EXPECTED, _MOST)
     if not isinstance(there, dict):
         raise ModelError([f"{path}: not a section (got {got(there)}), expected {EXPECTED}"])
     return there

@@ -12,9 +12,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
+from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, Grid, Kind, Lines, not_too_many, plant_of
 from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
-from desim_warehouse.plants.json import read_json
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.fields import LIMITS
+from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import grid_movingai
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.grid import Lines
-from desim_warehouse.plants.json import read_json
 from desim_warehouse.plants.plant import Transport, Vehicle
 from desim_warehouse.plants.stops import VISIT
 

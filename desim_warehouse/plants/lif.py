@@ -13,9 +13,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import got, nearest
+from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import lif_2, lif_keys, lif_losses
 from desim_warehouse.plants.checks import distance
-from desim_warehouse.plants.json import read_json
 from desim_warehouse.plants.keyed import PLACE, Reader
 from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.nurbs import arc_length

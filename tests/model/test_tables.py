@@ -131,9 +131,9 @@ MODEL_INLINE = {
     [
         ('{"nodes": {"dock": [0, 0]', ":1:26: not JSON (expecting ',' delimiter)"),
         ("[1]", "floor.json: not a section (got [1]), expected a JSON file with keys of the layout section"),
-        ('{"nodes": {"dock": [0, 0], "dock": [1, 1]}}', "the key 'dock' stands twice in one section"),
-        ('{"nodes": {"dock": [0, NaN]}}', "NaN, which is no number"),
-        ("[" * 100_000, "too many lists or sections inside one another"),
+        ('{"nodes": {"dock": [0, 0], "dock": [1, 1]}}', "nodes: key 'dock' given twice, expected once"),
+        ('{"nodes": {"dock": [0, NaN]}}', "nodes.dock[1]: not a number (got NaN)"),
+        ("[" * 100_000, "too many lists or objects inside one another"),
         (
             '{"bays": {"away": {"at": ["dock"]}}}',
             "has bays, which stands beside it, too, expected it in one of the two",
