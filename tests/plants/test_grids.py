@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 import json
+import time
 
 import networkx as nx
 import pytest
 
 import desim_warehouse as dw
+from benchmarks.grids import reading, warehouse, write
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
 from tests.auditor import audit
@@ -252,3 +254,18 @@ def test_tasks_of_others_are_tours():
     lines = made.orders.splitlines()
     assert len(lines) == 1 + 3200
     assert lines[1] == "task 0,0,r26c53,r22c12,r4c33"  # 1717, 1420, 289 in rows of 64 cells
+
+
+# Large ones
+
+
+def test_a_grid_of_fifty_thousand_cells_is_read_soon_and_in_little_memory(tmp_path):
+    """Some 2.5 s of processor time and 240 MB; the limits leave room for slow machines."""
+    begin = time.process_time()
+    model = write(tmp_path, warehouse(70, 20))
+    assert time.process_time() - begin < 15
+    assert model.stat().st_size < 10_000  # readable: the layout stands beside it
+    nodes, seconds, megabytes = reading(model)
+    assert nodes == 54_445
+    assert seconds < 8
+    assert megabytes < 500
