@@ -22,7 +22,7 @@ from desim_warehouse.plants import import_layout
 
 ROOT = Path(__file__).parents[1]
 FLEETS = (50, 100)
-LENGTH, WARM_UP = 3600, 600
+LENGTH, WARM_UP = 1800, 300
 RUNS = 3
 
 

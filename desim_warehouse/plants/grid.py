@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, spoken
 from desim_warehouse.fields import LIMITS
-from desim_warehouse.plants.plant import Link, Location, Plant, Vehicle, Waypoint
+from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -93,7 +93,7 @@ def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[t
 
 def fit(plant: Plant, side: float) -> None:
     """Robots that are not drawn fill a cell and drive one a second."""
-    plant.usual = Vehicle("robot", side, side)
+    plant.cell = side
     plant.assume("fleet.robot.radius", f"as large as fits a cell of {side:g} m")
     plant.assume("fleet.robot.speed", "a cell a second")
 

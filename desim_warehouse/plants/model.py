@@ -13,7 +13,7 @@ from desim_warehouse.model import Model, load
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
 from desim_warehouse.plants.files import apart, are_orders, kept, orders_beside, orders_text
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
-from desim_warehouse.plants.plant import unique
+from desim_warehouse.plants.plant import Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import written
 from desim_warehouse.plants.zones import zones_of
@@ -21,7 +21,7 @@ from desim_warehouse.plants.zones import zones_of
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from desim_warehouse.plants.plant import Plant, Remark, Vehicle
+    from desim_warehouse.plants.plant import Plant, Remark
 
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
@@ -29,6 +29,7 @@ Keys = tuple[str | int, ...]
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
+_QUEUES = 2  # places in the stations of a grid, by the robots of the fleet
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
 _LONGEST = 500  # letters about what was lost, in a message
@@ -241,9 +242,10 @@ class _Maker:
         A robot takes a task only if its station has a slot for it, so slots for one vehicle each would keep a larger
         fleet in its bays, whatever the lanes can carry.
         """
-        places = -(-robots // len(self.stops.unload))
+        room = robots if self.plant.cell is None else _QUEUES * robots  # robots of planners queue anywhere
+        places = -(-room // len(self.stops.unload))
         if places > 1:
-            self.plant.assume("layout.stations", f"room beside them for all {robots} robots; one vehicle as drawn")
+            self.plant.assume("layout.stations", f"room beside them for {room} robots; one vehicle as drawn")
         groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
             groups.setdefault(tuple(names) if any(names) else ("", point), []).append(point)
@@ -256,7 +258,7 @@ class _Maker:
     # Everything else
 
     def fleet(self, robots: int | None) -> Content:
-        vehicles = self.plant.vehicles or [self.plant.usual]
+        vehicles = self.plant.vehicles or [Vehicle("robot", self.plant.cell, self.plant.cell)]
         shapes: dict[tuple[float, float], list[str]] = {}
         for one in vehicles:
             shapes.setdefault((one.length or _SIZE, one.speed or _SPEED), []).append(one.name)

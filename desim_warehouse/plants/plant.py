@@ -142,8 +142,8 @@ class Plant:
     """Points by the numbers that files with tasks call them by."""
     handling: float | None = None
     """Seconds that loading and unloading take, where that is known."""
-    usual: Vehicle = Vehicle("robot")
-    """What robots are like where none is drawn."""
+    cell: float | None = None
+    """Side of the cells of a grid, in metres: a robot fills one, and drives one a second where nothing else is said."""
     remarks: list[Remark] = field(default_factory=list)
 
     def note(self, what: What, kind: str, names: Iterable[str], why: str, places: Iterable[str] = ()) -> None:
