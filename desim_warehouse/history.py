@@ -8,10 +8,12 @@ of their columns.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
+from itertools import islice, zip_longest
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.log import KINDS, NONE, STATES, LogRow
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
+_end_of = attrgetter("end")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
 
@@ -440,7 +443,7 @@ class History:
             return []
         waits: dict[int, list[Wait]] = defaultdict(list)
         if len(set(self._rates.values())) > 1:
-            for wait in self.waits:
+            for wait in self.waits:  # those of a robot one after the other
                 waits[wait.robot].append(wait)
         curves: list[Curve] = []
         for robot, changes in enumerate(self.changes):
@@ -477,7 +480,9 @@ class History:
             return points
         driving, standing = self._rate(span), self._rates["waiting"]
         now = span.start
-        for wait in waits:
+        for wait in islice(waits, bisect_right(waits, span.start, key=_end_of), None):
+            if wait.start >= span.end:
+                break
             start, end = max(wait.start, span.start), min(wait.end, span.end)
             if end > start:
                 at_start = level - driving * (start - now)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-Role = Literal["idle", "empty", "loaded", "wait"]
+Role = Literal["idle", "empty", "loaded", "charging", "wait"]
 Consumption = Literal["standing", "empty", "loaded", "handling"]
 
 
@@ -113,7 +113,7 @@ STATES = {
             begins="it begins to be charged",
             time="being charged",
             draws=None,
-            role="idle",
+            role="charging",
             colour="#009E73",
             stacked=5,
         ),

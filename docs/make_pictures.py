@@ -47,34 +47,67 @@ def shoot(browser: Any, name: str, width: int, height: int, *, phone: bool = Fal
         raise SystemExit(f"{name} is larger than {MOST_BYTES:,} bytes")
 
 
-def floor(folder: Path) -> None:
-    """The floor of the warehouse that docs/plan-a-warehouse.md drafts, as `desim draw` draws it."""
+def drafted(folder: Path) -> Path:
+    """The model that docs/plan-a-warehouse.md drafts."""
     from desim_warehouse.draft import Draft, draft
-    from desim_warehouse.report.plot.floor import save
 
     model = folder / "w.yaml"
     model.write_text(draft(Draft(aisles=8, stations=3, due=5.0)), encoding="utf-8")
-    save(dw.load(model), PICTURES / "floor.png")
+    return model
+
+
+def floor(folder: Path) -> None:
+    """The floor of that warehouse, as `desim draw` draws it."""
+    from desim_warehouse.report.plot.floor import save
+
+    save(dw.load(drafted(folder)), PICTURES / "floor.png")
 
 
 def replays(browser: Any, folder: Path) -> None:
-    """The paper's warehouse in the middle of a run, in its colours; heat maps of a crowded one; on a phone."""
-    page = folder / "replay.html"
-    run = multibots()
-    run.replay(page, palette="paper")
-    browser.get(page.as_uri())
-    browser.execute_async_script(READY)
-    middle = next(row[0] - row[6] / 2 for row in run.record.rows if row[1] == "collision" and row[6] > 1)
-    browser.execute_script("desimReplay.seek(arguments[0])", middle)
-    shoot(browser, "replay.png", 1200, 800)
-    browser.execute_script("document.getElementById('theme').click(); document.getElementById('palette').click()")
+    """A drafted warehouse with a robot's panel, and on a phone; the paper's: heat map of a crowd, two runs."""
+    run = dw.simulate(dw.load(drafted(folder), {"log": "all", "run.length": "4 h"}), seed=1)
+    middle = (run.history.begin + run.history.end) / 2
+    busy = max(range(int(middle), int(run.history.end), 60), key=lambda time: len(_loaded(run, time)))
+    play(browser, run, folder)
+    browser.execute_script("desimReplay.seek(arguments[0])", busy)
+    _click(browser, max(_loaded(run, busy), key=lambda span: span.end).robot)
+    shoot(browser, "replay.png", 1400, 900)
+    browser.execute_script("document.getElementById('theme').click()")
     shoot(browser, "replay-phone.png", 390, 844, phone=True)
     crowd = {"fleet.size": 24, "tasks.goods": {"random": 80}, "battery": None}
-    multibots(**crowd).replay(page)
-    browser.get(page.as_uri())
-    browser.execute_async_script(READY)
+    play(browser, multibots(**crowd), folder)
     browser.execute_script("desimReplay.seek(1500); document.getElementById('heat').click()")
     shoot(browser, "heat-map.png", 1200, 800)
+    play(browser, multibots(), folder, beside=multibots(**{"fleet.size": 3}))
+    browser.execute_script("desimReplay.seek(930)")
+    shoot(browser, "beside.png", 1400, 800)
+
+
+def _loaded(run: dw.Run, time: float) -> list[Any]:
+    """What robots that carry a good do at a time."""
+    return [
+        span
+        for spans in run.history.states
+        for span in spans
+        if span.state == "loaded" and span.start <= time < span.end
+    ]
+
+
+def _click(browser: Any, robot: int) -> None:
+    """Open the panel of a robot."""
+    box = browser.find_element("id", "floor").rect
+    left, top = browser.execute_script("return desimReplay.drawn()[arguments[0]]", robot)
+    for kind in ("mousePressed", "mouseReleased"):
+        point = {"type": kind, "x": box["x"] + left, "y": box["y"] + top, "button": "left", "clickCount": 1}
+        browser.execute_cdp_cmd("Input.dispatchMouseEvent", point)
+
+
+def play(browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
+    """Open the replay of a run."""
+    page = folder / "replay.html"
+    run.replay(page, **options)
+    browser.get(page.as_uri())
+    browser.execute_async_script(READY)
 
 
 def report(browser: Any, folder: Path) -> None:

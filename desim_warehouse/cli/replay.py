@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 @click.option("-o", "--out", "output", metavar="FILE", help="The page to write.  [default: replay.html]")
 @with_overrides
 @with_seed
+@click.option(
+    "--beside",
+    metavar="MODEL|RUN_DIR",
+    help="Another run, shown next to it on the same clock; --set and --accept change only MODEL.",
+)
 @click.option("--from", "start", type=float, metavar="T", help="First moment shown, in the model's time unit.")
 @click.option("--to", "end", type=float, metavar="T", help="Last moment shown.")
 @click.option("--gif", metavar="FILE", help="Write an animated GIF of the window instead of the page.")
@@ -36,6 +41,7 @@ def command(
     output: str | None,
     assignments: tuple[str, ...],
     seed: int,
+    beside: str | None,
     start: float | None,
     end: float | None,
     gif: str | None,
@@ -44,8 +50,10 @@ def command(
     speed: float | None,
 ) -> None:
     """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
-    run = _run_of(source, assignments, seed)
     films = [path for path in (gif, mp4) if path is not None]
+    if films and beside is not None:
+        raise ReportError("--beside is for the page; a film shows one run: leave out --beside, or --gif and --mp4")
+    run = _run_of(source, assignments, seed)
     if films:
         from desim_warehouse.report.film import film
 
@@ -54,7 +62,8 @@ def command(
     if output is not None or not films:
         from desim_warehouse.report.replay import replay
 
-        page = replay(run, output or "replay.html", start=start, end=end, palette=palette)
+        other = None if beside is None else _run_of(beside, (), seed)
+        page = replay(run, output or "replay.html", start=start, end=end, palette=palette, beside=other)
         click.echo(f"{output or 'replay.html'}: {len(page.html) / 1e6:.1f} MB; open it in a browser")
 
 

@@ -157,7 +157,7 @@ class FilmFrame:
         colours = [self.colours["none"]] * len(self.run.layout.storage)
         for task in self.history.tasks.values():
             if task.good >= 0 and task.released <= time < task.loaded:
-                colours[task.good] = self.colours["loaded"]
+                colours[task.good] = self.colours["good"]
         return colours
 
     def _draw_floor(self) -> None:

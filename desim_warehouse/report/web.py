@@ -43,7 +43,7 @@ class WebPage:
         """The page in a frame of its own."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
-            'sandbox="allow-scripts" style="width:100%;height:720px;border:0"></iframe>'
+            'sandbox="allow-scripts allow-downloads" style="width:100%;height:720px;border:0"></iframe>'
         )
 
     def __repr__(self) -> str:

@@ -139,11 +139,15 @@ class Run:
         start: float | None = None,
         end: float | None = None,
         palette: str = "safe",
+        beside: Run | None = None,
     ) -> Replay:
-        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself."""
+        """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself.
+
+        With `beside`, another run is shown next to it on the same clock.
+        """
         from desim_warehouse.report.replay import replay
 
-        return replay(self, path, start=start, end=end, palette=palette)
+        return replay(self, path, start=start, end=end, palette=palette, beside=beside)
 
     def __repr__(self) -> str:
         """The three numbers of the paper."""

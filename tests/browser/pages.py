@@ -31,6 +31,14 @@ class Opened:
 
         ActionChains(self.browser).send_keys(*keys).perform()
 
+    def tap(self, x: float, y: float) -> None:
+        """Click on the floor at a point (CSS pixels)."""
+        box = self.browser.find_element("id", "floor").rect
+        point = {"x": box["x"] + x, "y": box["y"] + y, "button": "left", "clickCount": 1}
+        for kind in ("mousePressed", "mouseReleased"):
+            self.browser.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, **point})
+        self.frame()
+
     def click(self, name: str) -> None:
         self.browser.find_element("id", name).click()
 

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
+import desim_warehouse as dw
 from desim_warehouse.report.positions import Positions
+from desim_warehouse.resources import resources
 from tests.browser.pages import Page
-from tests.report.replay.floors import RUNS, busy_run, jammed_run, paper_run, spurs_run
+from tests.report.replay.floors import RUNS, WALLS, busy_run, due_run, grid_run, jammed_run, paper_run, spurs_run
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import desim_warehouse as dw
+ESCAPE = "\ue00c"
 
 
 @pytest.fixture
@@ -87,6 +91,30 @@ def test_a_two_way_lane_is_one_line_with_its_present_direction(browser: Any, tmp
     assert "two-way lane, free" in page.text("legend")
 
 
+def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser: Any, tmp_path: Path) -> None:
+    run = grid_run()
+    page, graph = Page(browser, run, tmp_path), run.layout.graph
+    assert "no lane: shelf or wall" in page.text("legend")
+    page.seek(run.record.end)  # everything is fetched, and the robots are in their bays
+    stores = {place.edge[0] for place in run.layout.storage}
+    zones = {*run.layout.bays, *run.layout.stations}
+    off = 0.35  # of a cell: beside the lanes that meet in its middle
+
+    def colours(places: list[tuple[float, float]]) -> set[tuple[int, ...]]:
+        at = [page.ask("page.screen(...arguments)", x + off, y + off) for x, y in places]
+        return {tuple(page.pixel(*point)) for point in at}
+
+    cells = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+    found = [
+        colours([place for node, place in cells.items() if node in stores]),
+        colours([place for node, place in cells.items() if node not in stores | zones]),
+        colours([(float(x), float(y)) for x, y in WALLS]),
+    ]
+    assert [len(one) for one in found] == [1, 1, 1]
+    light, lightest, dark = (sum(next(iter(one))) for one in found)
+    assert lightest > light + 30 > dark + 60
+
+
 def test_playing_moves_robots_and_pausing_stops_them(page: Page) -> None:
     before = page.ask("page.drawn()")
     page.click("play")
@@ -129,7 +157,7 @@ def test_scrubbing_moves_robots(page: Page) -> None:
 
 
 @pytest.mark.parametrize("make", [paper_run, busy_run, jammed_run])
-def test_jumping_to_a_collision_lands_on_one(browser: Any, tmp_path: Path, make: Any) -> None:
+def test_jumping_to_a_wait_lands_on_one(browser: Any, tmp_path: Path, make: Any) -> None:
     run = make()
     page = Page(browser, run, tmp_path)
     last = 0.0
@@ -146,7 +174,7 @@ def test_jumping_to_a_collision_lands_on_one(browser: Any, tmp_path: Path, make:
     assert page.ask("page.time()") < last
 
 
-def test_every_collision_can_be_jumped_to_and_after_the_last_that_is_said(page: Page) -> None:
+def test_every_wait_can_be_jumped_to_and_after_the_last_that_is_said(page: Page) -> None:
     jumps = []
     for _ in range(page.run.S):
         page.click("next")
@@ -154,7 +182,7 @@ def test_every_collision_can_be_jumped_to_and_after_the_last_that_is_said(page: 
     assert len(set(jumps)) == page.run.S
     page.click("next")
     assert page.ask("page.time()") == jumps[-1]
-    assert page.browser.find_element("id", "status").get_attribute("textContent") == "No further collision"
+    assert page.browser.find_element("id", "status").get_attribute("textContent") == "No further wait"
 
 
 def test_jumping_to_a_rotation_lands_on_one(browser: Any, tmp_path: Path) -> None:
@@ -167,32 +195,179 @@ def test_jumping_to_a_rotation_lands_on_one(browser: Any, tmp_path: Path) -> Non
         assert page.ask("page.chosen()") == robots[0]
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_the_strip_ends_with_the_indicators_of_the_run(browser: Any, tmp_path: Path, name: str) -> None:
-    run = RUNS[name]()
+@pytest.mark.parametrize("name", [*RUNS, "due"])
+def test_the_tiles_end_with_the_indicators_of_the_run(browser: Any, tmp_path: Path, name: str) -> None:
+    run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
     page.seek(run.record.end)
-    value = {key: float(page.indicator(key).replace(",", "")) for key in ("T", "S", "C", "delivered", "throughput")}
-    assert value["T"] == pytest.approx(run.T, abs=0.06)
-    assert (value["S"], value["C"], value["delivered"]) == (run.S, run.C, run.kpis["tasks"])
-    assert value["throughput"] == pytest.approx(run.kpis["throughput_per_hour"], abs=0.06)
+    found, header = page.ask("page.tiles()"), page.ask("page.header")
+    near = {"share": 1e-6, "time": header["tick"], "clock": 1e-6, "rate": 1e-6, "chargers": 1e-3}
+    for key, _, form in header["tiles"]:
+        if key != "battery":
+            assert found[key] == pytest.approx(run.kpis[key], abs=near.get(form, 0))
+    shown = {key: page.indicator(key) for key in found}
+    assert (shown["S"], shown["tasks"]) == (f"{run.S:,}", f"{run.kpis['tasks']:,}")
+    if "battery" in shown:
+        levels = [level / run.model.battery.capacity for level in run.history.energy_at_end]  # type: ignore[union-attr]
+        mean, least = (float(part.strip(" (%)")) for part in shown["battery"].split(" %")[:2])
+        assert (mean, least) == pytest.approx((100 * np.mean(levels), 100 * min(levels)), abs=0.6)
+    if "on_time" in shown:
+        assert float(shown["on_time"].rstrip(" %")) == pytest.approx(100 * run.kpis["on_time"], abs=0.5)
     assert sum(page.ask("page.deliveredAt()").values()) == run.kpis["tasks"]
 
 
-def test_the_heat_map_holds_the_counted_waiting_of_the_log(browser: Any, tmp_path: Path) -> None:
+def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page, expected = Page(browser, run, tmp_path), resources(run.history)
+    for time in (200.0, 550.0, run.record.end):
+        page.seek(time)
+        found = page.ask("page.resources()")
+        rows = page.browser.find_elements("css selector", "#stations tbody tr")
+        assert len(found) == len(rows) == len(expected) == 8
+        for item, row, one in zip(found, rows, expected, strict=True):
+            used = one.utilisation(run.history.begin, time)
+            queue = one.queue[1][np.searchsorted(one.queue[0], time, side="right") - 1]
+            assert (item["kind"], item["node"], item["queue"]) == (one.kind, one.node, queue)
+            assert item["utilisation"] == pytest.approx(used, abs=1e-3)
+            assert one.zone in row.text
+            assert f"{round(100 * used)} %" in row.text or used < 0.1
+    assert max(item["queue"] for item in found) >= 0
+
+
+def test_the_heat_map_counts_the_waits_of_the_log_by_the_hour(browser: Any, tmp_path: Path) -> None:
     run = busy_run()
     page = Page(browser, run, tmp_path)
+    page.click("heat")
     page.seek(run.record.end)
-    heat = page.ask("page.heat()")
-    expected = dict.fromkeys(run.layout.graph.edges, 0.0)
+    expected = dict.fromkeys(run.layout.graph.edges, 0)
     where: dict[int, tuple[str, str] | None] = {}
     for row in run.record.rows:
         if row[1] in ("enter", "parked", "docked"):
             where[row[2]] = row[5]
         elif row[1] == "collision" and (edge := row[5] or where.get(row[2])) is not None and row[0] >= run.record.begin:
-            expected[edge] += row[6]
+            expected[edge] += 1
+    hours = (run.record.end - run.record.begin) / 3600
     assert max(expected.values()) > 10
-    assert heat == pytest.approx(list(expected.values()), abs=0.1)
+    assert page.ask("page.waits()") == list(expected.values())
+    assert page.ask("page.heat()") == pytest.approx([count / hours for count in expected.values()])
+    assert page.text("scale") == f"Heat map: 0\n{round(max(expected.values()) / hours):,} waits an hour on a lane"
+
+
+def test_jumping_to_the_worst_queue_lands_on_it(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page = Page(browser, run, tmp_path)
+    for rank, queue in enumerate(page.ask("page.header.worst")[:4]):
+        page.press("q")
+        page.frame()
+        assert page.ask("page.time()") == pytest.approx(queue["time"], abs=1e-6)
+        said = page.text("said")
+        assert said.startswith(f"Worst queue: {queue['robots']} robot" if rank == 0 else f"Queue {rank + 1} of ")
+        if queue["what"] == "lane":
+            source, target = list(run.layout.graph.edges)[queue["number"]]
+            assert {source, target} == {
+                word.strip("\u2068\u2069") for word in said.split(" between ")[1].split(" and ")
+            }
+            on = [wait for wait in run.history.waits if wait.on == (source, target)]
+            assert sum(wait.start <= queue["time"] < wait.end for wait in on) == queue["robots"]
+        else:
+            assert page.ask("page.resources()")[queue["number"]]["queue"] == queue["robots"]
+    page.press(ESCAPE)
+
+
+def test_a_click_pins_the_panel_of_a_robot(browser: Any, tmp_path: Path) -> None:
+    run = paper_run()
+    page = Page(browser, run, tmp_path)
+    page.seek(200)
+    robot = page.ask("page.states()").index("loaded")
+    page.tap(*page.ask("page.drawn()[arguments[0]]", robot))
+    panel = page.browser.find_element("id", "robot")
+    assert panel.is_displayed()
+    assert page.ask("page.chosen()") == robot
+    tasks = [one for one in run.history.assignments if one.robot == robot and one.start <= 200 < one.end]
+    task = run.history.tasks[tasks[0].task]
+    assert f"Robot {robot}" in panel.text
+    assert "driving loaded" in panel.text
+    assert f"Task {task.number}, good {task.good}, to \u2068{task.station}\u2069" in panel.text
+    assert re.search(r"Battery \d+ %", panel.text)
+    # the route is where it drives until it unloads
+    route = page.ask("page.route()")
+    until = next(span.end for span in run.history.states[robot] if span.start <= 200 < span.end)
+    entered = [row.edge for row in run.history.rows("enter") if row.robot == robot and 200 < row.time <= until]
+    assert [edge[0] for edge in entered if edge] == route[: len(entered)]
+    assert route[-1] == task.station
+    assert all(name in panel.text for name in (route[0], route[-1]))
+    # it stays when time goes on and tells the news; a click beside robots closes it
+    page.seek(until + 1)
+    assert panel.is_displayed()
+    assert "unloading" in panel.text
+    page.tap(3, 3)
+    assert not panel.is_displayed()
+
+
+def test_two_runs_play_side_by_side_on_one_clock(browser: Any, tmp_path: Path) -> None:
+    run = paper_run()
+    other = dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": 3}))
+    page = Page(browser, run, tmp_path, beside=other)
+    captions = [item.text for item in page.browser.find_elements("class name", "caption")]
+    assert captions == ["A: fleet.size = 6", "B: fleet.size = 3"]
+    for time in (150.0, 700.0):
+        for who, one in (("page", run), ("page.beside", other)):
+            off = np.array(page.ask(f"{who}.positions(arguments[0])", time)) - Positions(one).points(time)
+            assert np.abs(off).max() * page.ask("page.scale()") < 1
+    assert other.T > run.T
+    page.seek(1e9)  # the shorter run stands at its end
+    assert page.ask("page.time()") == pytest.approx(other.T)
+    for who, one in (("page", run), ("page.beside", other)):
+        assert page.ask(f"{who}.tiles().tasks") == one.kpis["tasks"]
+        assert page.ask(f"{who}.tiles().S") == one.S
+        assert page.ask(f"{who}.tiles().T") == pytest.approx(one.T)
+    values = page.browser.find_elements("css selector", "[data-key=S] span")
+    assert [value.text for value in values] == [str(run.S), str(other.S)]
+    boxes = [item.rect for item in page.browser.find_elements("class name", "stage")]
+    assert boxes[0]["x"] + boxes[0]["width"] <= boxes[1]["x"] or boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
+    # both views move together, as their floors are the same
+    page.click("zoom-in")
+    assert page.ask("page.scale()") == pytest.approx(page.ask("page.beside.scale()"))
+    assert page.complaints() == []
+    assert page.requests() == []
+
+
+def test_a_picture_is_saved_as_it_is_on_the_screen(browser: Any, tmp_path: Path) -> None:
+    page = Page(browser, paper_run(), tmp_path)
+    folder = tmp_path / "downloads"
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
+    page.seek(300)
+    page.click("picture")
+    saved = folder / "MultiBots-300.png"
+    for _ in range(100):
+        if saved.exists():
+            break
+        page.pause(0.05)
+    box = page.browser.find_element("id", "floor").rect
+    with Image.open(saved) as picture:
+        assert picture.width == round(2 * (box["width"] + 2 * 14))  # 14: its edges
+        assert picture.height > 2 * box["height"]
+        robot = page.ask("page.states()").index("empty")
+        (x, y), heading = page.ask("page.drawn()")[robot], Positions(page.run).headings(300)[robot]
+        beside = 0.77 * 12.5 * page.ask("page.scale()")
+        point = (2 * (14 + x - beside * math.sin(heading)), 2 * (50 + y + beside * math.cos(heading)))
+        colour = picture.convert("RGB").getpixel((round(point[0]), round(point[1])))
+    assert colour == pytest.approx((0, 98, 163), abs=30)
+    assert page.ask("page.drawn()")[robot] == [x, y]  # the page is as it was
+    assert page.complaints() == []
+
+
+def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page, where = Page(browser, run, tmp_path), Positions(run)
+    page.enlarge(500, 500)
+    page.seek(300)
+    on_lanes = where.at(300.0)[0] < where.edges.real
+    radii = np.array(page.ask("page.radii()"))
+    assert 0.4 * page.ask("page.scale()") < 5
+    assert on_lanes.sum() > 5
+    assert (radii[on_lanes] == 5).all()
+    assert (radii[~on_lanes] <= 5).all()  # not over those in the next slots
 
 
 def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) -> None:

@@ -29,13 +29,14 @@ def page(browser: Any, tmp_path: Path) -> Page:
 
 def test_every_control_is_reached_by_tab_and_shows_that_it_is(page: Page) -> None:
     reached = {}
-    for _ in range(24):
+    for _ in range(30):
         page.press(TAB)
         name, style, width = page.browser.execute_script(FOCUSED)
         reached[name] = (style, width)
     controls = {
         item.get_attribute("id")
         for item in page.browser.find_elements("css selector", "button:enabled, input, select, canvas[tabindex]")
+        if item.is_displayed()
     }
     assert controls <= set(reached)
     assert all(reached[name][0] != "none" and reached[name][1] >= 2 for name in controls)
@@ -51,7 +52,7 @@ def test_controls_have_names_for_those_who_cannot_see_them(page: Page) -> None:
     ]
     assert len(names) >= 15
     assert all(name.strip() for name in names)
-    assert {"Play", "Step on", "Next collision", "Zoom in", "Time"} <= set(names)
+    assert {"Play", "Step on", "Next wait", "Worst queue", "Zoom in", "Time"} <= set(names)
 
 
 def test_the_keys_alone_will_do(page: Page) -> None:
@@ -162,14 +163,67 @@ def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
     assert "battery" in page.text("tip")
 
 
-@pytest.mark.parametrize("width", [360, 414])
-def test_it_fits_a_phone(page: Page, width: int) -> None:
-    page.enlarge(width, 780, deviceScaleFactor=2, mobile=True)
+@pytest.mark.parametrize(("width", "high"), [(360, 780), (390, 844)])
+def test_it_fits_a_phone(page: Page, width: int, high: int) -> None:
+    page.enlarge(width, high, deviceScaleFactor=2, mobile=True)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
-    heights = [item.rect["height"] for item in page.browser.find_elements("css selector", "button, select")]
+    heights = [item["bottom"] - item["top"] for item in boxes(page, "button, select")]
     assert min(heights) >= 44
     robots = page.ask("page.drawn()")
     assert all(0 < x < width for x, _ in robots)
+    legend = boxes(page, "#legend li")
+    assert len(legend) >= 8
+    assert max(item["bottom"] for item in legend) <= high
+    covered(page)
+    # nor is anything covered with a robot's panel, the heat map and a message
+    page.press("n", "h")
+    page.pause(0.1)
+    assert page.browser.find_element("id", "robot").is_displayed()
+    assert max(item["bottom"] for item in boxes(page, "#legend li")) <= high
+    covered(page)
+
+
+@pytest.mark.parametrize(("width", "high"), [(1400, 900), (1024, 700), (390, 844)])
+def test_two_runs_fit_any_screen(browser: Any, tmp_path: Path, width: int, high: int) -> None:
+    page = Page(browser, paper_run(), tmp_path, beside=paper_run())
+    page.enlarge(width, high, mobile=width < 500)
+    assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert max(item["bottom"] for item in boxes(page, "#legend li")) <= high
+    assert len(boxes(page, ".stage")) == 2
+    covered(page)
+
+
+def boxes(page: Page, selector: str) -> list[dict[str, float]]:
+    """Where the elements are that are shown, in the order of the page."""
+    script = (
+        "return [...document.querySelectorAll(arguments[0])].map((item) => item.getBoundingClientRect())"
+        ".filter((box) => box.width && box.height)"
+        ".map(({left, top, right, bottom}) => ({left, top, right, bottom}))"
+    )
+    return list(page.browser.execute_script(script, selector))
+
+
+def covered(page: Page) -> None:
+    """No part of the page lies on another: floors, legend, notes, buttons, tiles, panel and tables."""
+    parts = boxes(
+        page, ".stage, h1, .caption, #legend li, #scale, #said, #ribbon, button, select, output, .tile, #stations"
+    )
+    parts = [box for box in parts if box["bottom"] - box["top"] > 1]
+    panel = boxes(page, "#robot")
+    for i, one in enumerate(parts):
+        for other in parts[:i]:
+            wide = min(one["right"], other["right"]) - max(one["left"], other["left"])
+            high = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+            assert wide <= 1 or high <= 1, (one, other)
+    tiles = boxes(page, ".tile, .stage, #legend")
+    assert all(
+        box["bottom"] <= item["top"] + 1
+        or item["bottom"] <= box["top"] + 1
+        or box["right"] <= item["left"] + 1
+        or item["right"] <= box["left"] + 1
+        for box in panel
+        for item in tiles
+    )
 
 
 @pytest.mark.parametrize(("wish", "dark"), [("dark", True), ("light", False)])

@@ -35,7 +35,7 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
     loads = [row for row in run.record.rows if row[1] == "loaded"]
     time, _, robot, task, *_ = loads[3]
     good = run.history.tasks[task].good
-    for moment, mood, colour in ((time - 0.1, "empty", colours["loaded"]), (time, "loaded", colours["none"])):
+    for moment, mood, colour in ((time - 0.1, "empty", colours["good"]), (time, "loaded", colours["none"])):
         picture.show(moment)
         assert picture.moods(moment)[robot] == mood
         assert to_hex(picture.goods.get_facecolor()[good]) == colour

@@ -58,6 +58,21 @@ def test_settings_for_a_run_that_is_over_are_refused(tmp_path: Path) -> None:
         call(tmp_path / "run", "--set", "fleet.size=2")
 
 
+def test_another_run_stands_beside_it(tmp_path: Path) -> None:
+    paper_run().save(tmp_path / "run")
+    out = tmp_path / "two.html"
+    call(MODEL, "--set", "fleet.size=2", "--beside", tmp_path / "run", "-o", out, "--to", 500)
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2}))
+    assert out.read_text(encoding="utf-8") == run.replay(end=500, beside=paper_run()).html
+    call(tmp_path / "run", "--beside", MODEL, "-o", out)
+    assert out.read_text(encoding="utf-8") == paper_run().replay(beside=paper_run()).html
+
+
+def test_a_film_of_two_runs_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ReportError, match="leave out --beside, or --gif"):
+        call(MODEL, "--beside", MODEL, "--gif", tmp_path / "a.gif")
+
+
 def test_a_model_that_records_too_little_is_told_what_to_set() -> None:
     with pytest.raises(ReportError, match=r"needs log: all \(now log: tasks\).*--set log=all"):
         call(MODEL, "--set", "log=tasks")

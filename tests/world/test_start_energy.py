@@ -6,7 +6,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse import ModelError
 from desim_warehouse.model.energy import start_levels
-from desim_warehouse.report.replay import payload
+from desim_warehouse.report.replay.payload import ENERGY, payload
 from desim_warehouse.streams import Streams
 from tests.auditor import audit
 
@@ -48,10 +48,10 @@ def test_each_robot_draws_its_own_and_more_robots_leave_it_as_it_is():
 def test_the_replay_shows_the_same_levels():
     # the first of the columns that the page is sent: energy in steps, of which a battery has ENERGY
     run = dw.simulate(tutorial({"fleet.start_energy": 0.4}))
-    columns = payload._state_columns(run.history, payload.Scale(0.01, 0.01, 0.0, run.record.end))
-    counts = np.cumsum([0, *columns["state_count"][:-1]])
-    energies = np.cumsum(columns["state_energy"])
-    assert [energies[first] / payload.ENERGY for first in counts] == [0.4, 0.4, 0.4]
+    _, columns = payload(run, 0.0, run.record.end)
+    counts = np.cumsum([0, *columns["energy_count"][:-1]])
+    energies = np.cumsum(columns["energy"])
+    assert [energies[first] / ENERGY for first in counts] == [0.4, 0.4, 0.4]
 
 
 def test_a_full_start_is_what_it_was():

@@ -26,8 +26,9 @@ def replay(
     start: float | None = None,
     end: float | None = None,
     palette: str = "safe",
+    beside: Run | None = None,
 ) -> Replay:
-    """Make the replay page of a run, or of a window of it.
+    """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
 
     Args:
         run: a run with `log: all`.
@@ -35,6 +36,7 @@ def replay(
         start: first moment shown, in the model's time unit; default: the start of the run.
         end: last moment shown; default: the end of the run.
         palette: `safe` for colour-blind people, or `paper`, the paper's blue, red and green.
+        beside: another run with `log: all`, shown at the same moments, counted from the start of either.
 
     Raises:
         ReportError: for a run without the rows that are needed, an empty window, or an unknown palette.
@@ -42,11 +44,16 @@ def replay(
     from desim_warehouse.report.positions import need_all
     from desim_warehouse.report.replay.page import page
 
-    need_all(run)
+    runs = [run] if beside is None else [run, beside]
+    for one in runs:
+        need_all(one)
     if palette not in PALETTES:
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
-    begin, finish = window(run, start, end)
-    result = Replay(f"{run.model.name}: replay", page(run, begin, finish, palette))
+    windows = [window(run, start, end)]
+    if beside is not None:
+        part = run.model.units.seconds / beside.model.units.seconds
+        windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
+    result = Replay(f"{run.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)
     return result

@@ -3,29 +3,74 @@
 from __future__ import annotations
 
 import html
+import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.report.palette import GROUND, HEAT, PALETTES
+from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.report.web import joined, safe_json
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from desim_warehouse.run import Run
 
+_KEYS = 3
+"""The most keys that name a run beside another."""
+_LONGEST = 40
+"""A value longer than this is cut."""
 
-def page(run: Run, start: float, end: float, palette: str) -> str:
-    """One self-contained HTML page that replays a window of a run; it needs no network."""
-    header, columns = payload(run, start, end)
-    index, text = pack(columns)
+
+def page(runs: Sequence[Run], windows: Sequence[tuple[float, float]], palette: str) -> str:
+    """One self-contained HTML page that replays a window of each run, one or two; it needs no network."""
+    headers, texts = [], []
+    for run, (start, end), label in zip(runs, windows, labels(runs), strict=True):
+        header, columns = payload(run, start, end)
+        index, text = pack(columns)
+        headers.append({**header, "label": label, "columns": index})
+        texts.append(f'<script type="text/plain" class="columns">{text}</script>')
     parts = {
-        "title": html.escape(f"{run.model.name}: replay"),
-        "header": safe_json({**header, "palette": palette, "colours": _colours(), "columns": index}),
-        "columns": text,
+        "title": html.escape(f"{' and '.join(dict.fromkeys(run.model.name for run in runs))}: replay"),
+        "header": safe_json({"palette": palette, "colours": _colours(), "runs": headers}),
+        "columns": "\n".join(texts),
     }
     return joined("desim_warehouse.report.replay", parts)
 
 
+def labels(runs: Sequence[Run]) -> list[str]:
+    """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed."""
+    contents = [dict(_flat(run.model.content())) for run in runs]
+    keys = dict.fromkeys(key for content in contents for key in content)
+    differ = [key for key in keys if key != "name" and len({_text(content.get(key)) for content in contents}) > 1]
+    found = []
+    for run, content in zip(runs, contents, strict=True):
+        parts = [f"{key} = {_text(content.get(key))}" for key in differ[:_KEYS]]
+        if len(differ) > _KEYS:
+            parts.append("...")
+        if not differ or len({run.seed for run in runs}) > 1:
+            parts.append(f"seed {run.seed}")
+        found.append(", ".join(parts))
+    return found
+
+
+def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of a model by dotted keys; lists are one value each."""
+    for key, value in content.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def _text(value: Any) -> str:
+    """A value of a model, short enough for a caption."""
+    text = "none" if value is None else value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
 def _colours() -> dict[str, Any]:
     """The colours of the page: of its floor, of what moves on it, and of waiting."""
-    return {"ground": GROUND, "palettes": PALETTES, "heat": HEAT}
+    ground = {name: {**GROUND[name], "second": PAGE[name]["second"]} for name in GROUND}
+    return {"ground": ground, "palettes": PALETTES, "heat": HEAT}

@@ -6,8 +6,8 @@ enough to draw a robot within a small fraction of its radius of where the log ha
 
 from __future__ import annotations
 
+import datetime as dt
 import itertools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,17 +15,22 @@ import numpy as np
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
+from desim_warehouse.report.replay.queues import resource_columns, worst
+from desim_warehouse.report.replay.scale import scale_of
+from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.resources import resources
 from desim_warehouse.states import FOR_CHARGER, STATES, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.history import History, StateSpan
+    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.report.replay.tiles import Tile
+    from desim_warehouse.resources import Resource
     from desim_warehouse.run import Run
 
-FINENESS = 100
-"""Grains in the radius of the smallest robot."""
 ENERGY = 1000
 """Steps in a full battery."""
 SAME, OTHER, ONWARD = 0, 1, 2
@@ -37,50 +42,26 @@ _NUMBERS = {state.doing: number for number, state in enumerate(SHOWN)}
 Columns = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Steps of length and time, and the window of the run in its own time."""
-
-    grain: float
-    tick: float
-    start: float
-    end: float
-
-    def times(self, values: Any) -> NDArray[np.int64]:
-        """Times in ticks since the start of the window."""
-        return np.rint((np.asarray(values, dtype=float) - self.start) / self.tick).astype(np.int64)
-
-    def lengths(self, values: Any) -> NDArray[np.int64]:
-        """Lengths in grains."""
-        return np.rint(np.asarray(values, dtype=float) / self.grain).astype(np.int64)
-
-
-def scale_of(run: Run, start: float, end: float) -> Scale:
-    """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
-    fleet = run.model.fleet
-    grain = min(robot_radii(run.model)) / FINENESS
-    fastest = max([fleet.robot.speed, *(kind.speed or 0.0 for kind in fleet.kinds.values())])
-    longest = max(end - start, run.record.end)
-    return Scale(grain, max(grain / fastest, 4 * longest / LARGEST), start, end)
-
-
 def payload(run: Run, start: float, end: float) -> tuple[dict[str, Any], Columns]:
     """Header and columns of the page for a window of a run."""
     positions = Positions(run)
     scale = scale_of(run, start, end)
-    history = run.history
+    history, shown, places = run.history, tiles(run), resources(run.history)
     columns = {
         **_leg_columns(positions, scale),
         **_state_columns(history, scale),
-        **_task_columns(history, scale),
+        **_energy_columns(history, scale),
+        **_task_columns(run, scale),
         **_wait_columns(run, scale),
-        **_count_columns(run, scale),
+        **_delivery_columns(run, scale),
+        **tile_columns(shown, scale),
+        **resource_columns(places, scale),
         **_storage_columns(run, scale),
     }
-    return _header(run, positions, scale), columns
+    return _header(run, positions, shown, places, scale), columns
 
 
-def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
+def _header(run: Run, positions: Positions, shown: list[Tile], places: list[Resource], scale: Scale) -> dict[str, Any]:
     model, layout, edges, history = run.model, run.layout, positions.edges, run.history
     nodes = list(layout.graph.nodes)
     number = {node: i for i, node in enumerate(nodes)}
@@ -89,6 +70,7 @@ def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
         "name": model.name,
         "description": model.description,
         "seed": run.seed,
+        "day": _seconds_of_day(model.run.start),
         "units": {"length": model.units.length, "time": model.units.time, "seconds": model.units.seconds},
         "grain": scale.grain,
         "tick": scale.tick,
@@ -108,15 +90,14 @@ def _header(run: Run, positions: Positions, scale: Scale) -> dict[str, Any]:
         "two_way": [[edge, back] for edge, back in enumerate(edges.twin.tolist()) if edge < back],
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
+        "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
+        "worst": worst(run, places, scale),
+        "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
-        "before": {
-            "S": sum(history.begin <= wait.end < scale.start for wait in history.waits),
-            "C": sum(history.begin <= time < scale.start for time in history.recharges),
-        },
     }
 
 
@@ -187,48 +168,70 @@ def _edge_codes(
 
 
 def _state_columns(history: History, scale: Scale) -> Columns:
-    """Per robot, what it begins to do, with its task and energy there; and once more at the end of the run."""
-    battery = history.model.battery
-    capacity = 1.0 if battery is None else battery.capacity
-    ends = history.energy_at_end or [0.0] * len(history.changes)
+    """Per robot, what it begins to do, with its task; and once more at the end of the run."""
     rows = []
-    for changes, left in zip(history.changes, ends, strict=True):
-        rows += [(span.start, _number(span), span.task, span.energy or 0.0) for span in changes]
+    for changes in history.changes:
+        rows += [(span.start, _number(span), span.task) for span in changes]
         last = changes[-1]
-        rows.append((last.end, _number(last), last.task, left))
-    flat = np.array(rows, dtype=float)
-    sizes = [len(changes) + 1 for changes in history.changes]
-    first = np.concatenate([[0], np.cumsum(sizes)])
-    windows = _window(flat[:, 0], first, scale)
-    keep = np.concatenate([np.arange(low, high) for low, high in windows])
-    time, state, task, energy = flat[keep].T
+        rows.append((last.end, _number(last), last.task))
+    counts, (time, state, task) = _in_window(rows, [len(changes) + 1 for changes in history.changes], scale)
     return {
-        "state_count": [high - low for low, high in windows],
+        "state_count": counts,
         "state_time": _steps(scale.times(time)),
         "state": state.astype(np.int64),
         "state_task": _steps(task.astype(np.int64)),
-        "state_energy": _steps(np.rint(energy / capacity * ENERGY).astype(np.int64)),
     }
+
+
+def _energy_columns(history: History, scale: Scale) -> Columns:
+    """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
+    battery, curves = history.model.battery, history.energy_curves
+    if battery is None:
+        return {}
+    rows = [corner for curve in curves for corner in zip(*curve, strict=True)]
+    counts, (time, level) = _in_window(rows, [len(times) for times, _ in curves], scale)
+    return {
+        "energy_count": counts,
+        "energy_time": _steps(scale.times(time)),
+        "energy": _steps(np.rint(level / battery.capacity * ENERGY).astype(np.int64)),
+    }
+
+
+def _in_window(rows: list[Any], sizes: list[int], scale: Scale) -> tuple[list[int], NDArray[np.float64]]:
+    """Of rows that begin with a time, so many for each robot: how many of each are kept, and their columns."""
+    flat = np.array(rows, dtype=float)
+    windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
+    keep = np.concatenate([np.arange(low, high) for low, high in windows])
+    return [high - low for low, high in windows], flat[keep].T
 
 
 def _number(span: StateSpan) -> int:
     return _NUMBERS[seen(span.state, span.task).doing]
 
 
-def _task_columns(history: History, scale: Scale) -> Columns:
-    """Tasks whose good is there at some time of the window; those never loaded are, until the end and longer."""
+def _task_columns(run: Run, scale: Scale) -> Columns:
+    """Tasks that are open at some time of the window; those never loaded or delivered are, until the end and longer.
+
+    `task_good`: -1 if it does not lie in storage. `task_due`: 1 more than the ticks from release to due time; 0: none.
+    `task_to`: the number of the node where it is delivered; -1: not in this run.
+    """
     shown = [
         (number, task)
-        for number, task in sorted(history.tasks.items())
-        if task.released <= scale.end and task.delivered > scale.start and task.good >= 0
+        for number, task in sorted(run.history.tasks.items())
+        if task.released <= scale.end and task.delivered > scale.start
     ]
+    node = {name: i for i, name in enumerate(run.layout.graph.nodes)}
     after = scale.end + (scale.end - scale.start) + 1.0
     loaded = [min(task.loaded, after) for _, task in shown]
+    longest = scale.tick * (LARGEST // 2)  # what is due later fits, and is due later than any run lasts
+    due = [-scale.tick if task.due is None else min(task.due - task.released, longest) for _, task in shown]
     return {
         "task": _steps(np.array([number for number, _ in shown], dtype=np.int64)),
         "task_good": [task.good for _, task in shown],
         "task_released": _steps(scale.times([task.released for _, task in shown])),
         "task_loaded": _steps(scale.times(loaded)),
+        "task_due": np.rint(np.array(due) / scale.tick).astype(np.int64) + 1,
+        "task_to": [node.get(task.station, -1) for _, task in shown],
     }
 
 
@@ -247,15 +250,13 @@ def _wait_columns(run: Run, scale: Scale) -> Columns:
     }
 
 
-def _count_columns(run: Run, scale: Scale) -> Columns:
-    """Deliveries, also those before the window, and the times at which recharged robots went out in it."""
+def _delivery_columns(run: Run, scale: Scale) -> Columns:
+    """Counted deliveries by node, also those before the window."""
     number = {node: i for i, node in enumerate(run.layout.graph.nodes)}
-    done = [task for task in run.history.delivered if task.delivered <= scale.end]
-    out = [time for time in run.history.recharges if scale.start <= time <= scale.end]
+    done = [task for task in run.history.counted_deliveries if task.delivered <= scale.end]
     return {
         "done_time": _steps(scale.times([task.delivered for task in done])),
         "done_node": [number[task.station] for task in done],
-        "recharged": _steps(scale.times(out)),
     }
 
 
@@ -274,3 +275,9 @@ def _storage_columns(run: Run, scale: Scale) -> Columns:
 def _steps(values: NDArray[np.int64]) -> NDArray[np.int64]:
     """The differences between neighbours, the first from 0."""
     return np.diff(values, prepend=0)
+
+
+def _seconds_of_day(start: str) -> int:
+    """The time of day at which a run starts, in seconds."""
+    clock = dt.time.fromisoformat(start.rpartition("T")[2])
+    return clock.hour * 3600 + clock.minute * 60 + clock.second

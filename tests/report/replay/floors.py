@@ -48,6 +48,13 @@ def busy_run() -> Run:
 
 
 @cache
+def due_run() -> Run:
+    """The crowded floor with orders that come when they will, and are due soon."""
+    tasks = busy()["tasks"] | {"goods": {"poisson": 300, "due_within": 60.0}}
+    return dw.simulate(dw.load(busy(name="due", tasks=tasks, battery=None)), seed=1)
+
+
+@cache
 def paper_run() -> Run:
     return dw.simulate(dw.load("models/multibots.yaml"))
 
@@ -131,6 +138,39 @@ def tours_run() -> Run:
         "battery": None,
     }
     return dw.simulate(dw.load("models/multibots.yaml", changes))
+
+
+WALLS = [(column, row) for column in (*range(2, 6), *range(7, 11)) for row in (2, 5)]
+"""Cells of the grid where no robot can be: shelves."""
+
+
+@cache
+def grid_run() -> Run:
+    """A grid of two-way cells round four shelves, with goods on the cells beside them."""
+    cells = [(column, row) for row in range(8) for column in range(13) if (column, row) not in WALLS]
+    pairs = [((x, y), there) for x, y in cells for there in ((x + 1, y), (x, y + 1)) if there in cells]
+    beside = [(x, y) for x, y in cells if (x, y - 1) in WALLS or (x, y + 1) in WALLS]
+
+    def name(cell: tuple[int, int]) -> str:
+        return f"{cell[0]}.{cell[1]}"
+
+    layout = {
+        "nodes": {name(cell): [float(cell[0]), float(cell[1])] for cell in cells},
+        "edges": [{"from": name(a), "to": name(b), "two_way": True} for a, b in pairs],
+        "storage": [{"node": name(cell)} for cell in beside],
+        "bays": {"home": {"at": ["0.0", "0.7"], "places": 2}},
+        "stations": {"pack": {"at": ["12.3"], "places": 2}},
+    }
+    model = busy(
+        name="grid",
+        layout=layout,
+        fleet={"size": 3, "robot": {"radius": 0.3, "speed": 1.0, "margin": 0.05}},
+        tasks={"goods": {"random": 8}, "unload_at": ["12.3"], "load_time": 3.0, "unload_time": 4.0},
+        battery=None,
+        policies={"routing": "shortest"},
+    )
+    del model["run"]
+    return dw.simulate(dw.load(model), seed=1)
 
 
 RUNS = {

@@ -15,9 +15,12 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
 from desim_warehouse.report.replay.columns import pack
+from desim_warehouse.report.replay.page import labels
 from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.report.replay.tiles import tiles
 from desim_warehouse.report.web import safe_json
-from tests.report.replay.floors import RUNS, busy, busy_run, paper_run
+from desim_warehouse.resources import resources
+from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run
 from tests.report.replay.unpacked import unpack
 
 if TYPE_CHECKING:
@@ -82,13 +85,118 @@ def test_counts_at_the_end_are_the_run_s_indicators(name: str) -> None:
     assert sum(task.delivered >= begin for task in history.delivered) == run.kpis["tasks"]
 
 
-def test_counts_of_two_windows_join_without_a_seam() -> None:
+def curve(columns: dict[str, Any], key: str) -> tuple[Any, Any]:
+    """Times in ticks and values of a tile, as the page reads them."""
+    return np.cumsum(columns[f"{key}_time"]), np.cumsum(columns[f"{key}_value"])
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_tiles_end_with_the_run_s_own_indicators(name: str) -> None:
+    run = RUNS[name]()
+    header, columns = read(run, 0.0, run.record.end)
+    unit = {"share": 1e-6, "time": header["tick"], "count": 1, "open": 1}
+    compared = set()
+    for key, _, form in header["tiles"]:
+        if form in unit:
+            _, values = curve(columns, key)
+            last = values[-1] * unit[form] if len(values) else 0
+            assert last == pytest.approx(run.kpis[key], abs=0 if unit[form] == 1 else unit[form])
+            compared.add(key)
+    assert {"tasks", "S"} <= compared
+
+
+def test_tiles_depend_on_the_kind_of_run() -> None:
+    def keys(run: dw.Run) -> list[str]:
+        return [tile.key for tile in tiles(run)]
+
+    assert keys(paper_run())[:4] == ["backlog", "tasks", "throughput_per_hour", "T"]
+    # so many open tasks as there always are; not due
+    assert not {"backlog", "on_time", "T"} & set(keys(busy_run()))
+    assert {"cycle_time_p95", "battery", "charger_utilisation"} <= set(keys(busy_run()))
+    assert keys(due_run()) == ["backlog", "tasks", "throughput_per_hour", "on_time", "cycle_time_p95", "S"]
+
+
+def test_a_tile_on_the_way_is_the_indicator_of_what_was_delivered_until_then() -> None:
+    run = due_run()
+    header, columns = read(run, 0.0, run.record.end)
+    middle = (run.history.begin + run.history.end) / 2
+    so_far = [task for task in run.history.counted_deliveries if task.delivered <= middle]
+    expected = {
+        "tasks": len(so_far),
+        "backlog": sum(task.released <= middle < task.delivered for task in run.history.tasks.values()),
+        "on_time": np.mean([task.due is not None and task.delivered <= task.due for task in so_far]) / 1e-6,
+        "cycle_time_p95": np.quantile([task.cycle_time for task in so_far], 0.95) / header["tick"],
+    }
+    assert 0 < expected["on_time"] < 1e6
+    for key, value in expected.items():
+        times, values = curve(columns, key)
+        now = values[np.searchsorted(times, middle / header["tick"], side="right") - 1]
+        assert now == pytest.approx(value, abs=1)
+
+
+def test_counts_of_a_window_go_on_from_what_came_before_it() -> None:
     run = busy_run()
     middle = 400.0
-    early, late = payload(run, 0, middle)[1], payload(run, middle, run.record.end)[0]
-    times = np.cumsum(early["wait_time"]) * payload(run, 0, middle)[0]["tick"]
-    assert late["before"]["S"] == ((times >= run.record.begin) & (times < middle)).sum()
-    assert late["before"]["C"] == sum(run.record.begin <= time < middle for time in run.history.recharges)
+    for key, times in (("S", [wait.end for wait in run.history.waits]), ("C", run.history.recharges)):
+        before = sum(run.record.begin <= time <= middle for time in times)
+        assert before > 0
+        (_, early), (_, late) = (curve(read(run, *span)[1], key) for span in ((0.0, middle), (middle, run.record.end)))
+        assert early[-1] == late[0] == before
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_servers_and_chargers_are_in_use_as_the_account_of_time_has_it(name: str) -> None:
+    run = RUNS[name]()
+    nodes, (begin, end) = run.account("node"), (run.history.begin, run.history.end)
+    for one in resources(run.history):
+        row = nodes.loc[one.node]
+        station = one.kind == "station"
+        used = row["unloading"] + row["loading"] if station else row["charging"]
+        queued = row["queueing_server" if station else "queueing_charger"]
+        assert one.utilisation(begin, end) == pytest.approx(used / (one.number * (end - begin)))
+        assert one.mean_queue(begin, end) == pytest.approx(queued / (end - begin))
+        assert max(one.busy[1]) <= one.number
+        assert one.busy[1][-1] >= 0 <= min(one.queue[1])
+    if "charger_utilisation" in run.kpis:
+        some = [one for one in resources(run.history) if one.kind == "chargers"]
+        total = sum(one.utilisation(begin, end) * one.number for one in some)
+        assert total / run.history.chargers == pytest.approx(run.kpis["charger_utilisation"])
+
+
+def test_the_worst_queues_are_those_that_the_log_has() -> None:
+    run = busy_run()
+    found = read(run, 0.0, run.record.end)[0]["worst"]
+    assert [queue["robots"] for queue in found] == sorted((queue["robots"] for queue in found), reverse=True)
+    edges, longest = list(run.layout.graph.edges), dict.fromkeys(run.layout.graph.edges, 0)
+    for wait in run.history.waits:
+        if wait.on is not None:
+            there = sum(other.on == wait.on and other.start <= wait.start < other.end for other in run.history.waits)
+            longest[wait.on] = max(longest[wait.on], there)
+    places = resources(run.history)
+    kinds = set()
+    for queue in found:
+        time = queue["time"]
+        if queue["what"] == "lane":
+            on = edges[queue["number"]]
+            there = sum(wait.on == on and wait.start <= time < wait.end for wait in run.history.waits)
+            assert queue["robots"] == there == longest[on]
+        else:
+            one = places[queue["number"]]
+            assert queue["what"] == one.kind
+            assert queue["robots"] == max(one.queue[1])
+            assert queue["robots"] == one.queue[1][np.searchsorted(one.queue[0], time, side="right") - 1]
+        kinds.add(queue["what"])
+    assert {"lane", "station"} <= kinds or {"lane", "chargers"} <= kinds
+    assert found[0]["robots"] >= max(longest.values())
+
+
+def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
+    few, many = (dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": size})) for size in (3, 5))
+    again = dw.simulate(few.model, seed=9)
+    assert labels([few, many]) == ["fleet.size = 3", "fleet.size = 5"]
+    assert labels([few, again]) == ["seed 0", "seed 9"]
+    assert labels([many, again]) == ["fleet.size = 5, seed 0", "fleet.size = 3, seed 9"]
+    assert labels([few]) == ["seed 0"]
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -162,7 +270,7 @@ def test_names_cannot_leave_their_place_in_the_page() -> None:
     assert "<script>window.hacked" not in page.html
     header = re.search(r'id="header">(.*?)</script>', page.html, re.DOTALL)
     assert header is not None
-    assert json.loads(header[1])["name"] == name
+    assert json.loads(header[1])["runs"][0]["name"] == name
     assert "<script" not in page._repr_html_().split("srcdoc=", 1)[1]
 
 

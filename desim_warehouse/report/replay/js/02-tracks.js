@@ -15,6 +15,10 @@ class Edges {
     this.out = header.nodes.map(() => []);
     this.twin = new Int32Array(count).fill(-1); // of a two-way lane: its other direction
     for (const [edge, back] of header.two_way) [this.twin[edge], this.twin[back]] = [back, edge];
+    const pair = (from, to) => from * header.nodes.length + to;
+    const pairs = new Set(Array.from({ length: this.real }, (_, i) => pair(this.source[i], this.target[i])));
+    // whether another lane leads back beside a one-way lane
+    this.beside = Uint8Array.from({ length: this.real }, (_, i) => this.twin[i] < 0 && pairs.has(pair(this.target[i], this.source[i])));
     for (let i = 0; i < count; i++) {
       const from = i < this.real ? header.nodes[this.source[i]].slice(1) : header.places[i - this.real];
       const to = header.nodes[this.target[i]].slice(1);
@@ -101,5 +105,20 @@ class Tracks {
       this.heading[robot] = edges.heading[edge];
       this.moves[robot] = part < 1 && time >= this.begin[i] ? 1 : 0;
     }
+  }
+
+  // Where a robot goes from a time on until another: the points of its route, the nodes on it, and how far it is.
+  ahead(robot, time, until) {
+    const { edges } = this, points = [[this.x[robot], this.y[robot]]], nodes = [];
+    let far = 0;
+    for (let i = this.leg(robot, time); i < this.first[robot + 1] && this.begin[i] < until; i++) {
+      if (this.end[i] <= time) continue;
+      const edge = this.edge[i], part = edges.length[edge] > 0 ? this.target[i] / edges.length[edge] : 1;
+      const from = this.begin[i] <= time ? this.at[robot] : this.origin[i];
+      far += Math.abs(this.target[i] - from);
+      points.push([edges.x[edge] + part * edges.dx[edge], edges.y[edge] + part * edges.dy[edge]]);
+      if (part > 1 - 1e-9 && edge < edges.real && nodes.at(-1) !== edges.target[edge]) nodes.push(edges.target[edge]);
+    }
+    return { points, nodes, far };
   }
 }

@@ -1,14 +1,11 @@
-// Robots: a circle with a line for its head and a life bar behind it. What it does can be told without colour:
-// empty ones are full circles, carrying ones hold a square, idle ones are hollow, waiting ones wear a ring.
+// Robots: a circle with a line for its head and a bar for its battery behind it. What it does can be told without colour:
+// empty ones are full circles, carrying ones hold a square, charging ones a bolt, idle ones are hollow, and those that
+// wait wear a ring.
 
-const SMALL = 2.6; // below this radius on the screen, a square will do
+const SMALL = 2.2; // below this radius on the screen, a square will do
 const PLAIN = 4.5; // below this one, no bar and no head
 
 Object.assign(Scene.prototype, {
-  radius(robot) {
-    return Math.max(this.header.radii[robot] * this.view.scale, 1.6);
-  },
-
   each(robots, act) {
     const { tracks, view } = this, s = view.scale;
     for (const robot of robots) {
@@ -37,6 +34,13 @@ Object.assign(Scene.prototype, {
     if (width) ctx.stroke();
     this.heads(robots, hollow ? colours[mood] : colours.outline);
     if (mood === "loaded") this.loads(robots, colours);
+    if (mood === "charging") this.bolts(robots, colours);
+  },
+
+  bolts(robots, colours) {
+    const { ctx } = this;
+    ctx.fillStyle = colours.label;
+    this.each(robots, (robot, x, y, r) => r >= PLAIN && bolt(ctx, x, y, r * 0.75));
   },
 
   heads(robots, colour) {
@@ -64,7 +68,7 @@ Object.assign(Scene.prototype, {
     ctx.stroke();
   },
 
-  // Life bars: a grey bar across behind the robot, and on it what is left of its battery.
+  // Batteries: a grey bar across behind the robot, and on it what is left.
   bars(time, colours) {
     if (this.header.capacity === null) return;
     const { ctx } = this;
@@ -95,6 +99,7 @@ Object.assign(Scene.prototype, {
     ctx.textAlign = "center";
     ctx.textBaseline = "middle";
     for (const [mood, robots] of Object.entries(this.groups)) {
+      if (mood === "charging") continue; // they show a bolt
       ctx.fillStyle = mood === "idle" ? colours.ink : colours.label;
       this.each(robots, (robot, x, y, r) => {
         if (r < 6.5) return;
@@ -132,7 +137,20 @@ Object.assign(Scene.prototype, {
     ctx.setLineDash([]);
   },
 
-  // The robot that is followed.
+  // Robots drawn larger than they are hide each other's rings when they queue: of those that wait the middle shows it.
+  dots(colours) {
+    const { ctx } = this, waiting = Array.from(this.wait.keys()).filter((robot) => this.wait[robot] >= 0);
+    ctx.fillStyle = colours.wait;
+    ctx.beginPath();
+    this.each(waiting, (robot, x, y, r) => {
+      if (r < 1.3 * this.header.radii[robot] * this.view.scale) return;
+      ctx.moveTo(x + r * 0.5, y);
+      ctx.arc(x, y, r * 0.5, 0, 7);
+    });
+    ctx.fill();
+  },
+
+  // The robot whose panel is open.
   mark(colours) {
     if (this.chosen < 0) return;
     const { ctx } = this;

@@ -1,8 +1,9 @@
-// Mouse, pen and fingers on the floor: move it, zoom it, point at things, choose a robot to follow.
+// Mouse, pen and fingers on the floor: move it, zoom it, point at things, click a robot to see its panel.
 
 class Pointer {
-  constructor(app, canvas) {
+  constructor(app, side, canvas) {
     this.app = app;
+    this.side = side;
     this.canvas = canvas;
     this.down = new Map();
     this.travelled = 0;
@@ -11,9 +12,9 @@ class Pointer {
     on("pointermove", (event) => this.move(event));
     on("pointerup", (event) => this.lift(event));
     on("pointercancel", (event) => this.lift(event, true));
-    on("pointerleave", () => app.hover.hide());
+    on("pointerleave", () => side.hover.hide());
     on("wheel", (event) => this.wheel(event), { passive: false });
-    on("dblclick", (event) => app.controls.zoom(2, ...this.at(event)));
+    on("dblclick", (event) => app.controls.zoom(2, side, ...this.at(event)));
   }
 
   at(event) {
@@ -30,34 +31,34 @@ class Pointer {
 
   move(event) {
     const now = this.at(event), before = this.down.get(event.pointerId);
-    if (!before) return this.app.hover.show(...now);
+    if (!before) return this.side.hover.show(...now);
     const others = [...this.down.entries()].filter(([id]) => id !== event.pointerId);
     this.down.set(event.pointerId, now);
     this.travelled += Math.hypot(now[0] - before[0], now[1] - before[1]);
     if (others.length) this.pinch(others[0][1], before, now);
-    else if (this.travelled > 4) this.app.controls.pan(now[0] - before[0], now[1] - before[1]);
-    this.app.hover.hide();
+    else if (this.travelled > 4) this.app.controls.pan(this.side, now[0] - before[0], now[1] - before[1]);
+    this.side.hover.hide();
   }
 
   // Two fingers: the point between them stays between them.
   pinch(other, before, now) {
     const wide = (a) => Math.hypot(a[0] - other[0], a[1] - other[1]) || 1;
-    this.app.controls.pan((now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
-    this.app.controls.zoom(wide(now) / wide(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+    this.app.controls.pan(this.side, (now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
+    this.app.controls.zoom(wide(now) / wide(before), this.side, (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
   }
 
   lift(event, cancelled = false) {
     this.down.delete(event.pointerId);
     if (!this.down.size) this.canvas.classList.remove("moving");
     if (cancelled || this.travelled > 4) return;
-    const robot = this.app.hover.robotAt(...this.at(event));
-    if (robot >= 0) this.app.controls.follow(robot);
-    if (event.pointerType !== "mouse") this.app.hover.show(...this.at(event));
+    const robot = this.side.hover.robotAt(...this.at(event));
+    this.app.controls.pin(this.side, robot);
+    if (event.pointerType !== "mouse") this.side.hover.show(...this.at(event));
   }
 
   wheel(event) {
     event.preventDefault();
     const lines = event.deltaMode === 1 ? 30 : 1;
-    this.app.controls.zoom(Math.exp(-event.deltaY * lines * 0.0015), ...this.at(event));
+    this.app.controls.zoom(Math.exp(-event.deltaY * lines * 0.0015), this.side, ...this.at(event));
   }
 }

@@ -1,8 +1,9 @@
 // What is under the pointer, in words. Names are put in as text, each kept apart from its neighbours (bdi).
 
 class Hover {
-  constructor(scene, player, tip) {
-    this.scene = scene;
+  constructor(side, player, tip) {
+    this.side = side;
+    this.scene = side.scene;
     this.player = player;
     this.tip = tip;
     this.point = null;
@@ -24,6 +25,10 @@ class Hover {
   hide() {
     this.point = null;
     this.tip.hidden = true;
+  }
+
+  get time() {
+    return this.player.in(this.side);
   }
 
   again() {
@@ -59,20 +64,19 @@ class Hover {
   }
 
   robotLines(robot) {
-    const { story, tracks, edges, header } = this.scene, time = this.player.time;
+    const { story, tracks, edges, header } = this.scene, { time } = this, name = (node) => ({ name: this.side.name(node) });
     const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
     const lines = [[`Robot ${robot}: ${header.states[story.state[row]].doing}`]];
     if (task >= 0) {
-      const good = story.goodOf.get(task) ?? -1;
+      const good = story.good[story.rowOf.get(task)] ?? -1;
       lines.push([`task ${task}${good >= 0 ? `, good ${good}` : ""}`]);
     }
     if (wait >= 0) {
-      const other = story.waitOther[wait];
-      const since = (time - story.waitBegin[wait]) * header.tick;
-      lines.push([`waits ${other >= 0 ? `for robot ${other}, ` : ""}${shortNumber(since)} ${header.units.time} so far`]);
+      const other = story.waitOther[wait], since = this.side.lasts(time - story.waitBegin[wait]);
+      lines.push([`waits ${other >= 0 ? `for robot ${other}, ` : ""}${since} so far`]);
     }
-    if (header.capacity !== null) lines.push([`battery ${Math.round(story.charge(robot, time) * 100)} %`]);
-    const edge = tracks.on[robot], name = (node) => ({ name: header.nodes[node][0] });
+    if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
+    const edge = tracks.on[robot];
     if (edge < edges.real)
       lines.push(["on ", name(edges.source[edge]), " → ", name(edges.target[edge]), ` at ${shortNumber(tracks.at[robot])} ${header.units.length}`]);
     else lines.push(["beside ", name(edges.source[edge])]);
@@ -80,18 +84,24 @@ class Hover {
   }
 
   nodeLines(wx, wy) {
-    const { header, floor } = this.scene;
-    const node = header.nodes.findIndex(([, x, y]) => Math.hypot(x - wx, y - wy) < floor.radius * 1.2);
+    const { header, floor, story, resources } = this.scene, { time } = this;
+    const inside = floor.zones.find((zone) => wx >= zone.left && wx <= zone.right && wy >= zone.top && wy <= zone.bottom);
+    const node = inside?.node ?? header.nodes.findIndex(([, x, y]) => Math.hypot(x - wx, y - wy) < floor.radius * 1.2);
     if (node < 0) return null;
     const lines = [["Node ", { name: header.nodes[node][0] }]];
-    for (const zone of floor.zones)
-      if (zone.node === node) lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} places`]);
-    if (header.unload_at.includes(node)) lines.push(["goods are unloaded here"]);
+    for (const zone of floor.zones.filter((one) => one.node === node)) {
+      lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} slot${zone.places.length > 1 ? "s" : ""}`]);
+      if (zone.resource < 0) continue;
+      const one = resources[zone.resource], what = zone.kind === "bay" ? "charger" : "server";
+      lines.push([`${one.number} ${what}${one.number > 1 ? "s" : ""}, in use ${percent(one.utilisation(time))} of the time`]);
+      lines.push([`${one.queue.at(time)} in the queue`]);
+    }
+    if (header.unload_at.includes(node)) lines.push([`${story.deliveredAt(node, time)} delivered here`]);
     return lines;
   }
 
   storageLines(wx, wy) {
-    const { header, floor, story, edges } = this.scene, half = floor.size / 2, time = this.player.time;
+    const { header, floor, story, edges } = this.scene, half = floor.size / 2, { time } = this;
     const good = floor.storageX.findIndex((x, i) => Math.abs(x - wx) < half && Math.abs(floor.storageY[i] - wy) < half);
     if (good < 0) return null;
     const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
@@ -115,10 +125,10 @@ class Hover {
       const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
-      const waited = heat.upTo(this.player.time)[edges.lane(i)] * header.tick, units = header.units;
+      const { units } = header, waits = shortNumber(heat.anHour(i, this.time));
       const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
       return [[word, { name: header.nodes[edges.source[i]][0] }, sign, { name: header.nodes[edges.target[i]][0] }],
-        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`waiting so far: ${shortNumber(waited)} ${units.time}`]];
+        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`${waits} waits an hour so far`]];
     }
     return null;
   }

@@ -21,6 +21,13 @@ class View {
     return Math.min((this.width - 16) / (right - left), (this.height - 16) / (bottom - top));
   }
 
+  // See the same part as another view of a floor of the same extent.
+  as(other) {
+    this.scale = (other.scale * this.least) / other.least;
+    this.fitted = other.fitted;
+    this.centre(...other.world(other.width / 2, other.height / 2));
+  }
+
   fit() {
     const { left, top, right, bottom } = this.bounds;
     this.scale = Math.max(this.least, 1e-9);

@@ -1,0 +1,129 @@
+// The floor as it is: where shelves, bays and stations stand, how far it extends, and whether it is a grid of cells.
+
+class Floor {
+  constructor(header, columns, edges) {
+    this.header = header;
+    this.edges = edges;
+    this.radius = header.radii.reduce((a, b) => Math.max(a, b), 0);
+    this.span = Array.from({ length: edges.real }, (_, i) => Math.hypot(edges.dx[i], edges.dy[i]));
+    this.cell = this.cellSize();
+    this.storageX = totals(columns.storage_x).map((value) => value * header.grain);
+    this.storageY = totals(columns.storage_y).map((value) => value * header.grain);
+    this.storageEdge = totals(columns.storage_edge);
+    this.size = header.goods_size || this.cell * 0.82 || this.radius * 1.3;
+    if (!header.goods_size && !this.cell) this.besideEdges();
+    this.shelves = new Set(this.cell ? Array.from(this.storageEdge).filter((edge) => edge < 0).map((edge) => -1 - edge) : []);
+    this.floor = this.extent();
+    this.zones = this.boxes();
+    this.bounds = this.everything();
+    this.longestName = Math.min(header.nodes.reduce((most, [name]) => Math.max(most, name.length), 1), 14);
+    this.sheet = document.createElement("canvas");
+  }
+
+  // The length that separates lanes: a quarter of all edges are shorter.
+  get pitch() {
+    return (this.quarter ??= this.span.slice().sort((a, b) => a - b)[Math.floor(this.span.length / 4)] ?? Infinity);
+  }
+
+  // The side of the cells if the floor is a grid of them, one robot to each: many edges along x or y, nearly all of one
+  // length, not much longer than a robot; else 0.
+  cellSize() {
+    const { dx, dy } = this.edges;
+    if (this.header.goods_size || this.header.nodes.length < 64) return 0;
+    const size = this.pitch;
+    if (size > 8 * this.radius) return 0;
+    const fits = this.span.filter((long, i) => Math.abs(long - size) < size * 1e-6 && (dx[i] === 0 || dy[i] === 0));
+    return fits.length > 0.9 * this.span.length ? size : 0;
+  }
+
+  // Where goods have no size of their own they lie on their edge: shown to the right of it; or below their node.
+  besideEdges() {
+    const { edges } = this;
+    for (let i = 0; i < this.storageX.length; i++) {
+      const edge = this.storageEdge[i];
+      const heading = (edge < 0 ? 0 : edges.heading[edge]) + Math.PI / 2;
+      this.storageX[i] += Math.cos(heading) * this.radius * 2.2;
+      this.storageY[i] += Math.sin(heading) * this.radius * 2.2;
+    }
+  }
+
+  extent() {
+    const box = { left: Infinity, top: Infinity, right: -Infinity, bottom: -Infinity };
+    const grow = (x, y, by) => {
+      box.left = Math.min(box.left, x - by);
+      box.top = Math.min(box.top, y - by);
+      box.right = Math.max(box.right, x + by);
+      box.bottom = Math.max(box.bottom, y + by);
+    };
+    const margin = this.cell / 2 || this.header.aisle / 2 || this.radius * 2.5;
+    for (const [, x, y] of this.header.nodes) grow(x, y, margin);
+    for (let i = 0; i < this.storageX.length; i++) grow(this.storageX[i], this.storageY[i], this.size / 2);
+    return box;
+  }
+
+  // Bays and stations: a box round their places.
+  boxes() {
+    const chargers = new Map(), servers = new Map();
+    this.header.resources.forEach(([kind, , node, number], i) => {
+      (kind === "station" ? servers : chargers).set(node, [number, i]);
+    });
+    let next = 0;
+    return this.header.zones.map(([kind, name, node, count]) => {
+      const places = this.header.places.slice(next, (next += count));
+      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = this.radius * 1.25;
+      const [number, resource] = (kind === "station" ? servers : chargers).get(node) ?? [0, -1];
+      return { kind, name, node, places, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
+        top: Math.min(...ys) - r, bottom: Math.max(...ys) + r };
+    });
+  }
+
+  // Nodes where goods are unloaded beside no station, as far as there are few.
+  get outlets() {
+    if (this.outside) return this.outside;
+    const stations = new Set(this.zones.filter((zone) => zone.kind === "station").map((zone) => zone.node));
+    const others = this.header.unload_at.filter((node) => !stations.has(node));
+    return (this.outside = others.length <= 12 ? others : []);
+  }
+
+  // Where something is written about a zone: on the side away from its node if that is above (-1), else below (1).
+  beside(zone) {
+    const [, x, y] = this.header.nodes[zone.node], cx = (zone.left + zone.right) / 2, cy = (zone.top + zone.bottom) / 2;
+    const above = y - cy > Math.abs(x - cx);
+    return [cx, above ? zone.top : zone.bottom, above ? -1 : 1];
+  }
+
+  // Where the goods delivered at a node are counted.
+  below(node) {
+    const [, x, y] = this.header.nodes[node];
+    return [x, y + Math.max(this.header.aisle / 2, this.cell / 2, this.radius * 2)];
+  }
+
+  // The least distance between zones of a kind of which there is something to write.
+  apart(kind) {
+    this.nearest ??= Object.fromEntries(["bay", "station"].map((one) => [one, this.gap(one)]));
+    return this.nearest[kind];
+  }
+
+  gap(kind) {
+    const places = this.zones.filter((zone) => zone.resource >= 0 && zone.kind === kind).map((zone) => this.beside(zone));
+    let least = Infinity;
+    for (let i = 0; i < places.length; i++)
+      for (let j = 0; j < i; j++)
+        least = Math.min(least, Math.max(Math.abs(places[i][0] - places[j][0]), 4 * Math.abs(places[i][1] - places[j][1])));
+    return least;
+  }
+
+  everything() {
+    const { left, top, right, bottom } = this.floor;
+    const all = { left, top, right, bottom };
+    for (const zone of this.zones) {
+      all.left = Math.min(all.left, zone.left);
+      all.right = Math.max(all.right, zone.right);
+      all.top = Math.min(all.top, zone.top);
+      all.bottom = Math.max(all.bottom, zone.bottom);
+    }
+    const air = this.radius, words = Math.max(1.5 * air, (all.bottom - all.top) * 0.04);
+    const above = this.zones.some((zone) => zone.resource >= 0 && this.beside(zone)[2] < 0);
+    return { left: all.left - air, top: all.top - air - (above ? words : 0), right: all.right + air, bottom: all.bottom + air + words };
+  }
+}

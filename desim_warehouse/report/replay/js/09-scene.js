@@ -1,0 +1,219 @@
+// What changes: goods, heat, stations, robots; drawn over the floor for every frame.
+
+const LEAST = 5; // robots are drawn at least this large (radius in CSS pixels) where the floor allows
+const CROWD = 0.14; // the most of the floor that enlarged robots may cover
+const LINK = 0.42; // the most of the distance between lanes that an enlarged robot's radius may be, but
+const SEEN = 3; // where lanes are closer than can be drawn, robots are at least this large
+
+class Scene {
+  constructor(parts, canvas) {
+    Object.assign(this, parts); // header, edges, tracks, story, heat, resources, floor, view, colours
+    this.canvas = canvas;
+    this.ctx = canvas.getContext("2d", { alpha: false });
+    this.showHeat = false;
+    this.chosen = -1; // the robot whose panel is open
+    this.following = false;
+    this.queue = null; // one that was jumped to
+    this.stale = true;
+    this.groups = { empty: [], loaded: [], charging: [], idle: [] };
+    this.mood = new Uint8Array(this.tracks.count);
+    this.wait = new Int32Array(this.tracks.count).fill(-1);
+  }
+
+  // Fit the drawing to its place on the page, with so many pixels in one of the page's.
+  resize(ratio = Math.min(window.devicePixelRatio || 1, 2)) {
+    const box = this.canvas.getBoundingClientRect();
+    const width = Math.max(Math.round(box.width * ratio), 1), height = Math.max(Math.round(box.height * ratio), 1);
+    if (this.canvas.width === width && this.canvas.height === height) return;
+    this.ratio = ratio;
+    this.canvas.width = width;
+    this.canvas.height = height;
+    this.view.resize(box.width, box.height);
+    this.stale = true;
+  }
+
+  // The least radius on the screen: less than LEAST where lanes are close or robots are many.
+  get least() {
+    const { left, top, right, bottom } = this.floor.bounds, s = this.view.scale;
+    const crowd = Math.sqrt((CROWD * (right - left) * (bottom - top) * s * s) / (Math.PI * this.tracks.count));
+    return Math.max(Math.min(LEAST, crowd, Math.max(LINK * this.floor.pitch * s, SEEN)), 1.6);
+  }
+
+  // A robot in a slot is not drawn over its neighbours.
+  radius(robot) {
+    const size = this.header.radii[robot] * this.view.scale;
+    const room = this.tracks.on[robot] < this.edges.real ? this.small : Math.min(this.small, 1.25 * size);
+    return Math.max(size, room, 1.6);
+  }
+
+  draw(time) {
+    const { ctx, view } = this, colours = this.colours.now;
+    this.tracks.place(time);
+    if (this.chosen >= 0 && this.following) {
+      view.centre(this.tracks.x[this.chosen], this.tracks.y[this.chosen]);
+      this.stale = true;
+    }
+    if (this.stale) this.floor.draw(view, colours, this.ratio);
+    this.stale = false;
+    this.small = this.least;
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.drawImage(this.floor.sheet, 0, 0);
+    ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    if (this.showHeat) this.heatMap(time, colours);
+    this.goods(time, colours);
+    this.floor.lines(ctx, view, colours.soft, this.directions(), true);
+    this.unloading(time, colours);
+    this.sort(time);
+    this.rotations(time, colours);
+    this.route(time, colours);
+    this.waits(colours);
+    for (const mood of ["idle", "charging", "empty", "loaded"]) this.robots(mood, colours);
+    this.dots(colours);
+    this.bars(time, colours);
+    this.numbers(colours);
+    this.mark(colours);
+    this.spot(colours);
+  }
+
+  // The two-way lanes in use, each in its present direction: that of the robots on it.
+  directions() {
+    const { tracks, edges } = this;
+    return [...new Set(tracks.on)].filter((edge) => edges.twin[edge] >= 0);
+  }
+
+  // Goods that are there: released and not yet loaded.
+  goods(time, colours) {
+    const { released, loaded, good } = this.story;
+    this.ctx.fillStyle = colours.good;
+    this.floor.squares(this.ctx, this.view, good.length, (i) =>
+      released[i] <= time && time < loaded[i] ? good[i] : -1, 0.74);
+  }
+
+  heatMap(time, colours) {
+    const { ctx, view, edges } = this, s = view.scale;
+    const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.3;
+    ctx.lineCap = "round";
+    ctx.lineWidth = Math.max(wide, 2.5);
+    this.heat.shaded(time, colours.heat.length).forEach((lanes, shade) => {
+      ctx.strokeStyle = colours.heat[shade];
+      ctx.beginPath();
+      for (const i of lanes) {
+        ctx.moveTo((edges.x[i] + edges.dx[i] * 0.08) * s + view.x, (edges.y[i] + edges.dy[i] * 0.08) * s + view.y);
+        ctx.lineTo((edges.x[i] + edges.dx[i] * 0.92) * s + view.x, (edges.y[i] + edges.dy[i] * 0.92) * s + view.y);
+      }
+      ctx.stroke();
+    });
+    ctx.lineCap = "butt";
+  }
+
+  // Below stations and chargers how much they were in use and who queues; below other nodes the goods delivered there.
+  unloading(time, colours) {
+    const { ctx, view } = this, s = view.scale;
+    ctx.font = "600 11px system-ui, sans-serif";
+    ctx.textBaseline = "top";
+    ctx.textAlign = "center";
+    for (const zone of this.floor.zones) {
+      const room = this.floor.apart(zone.kind) * s;
+      if (zone.resource < 0 || room < 26) continue;
+      const found = this.resources[zone.resource], used = found.utilisation(time), queue = found.queue.at(time);
+      const [wx, wy, outward] = this.floor.beside(zone), x = wx * s + view.x, y = wy * s + view.y + (outward > 0 ? 2 : -6);
+      const wide = Math.min((zone.right - zone.left) * s, room - 8);
+      ctx.fillStyle = colours.bar;
+      ctx.fillRect(x - wide / 2, y, wide, 4);
+      ctx.fillStyle = zone.kind === "bay" ? colours.full : colours.outLine;
+      ctx.fillRect(x - wide / 2, y, wide * (used || 0), 4);
+      if (room < 44 || !(used || queue)) continue;
+      ctx.fillStyle = colours.ink;
+      this.write(`${percent(used)}${queue ? `, queue ${queue}` : ""}`, x, outward > 0 ? y + 6 : y - 12);
+    }
+    for (const node of this.floor.outlets) {
+      const [wx, wy] = this.floor.below(node), x = wx * s + view.x, y = wy * s + view.y + 3;
+      ctx.fillStyle = colours.ink;
+      this.write(`${this.story.deliveredAt(node, time)} delivered`, x, y);
+    }
+  }
+
+  // Words about a point, moved into view where they would be cut off by its left or right edge.
+  write(text, x, y) {
+    const half = this.ctx.measureText(text).width / 2 + 3;
+    if (x > -half && x < this.view.width + half) x = Math.min(Math.max(x, half), this.view.width - half);
+    this.ctx.fillText(text, x, y);
+  }
+
+  // Who is in which mood, and who waits.
+  sort(time) {
+    const { tracks, story } = this;
+    for (const mood in this.groups) this.groups[mood].length = 0;
+    for (let robot = 0; robot < tracks.count; robot++) {
+      const row = story.row(robot, time), state = story.state[row];
+      this.mood[robot] = state;
+      this.wait[robot] = story.waiting(robot, time);
+      this.groups[this.header.states[state].role].push(robot);
+    }
+  }
+
+  rotations(time, colours) {
+    const { ctx, view, tracks } = this, last = (12 * this.floor.radius) / this.header.grain;
+    ctx.strokeStyle = colours.ring;
+    ctx.lineWidth = Math.max(2, this.floor.radius * view.scale * 0.3);
+    for (const { time: turned, robots } of this.story.rings) {
+      if (time < turned || time > turned + last) continue;
+      ctx.beginPath();
+      for (const robot of robots)
+        ctx.lineTo(tracks.x[robot] * view.scale + view.x, tracks.y[robot] * view.scale + view.y);
+      ctx.closePath();
+      ctx.stroke();
+    }
+  }
+
+  // Where the chosen robot drives next, up to its next stop.
+  ahead(time) {
+    const row = this.story.row(this.chosen, time);
+    return this.tracks.ahead(this.chosen, time, this.story.until(row, this.chosen));
+  }
+
+  route(time, colours) {
+    if (this.chosen < 0) return;
+    const { ctx, view } = this, { points } = this.ahead(time);
+    if (points.length < 2) return;
+    ctx.strokeStyle = colours.ink;
+    ctx.lineWidth = 3;
+    ctx.lineJoin = "round";
+    ctx.beginPath();
+    for (const [x, y] of points) ctx.lineTo(x * view.scale + view.x, y * view.scale + view.y);
+    ctx.stroke();
+    const [x, y] = points.at(-1);
+    ctx.fillStyle = colours.ink;
+    ctx.beginPath();
+    ctx.arc(x * view.scale + view.x, y * view.scale + view.y, 5, 0, 7);
+    ctx.fill();
+  }
+
+  // Where the queue is that was jumped to: x, y and radius of its zone, or of the robots that wait on its lane.
+  around({ what, number }) {
+    const { tracks, edges, floor } = this;
+    let points = Array.from(this.wait.keys())
+      .filter((robot) => this.wait[robot] >= 0 && tracks.on[robot] < edges.real && edges.lane(tracks.on[robot]) === number)
+      .map((robot) => [tracks.x[robot], tracks.y[robot]]);
+    if (what !== "lane") {
+      const { left, top, right, bottom } = floor.zones.find((one) => one.resource === number);
+      points = [[left, top], [right, bottom]];
+    } else if (!points.length) points = [[edges.x[number] + edges.dx[number] / 2, edges.y[number] + edges.dy[number] / 2]];
+    const xs = points.map(([x]) => x), ys = points.map(([, y]) => y);
+    const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    return [(left + right) / 2, (top + bottom) / 2, Math.hypot(right - left, bottom - top) / 2 + 2.5 * floor.radius];
+  }
+
+  // A ring round that queue.
+  spot(colours) {
+    if (this.queue === null) return;
+    const { ctx, view } = this, [x, y, reach] = this.around(this.queue);
+    ctx.strokeStyle = colours.ink;
+    ctx.lineWidth = 2;
+    ctx.setLineDash([8, 5]);
+    ctx.beginPath();
+    ctx.arc(x * view.scale + view.x, y * view.scale + view.y, Math.max(reach * view.scale, 24), 0, 7);
+    ctx.stroke();
+    ctx.setLineDash([]);
+  }
+}

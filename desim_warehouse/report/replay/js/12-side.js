@@ -1,0 +1,96 @@
+// One run of the page: all that is known of it, and its floor on a canvas of its own.
+
+class Side {
+  constructor(header, columns, colours, root, letter) {
+    this.header = header;
+    this.root = root;
+    this.letter = letter;
+    const edges = new Edges(header);
+    this.story = new Story(header, columns);
+    this.tracks = new Tracks(header, columns, edges);
+    this.resources = resourcesOf(header, columns);
+    this.heat = new Heat(this.story, edges);
+    const floor = new Floor(header, columns, edges);
+    this.view = new View(floor.bounds);
+    this.span = Math.round((header.end - header.start) / header.tick);
+    this.curves = Object.fromEntries(header.tiles.map(([key, , form]) => [key, this.curve(key, form, columns)]));
+    this.scene = new Scene({ header, edges, floor, tracks: this.tracks, story: this.story, heat: this.heat,
+      resources: this.resources, view: this.view, colours }, root.querySelector("canvas"));
+  }
+
+  curve(key, form, columns) {
+    const unit = { share: 1e-6, time: this.header.tick }[form] ?? 1;
+    const values = totals(columns[`${key}_value`]).map((value) => value * unit);
+    return new Steps(totals(columns[`${key}_time`]), values, form === "count" || form === "open" ? 0 : NaN);
+  }
+
+  // A time of the clock, which is in the time unit of the first run, in this run's ticks; it stops at the end of this one.
+  local(time, seconds) {
+    const { start, end, tick, units } = this.header, own = (time * seconds) / units.seconds;
+    return own >= end ? this.span : Math.max((own - start) / tick, 0);
+  }
+
+  // A time in ticks as the run has it; the end exactly.
+  moment(time) {
+    const { start, end, tick } = this.header;
+    return time >= this.span ? end : time * tick + start;
+  }
+
+  // The value of an indicator at a time in ticks.
+  value(key, form, time) {
+    const { header, story } = this;
+    if (form === "clock") return this.moment(time);
+    if (form === "battery") return story.battery(time)[0];
+    if (form === "rate") {
+      const hours = ((this.moment(time) - header.begin) * header.units.seconds) / 3600;
+      return hours > 0 ? this.curves.tasks.at(time) / hours : 0;
+    }
+    if (form === "chargers") {
+      const some = this.resources.filter((one) => one.kind === "chargers");
+      const most = some.reduce((sum, one) => sum + one.number, 0) * (time - some[0].from);
+      return most > 0 ? some.reduce((sum, one) => sum + one.used(time), 0) / most : NaN;
+    }
+    return this.curves[key].at(time);
+  }
+
+  // A time in words: of day if the run says when it starts, else since its start; and in the model's unit.
+  clock(time) {
+    const { units, day } = this.header, own = this.moment(time);
+    const seconds = own * units.seconds + 0.01 + day, two = (n) => String(Math.floor(n)).padStart(2, "0");
+    const hours = seconds >= 3600 || day ? `${two((seconds / 3600) % (day ? 24 : Infinity))}:` : "";
+    return `${hours}${two((seconds / 60) % 60)}:${two(seconds % 60)} (${own.toFixed(1)} ${units.time})`;
+  }
+
+  name(node) {
+    return this.header.nodes[node][0];
+  }
+
+  // A node by the name of the station there, and its own.
+  place(node) {
+    const zone = this.scene.floor.zones.find((one) => one.node === node && one.kind === "station");
+    return zone ? `${isolated(zone.name)} (${isolated(this.name(node))})` : isolated(this.name(node));
+  }
+
+  // Words for a length of time in ticks.
+  lasts(ticks) {
+    const { tick, units } = this.header, long = ticks * tick;
+    if (units.seconds === 1 && long >= 120) return `${shortNumber(long / 60)} min`;
+    return `${shortNumber(long)} ${units.time}`;
+  }
+}
+
+// A name whose writing direction leaves the words around it as they are.
+function isolated(name) {
+  return `\u2068${name}\u2069`;
+}
+
+function shortNumber(value) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size >= 1000) return Math.round(value).toLocaleString("en");
+  return String(Number(value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2)));
+}
+
+function percent(share) {
+  return Number.isFinite(share) ? `${Number((100 * share).toFixed(share > 0 && share < 0.0995 ? 1 : 0))} %` : "–";
+}

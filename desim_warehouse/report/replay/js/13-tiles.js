@@ -1,0 +1,129 @@
+// The indicators as they grow: a number for each run, and a small curve with its axes.
+
+const SAMPLES = 160;
+const FORMS = {
+  count: (value) => value.toLocaleString("en"), open: (value) => value.toLocaleString("en"),
+  share: percent, chargers: percent, battery: percent, rate: shortNumber, clock: shortNumber, time: shortNumber,
+};
+
+class Tiles {
+  constructor(root, sides, player) {
+    this.player = player;
+    this.sides = sides;
+    const shown = new Map(sides.flatMap((side) => side.header.tiles.map((tile) => [tile[0], tile])));
+    this.cells = Array.from(shown.values(), ([key, title, form]) => this.build(root, key, title, form));
+  }
+
+  build(root, key, title, form) {
+    const box = root.appendChild(document.createElement("div"));
+    box.className = "tile";
+    const head = box.appendChild(document.createElement("h2"));
+    const timed = form === "time" || form === "clock";
+    head.textContent = head.title = timed ? `${title} (${this.sides[0].header.units.time})` : title;
+    const out = box.appendChild(document.createElement("p"));
+    out.dataset.key = key;
+    const canvas = box.appendChild(document.createElement("canvas"));
+    canvas.setAttribute("aria-hidden", "true");
+    const runs = this.sides.map((side, i) => {
+      if (!side.header.tiles.some(([name]) => name === key)) return null;
+      const value = out.appendChild(document.createElement("span"));
+      value.className = `run-${i + 1}`;
+      return { side, value, curve: this.samples(side, key, form), low: form === "battery" ? this.lowest(side) : null };
+    });
+    const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" ? SAMPLES / 10 : 0) : []));
+    const whole = ["share", "chargers", "battery"].includes(form);
+    const most = whole ? 1 : all.filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0) || 1;
+    return { key, form, head, canvas, runs, most, label: whole ? "100 %" : FORMS[form](most) };
+  }
+
+  times() {
+    const { start, end } = this.player;
+    return Array.from({ length: SAMPLES + 1 }, (_, i) => start + (i / SAMPLES) * (end - start));
+  }
+
+  samples(side, key, form) {
+    return Float64Array.from(this.times(), (time) => side.value(key, form, this.player.in(side, time)));
+  }
+
+  lowest(side) {
+    return Float64Array.from(this.times(), (time) => side.story.battery(this.player.in(side, time))[1]);
+  }
+
+  draw(colours) {
+    const part = (this.player.time - this.player.start) / (this.player.end - this.player.start);
+    for (const cell of this.cells) {
+      const ctx = this.clear(cell.canvas, colours, cell.label);
+      if (ctx === null) continue;
+      cell.runs.forEach((run, i) => {
+        if (run === null) return;
+        const time = this.player.in(run.side, this.player.time), now = run.side.value(cell.key, cell.form, time);
+        let text = FORMS[cell.form](now);
+        if (run.low && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
+        if (run.value.textContent !== text) run.value.textContent = text;
+        const colour = this.sides.length > 1 ? [colours.empty, colours.second][i] : colours.soft;
+        if (run.low) this.line(ctx, cell, run.low, part, run.side.story.battery(time)[1], colours.bar);
+        this.line(ctx, cell, run.curve, part, now, colour, true);
+      });
+    }
+  }
+
+  // An empty canvas with its axes; null while it is not shown.
+  clear(canvas, colours, label) {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width) return null;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const ctx = canvas.getContext("2d");
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.clearRect(0, 0, width, height);
+    axes(ctx, width, height, colours, label, this.player.ends());
+    return ctx;
+  }
+
+  // The curve up to now, with the value that it has now at its end.
+  line(ctx, cell, curve, part, now, colour, dot = false) {
+    const box = plotBox(cell.canvas.clientWidth, cell.canvas.clientHeight);
+    const x = (at) => box.left + at * box.width;
+    const y = (value) => box.bottom - (Math.min(value, cell.most) / cell.most) * box.height;
+    ctx.strokeStyle = ctx.fillStyle = colour;
+    ctx.lineWidth = 1.5;
+    ctx.beginPath();
+    for (let i = 0; i <= SAMPLES && i / SAMPLES <= part; i++)
+      if (Number.isFinite(curve[i])) ctx.lineTo(x(i / SAMPLES), y(curve[i]));
+    if (Number.isFinite(now)) ctx.lineTo(x(part), y(now));
+    ctx.stroke();
+    if (!dot || !Number.isFinite(now)) return;
+    ctx.beginPath();
+    ctx.arc(x(part), y(now), 2.5, 0, 7);
+    ctx.fill();
+  }
+}
+
+// Where a small curve is drawn on its canvas.
+function plotBox(width, height) {
+  return { left: 2, right: width - 4, width: width - 6, top: 13, bottom: height - 12, height: height - 25 };
+}
+
+// The axes of a small curve: 0 and its top value, its first and its last moment.
+function axes(ctx, width, height, colours, top, [first, last]) {
+  const box = plotBox(width, height);
+  ctx.strokeStyle = colours.bar;
+  ctx.lineWidth = 1;
+  ctx.beginPath();
+  ctx.moveTo(box.left, box.top);
+  ctx.lineTo(box.left, box.bottom + 0.5);
+  ctx.lineTo(box.right, box.bottom + 0.5);
+  ctx.moveTo(box.left, box.top);
+  ctx.lineTo(box.left + 4, box.top);
+  ctx.stroke();
+  ctx.fillStyle = colours.soft;
+  ctx.font = "9.5px system-ui, sans-serif";
+  ctx.textAlign = "left";
+  ctx.textBaseline = "top";
+  ctx.fillText(top, 0, 1);
+  ctx.fillText(first, box.left, box.bottom + 2);
+  ctx.textAlign = "right";
+  ctx.fillText(last, box.right, box.bottom + 2);
+}

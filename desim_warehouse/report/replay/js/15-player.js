@@ -1,0 +1,117 @@
+// Time as the player keeps it, one clock for all runs: in the time unit of the first; 1x is real time.
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+
+class Player {
+  constructor(sides) {
+    this.sides = sides;
+    const { units } = sides[0].header;
+    this.unit = units.time;
+    this.seconds = units.seconds;
+    const own = (side, time) => (time * side.header.units.seconds) / this.seconds;
+    this.start = Math.min(...sides.map((side) => own(side, side.header.start)));
+    this.end = Math.max(...sides.map((side) => own(side, side.header.end)));
+    this.time = this.start;
+    this.playing = false;
+    this.speed = this.fit();
+    this.changed = () => {};
+  }
+
+  // The time in a run's own ticks.
+  in(side, time = this.time) {
+    return side.local(time, this.seconds);
+  }
+
+  // A time of a run, in ticks, on the clock.
+  from(side, ticks) {
+    const { start, tick, units } = side.header;
+    return ((ticks * tick + start) * units.seconds) / this.seconds;
+  }
+
+  // The first and the last moment, for axes.
+  ends() {
+    const { day } = this.sides[0].header, long = (this.end - this.start) * this.seconds;
+    const text = (time) => {
+      const seconds = time * this.seconds + day + 0.01, two = (n) => String(Math.floor(n)).padStart(2, "0");
+      if (day || this.end * this.seconds >= 7200) return `${two((seconds / 3600) % (day ? 24 : Infinity))}:${two((seconds / 60) % 60)}`;
+      return this.seconds === 1 && long >= 600 ? `${Math.round(time / 60)} min` : `${shortNumber(time)} ${this.unit}`;
+    };
+    return (this.texts ??= [text(this.start), text(this.end)]);
+  }
+
+  // The speed at which the window plays in about a minute.
+  fit() {
+    const wanted = ((this.end - this.start) * this.seconds) / 60;
+    return SPEEDS.find((speed) => speed >= wanted) ?? SPEEDS.at(-1);
+  }
+
+  advance(milliseconds) {
+    if (!this.playing) return;
+    this.time += ((milliseconds / 1000) * this.speed) / this.seconds;
+    if (this.time >= this.end) {
+      this.time = this.end;
+      this.playing = false;
+      this.changed();
+    }
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, this.start), this.end);
+    this.changed();
+  }
+
+  toggle() {
+    if (!this.playing && this.time >= this.end) this.time = this.start;
+    this.playing = !this.playing;
+    this.changed();
+  }
+
+  step(units) {
+    this.playing = false;
+    this.seek(Math.round(this.time) + units);
+  }
+
+  faster(by) {
+    const at = SPEEDS.indexOf(this.speed) + by;
+    this.speed = SPEEDS[Math.min(Math.max(at, 0), SPEEDS.length - 1)];
+    this.changed();
+  }
+
+  stop(time) {
+    this.playing = false;
+    this.seek(time);
+  }
+
+  // The next (or previous) wait of any run, by when it began, a moment into it: its run and number; null if none.
+  wait(direction) {
+    const found = this.sides.map((side) => this.waitOf(side, direction)).filter((item) => item !== null);
+    if (!found.length) return null;
+    const first = found.reduce((a, b) => ((a.time - b.time) * direction <= 0 ? a : b));
+    this.stop(first.time);
+    return first;
+  }
+
+  waitOf(side, direction) {
+    const { beginnings, byBegin, waitBegin, waitLength } = side.story, now = this.in(side), unit = 1 / side.header.tick;
+    const inside = (wait) => Math.min(waitBegin[wait] + waitLength[wait] / 2, waitBegin[wait] + unit / 2);
+    for (let at = lastBefore(beginnings, now) + (direction > 0 ? 1 : 0); at >= 0 && at < byBegin.length; at += direction) {
+      const wait = byBegin[at], moment = inside(wait);
+      const beyond = direction > 0 ? moment > now + 1e-6 : moment < now - 1e-6;
+      if (beyond && moment >= 0 && moment <= side.span && waitLength[wait] > 0)
+        return { side, wait, time: this.from(side, moment) };
+    }
+    return null;
+  }
+
+  // The next rotation of any run: its run and itself; null if there is none.
+  rotation() {
+    const found = this.sides.flatMap((side) => {
+      const ring = side.story.rings.find((one) => one.time > this.in(side) + 0.5);
+      return ring ? [{ side, ring, time: this.from(side, ring.time) }] : [];
+    });
+    if (!found.length) return null;
+    const first = found.reduce((a, b) => (a.time <= b.time ? a : b));
+    this.stop(first.time);
+    return first;
+  }
+}

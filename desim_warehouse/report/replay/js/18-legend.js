@@ -1,0 +1,119 @@
+// What the signs mean, drawn with the same brushes; and the marks above the time slider.
+
+// The signs that a page needs, by what its runs have.
+function signsOf(sides) {
+  const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
+  const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
+  if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"]);
+  signs.push(["idle", "idle, or to a bay"], ["wait", "waits"], ["good", "good to be fetched"]);
+  signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
+  if (some((_, floor) => floor.cell)) signs.push(["wall", "no lane: shelf or wall"]);
+  if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay"))) signs.push(["bay", "bay"]);
+  if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay" && zone.number))) signs.push(["charger", "charger"]);
+  if (some((_, floor) => floor.zones.some((zone) => zone.kind === "station"))) signs.push(["out", "station"]);
+  else signs.push(["out", "goods are unloaded"]);
+  if (some((header) => header.two_way.length > 0))
+    signs.push(["free", "two-way lane, free"], ["used", "in use, in this direction"]);
+  return signs;
+}
+
+function drawLegend(root, colours, sides) {
+  root.replaceChildren(...signsOf(sides).map(([sign, words]) => {
+    const item = document.createElement("li");
+    const canvas = item.appendChild(document.createElement("canvas"));
+    canvas.width = canvas.height = 36;
+    canvas.setAttribute("aria-hidden", "true");
+    const ctx = canvas.getContext("2d");
+    ctx.scale(2, 2);
+    drawSign(ctx, sign, colours);
+    item.append(words);
+    return item;
+  }));
+}
+
+// A sign of the legend, 18 px wide and high.
+function drawSign(ctx, sign, colours) {
+  const circle = (r) => {
+    ctx.beginPath();
+    ctx.arc(9, 9, r, 0, 7);
+    ctx.fill();
+  };
+  if (sign === "free" || sign === "used") return drawLane(ctx, sign === "used", colours);
+  if (sign === "bay" || sign === "out" || sign === "charger") {
+    ctx.fillStyle = colours[sign === "charger" ? "bay" : sign];
+    ctx.fillRect(2, 2, 14, 14);
+    ctx.fillStyle = ctx.strokeStyle = colours[sign === "out" ? "outLine" : "bayLine"];
+    if (sign === "charger") return bolt(ctx, 9, 9, 6);
+    ctx.setLineDash([3, 2]);
+    ctx.strokeRect(2.5, 2.5, 13, 13);
+    return ctx.setLineDash([]);
+  }
+  ctx.fillStyle = colours[sign];
+  if (sign === "good" || sign === "none" || sign === "wall") return ctx.fillRect(3, 3, 12, 12);
+  if (sign === "wait") {
+    circle(9);
+    ctx.fillStyle = colours.empty;
+    return circle(6);
+  }
+  circle(7);
+  ctx.fillStyle = sign === "idle" ? colours.floor : colours.label;
+  if (sign === "idle") circle(5);
+  if (sign === "charging") bolt(ctx, 9, 9, 5.5);
+  if (sign !== "loaded") return;
+  ctx.strokeStyle = colours.label;
+  ctx.lineWidth = 1.5;
+  ctx.strokeRect(5, 5, 8, 8);
+}
+
+function drawLane(ctx, used, colours) {
+  ctx.strokeStyle = ctx.fillStyle = used ? colours.soft : colours.aisle;
+  ctx.lineWidth = 1.5;
+  if (!used) ctx.setLineDash([4, 3]);
+  ctx.beginPath();
+  ctx.moveTo(0, 9);
+  ctx.lineTo(18, 9);
+  ctx.stroke();
+  ctx.setLineDash([]);
+  if (!used) return;
+  ctx.beginPath();
+  ctx.moveTo(14, 9);
+  ctx.lineTo(6, 4.5);
+  ctx.lineTo(6, 13.5);
+  ctx.fill();
+}
+
+// Waits as grey marks, higher where there are many, rotations as coloured ones, over the whole window.
+function drawRibbon(canvas, player, colours) {
+  const ratio = Math.min(window.devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
+  canvas.width = Math.max(Math.round(width * ratio), 1);
+  canvas.height = Math.max(Math.round(height * ratio), 1);
+  const ctx = canvas.getContext("2d"), columns = Math.max(Math.floor(width / 2), 1), counts = new Float64Array(columns + 1);
+  ctx.scale(ratio, ratio);
+  const part = (side, ticks) => (player.from(side, ticks) - player.start) / (player.end - player.start);
+  for (const side of player.sides)
+    for (const begin of side.story.beginnings)
+      if (begin >= 0 && begin <= side.span) counts[Math.floor(part(side, begin) * columns)]++;
+  const most = counts.reduce((a, b) => Math.max(a, b), 1);
+  ctx.fillStyle = colours.soft;
+  counts.forEach((count, i) => {
+    const high = count ? (0.35 + 0.65 * (count / most)) * height : 0;
+    ctx.fillRect(i * 2, height - high, 1.5, high);
+  });
+  ctx.fillStyle = colours.ring;
+  for (const side of player.sides)
+    for (const ring of side.story.rings) ctx.fillRect(part(side, ring.time) * width - 1, 0, 2, height);
+}
+
+// What the colours of the heat map mean now; of two runs each has its own scale.
+function drawScale(box, sides, player, colours, shown) {
+  box.hidden = !shown;
+  if (box.hidden) return;
+  const canvas = box.querySelector("canvas"), ctx = canvas.getContext("2d"), wide = canvas.width / colours.heat.length;
+  colours.heat.forEach((colour, i) => {
+    ctx.fillStyle = colour;
+    ctx.fillRect(i * wide, 0, wide + 1, canvas.height);
+  });
+  const most = sides.map((side) => shortNumber(side.heat.mostAnHour(player.in(side)))).join(" and ");
+  const text = `${most} waits an hour on a lane`, out = box.querySelector("[data-part=most]");
+  if (out.textContent !== text) out.textContent = text;
+}

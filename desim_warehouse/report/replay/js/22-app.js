@@ -1,0 +1,106 @@
+// Puts the parts together and draws when something changed.
+
+class App {
+  constructor(page, all) {
+    this.colours = new Colours(page.palette, page.colours);
+    const first = byId("side-1"), roots = [first];
+    if (page.runs.length > 1) first.after((roots[1] = this.copy(first)));
+    this.sides = page.runs.map((header, i) => new Side(header, all[i], this.colours, roots[i], "AB"[i]));
+    this.player = new Player(this.sides);
+    this.panel = new Panel(byId("robot"), this.player, () => this.controls.pin(this.sides[0], -1));
+    this.tiles = new Tiles(byId("tiles"), this.sides, this.player);
+    this.picture = new Picture(this);
+    this.stations = this.sides.map((side, i) => this.dress(side, roots[i]));
+    this.controls = new Controls(this);
+    for (const side of this.sides) this.pointer(side);
+    this.frames = this.drawing = this.last = 0;
+    this.asked = false;
+    this.player.changed = () => this.wake();
+    document.body.classList.toggle("two", this.sides.length > 1);
+    byId("name").textContent = [...new Set(page.runs.map((header) => header.name))].join(" and ");
+    byId("label").textContent = this.sides.length > 1 ? "" : page.runs[0].label;
+    const watch = new ResizeObserver(() => this.resized());
+    for (const root of roots) watch.observe(root.querySelector(".stage"));
+    this.resized();
+    this.controls.recolour();
+  }
+
+  // The parts of a second run, like the first's.
+  copy(first) {
+    const root = first.cloneNode(true);
+    for (const item of [root, ...root.querySelectorAll("[id]")]) item.removeAttribute("id");
+    return root;
+  }
+
+  // Caption, table and labels of a run; returns its table.
+  dress(side, root) {
+    const { header } = side, many = this.sides.length > 1;
+    side.caption = many ? `${side.letter}: ${header.label}` : "";
+    const caption = root.querySelector(".caption");
+    caption.hidden = !many;
+    caption.textContent = side.caption;
+    const label = `Warehouse floor ${many ? side.caption : ""} with ${header.radii.length} robots; ? shows the keys`;
+    root.querySelector("canvas").setAttribute("aria-label", label);
+    const place = byId("stations").appendChild(document.createElement("section"));
+    return new Stations(place, side, `Stations and chargers${many ? `, ${side.letter}` : ""}`);
+  }
+
+  pointer(side) {
+    side.hover = new Hover(side, this.player, side.root.querySelector(".tip"));
+    new Pointer(this, side, side.root.querySelector("canvas"));
+  }
+
+  // Two floors stand one above the other where they are larger so.
+  arrange() {
+    const box = byId("sides"), width = box.clientWidth, height = box.clientHeight;
+    const { left, top, right, bottom } = this.sides[0].view.bounds;
+    const scale = (wide, high) => Math.min(wide / (right - left), high / (bottom - top));
+    const stacked = this.sides.length > 1 && scale(width, height / 2 - 30) > scale(width / 2, height - 30);
+    box.classList.toggle("stacked", stacked);
+  }
+
+  resized() {
+    this.arrange();
+    for (const { scene } of this.sides) scene.resize();
+    this.redress();
+  }
+
+  redress() {
+    const colours = this.colours.now;
+    drawLegend(byId("legend"), colours, this.sides);
+    drawRibbon(byId("ribbon"), this.player, colours);
+    this.wake();
+  }
+
+  wake() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  frame(now) {
+    this.asked = false;
+    const began = performance.now();
+    if (this.player.playing) {
+      this.player.advance(Math.min(now - (this.last || now), 250));
+      this.last = now;
+      this.wake();
+    } else this.last = 0;
+    this.show();
+    this.frames++;
+    this.drawing += performance.now() - began;
+  }
+
+  // Draw everything; while it plays, words and curves only now and then.
+  show() {
+    const colours = this.colours.now, { player, sides } = this;
+    for (const side of sides) side.scene.draw(player.in(side));
+    this.controls.show();
+    if (player.playing && this.frames % 6) return;
+    this.tiles.draw(colours);
+    this.stations.forEach((table, i) => table.draw(player.in(sides[i])));
+    this.panel.draw(colours, sides.length > 1);
+    drawScale(byId("scale"), sides, player, colours, sides[0].scene.showHeat);
+    for (const side of sides) side.hover.again();
+  }
+}

@@ -1,0 +1,46 @@
+"""Steps of length and time in which the replay page counts, and the window of the run that it shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.report.replay.columns import LARGEST
+from desim_warehouse.report.zones import robot_radii
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from desim_warehouse.run import Run
+
+FINENESS = 100
+"""Grains in the radius of the smallest robot."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Steps of length and time, and the window of the run in its own time."""
+
+    grain: float
+    tick: float
+    start: float
+    end: float
+
+    def times(self, values: Any) -> NDArray[np.int64]:
+        """Times in ticks since the start of the window."""
+        return np.rint((np.asarray(values, dtype=float) - self.start) / self.tick).astype(np.int64)
+
+    def lengths(self, values: Any) -> NDArray[np.int64]:
+        """Lengths in grains."""
+        return np.rint(np.asarray(values, dtype=float) / self.grain).astype(np.int64)
+
+
+def scale_of(run: Run, start: float, end: float) -> Scale:
+    """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
+    fleet = run.model.fleet
+    grain = min(robot_radii(run.model)) / FINENESS
+    fastest = max([fleet.robot.speed, *(kind.speed or 0.0 for kind in fleet.kinds.values())])
+    longest = max(end - start, run.record.end)
+    return Scale(grain, max(grain / fastest, 4 * longest / LARGEST), start, end)

@@ -1,0 +1,118 @@
+"""What the tiles of a replay page show: indicators of the run as they grow, each read from the run's history.
+
+A tile's last value is the indicator itself. Which tiles there are depends on the run: those that do not apply to it
+are left out.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.indicators import INDICATORS, quantile
+from desim_warehouse.model.schema import SaturatedGoods
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.history import History
+    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.run import Run
+
+SHARE = 1_000_000
+"""Steps in a share of 1."""
+LATE = 0.95
+"""The quantile of the cycle time that is shown."""
+
+Curve = tuple[list[float], list[float]]
+
+
+@dataclass(frozen=True)
+class Tile:
+    """An indicator as it grows.
+
+    `key`: its name among the indicators. `title`: for people. `form`: how the page writes and finds its value: `count`,
+    `share`, `time` and `open` (a count that also falls) from a curve of steps; `rate` of another tile's count in an
+    hour; `clock`, `battery` and `chargers` from what else the page has. `curve`: times, and the value from each on.
+    """
+
+    key: str
+    title: str
+    form: str
+    curve: Curve = ((), ())  # type: ignore[assignment]  # none
+
+
+def tiles(run: Run) -> list[Tile]:
+    """The tiles of a run, the most important first."""
+    history, kpis = run.history, run.kpis
+    tasks = run.model.tasks
+    ends = not tasks.never_end
+    saturated = isinstance(tasks.goods, SaturatedGoods)
+    since = " since the warm-up" if history.begin else ""
+    found = []
+    if not saturated:
+        found.append(Tile("backlog", "Open tasks", "open", _backlog(history)))
+    found += [
+        Tile("tasks", f"Delivered{since}", "count", _count(history, (task.delivered for task in history.delivered))),
+        Tile("throughput_per_hour", "Delivered an hour", "rate"),
+    ]
+    if "on_time" in kpis:
+        found.append(Tile("on_time", INDICATORS["on_time"].title, "share", _on_time(history)))
+    if (tasks.flows or not ends) and history.cycle_times:
+        found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
+    if ends:
+        found.append(Tile("T", "Time T", "clock"))
+    found.append(Tile("S", "Waits in traffic, S", "count", _count(history, (wait.end for wait in history.waits))))
+    if run.model.battery is not None:
+        found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
+        found.append(Tile("battery", "Battery (lowest)", "battery"))
+    if "charger_utilisation" in kpis:
+        found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
+    return found
+
+
+def _count(history: History, times: Iterable[float]) -> Curve:
+    """Events counted from the end of the warm-up on; those that the log dates after the end are counted at the end."""
+    counted = sorted(min(time, history.end) for time in times if history.counts(time))
+    return counted, list(range(1, len(counted) + 1))
+
+
+def _backlog(history: History) -> Curve:
+    """Tasks released and not delivered."""
+    changes = [(task.released, 1) for task in history.tasks.values()]
+    changes += [(task.delivered, -1) for task in history.delivered]
+    changes.sort()
+    return [time for time, _ in changes], np.cumsum([by for _, by in changes]).tolist()
+
+
+def _on_time(history: History) -> Curve:
+    """The share of the deliveries with due times so far that were not late."""
+    due = [task for task in history.counted_deliveries if task.due is not None]
+    late = np.cumsum([task.due is not None and task.delivered > task.due for task in due])
+    return [task.delivered for task in due], (1 - late / np.arange(1, len(due) + 1)).tolist()
+
+
+def _cycle_time(history: History) -> Curve:
+    """The 95 % quantile of the cycle times of the deliveries so far."""
+    ordered: list[float] = []
+    values = []
+    for task in history.counted_deliveries:
+        insort(ordered, task.cycle_time)
+        values.append(quantile(ordered, LATE))
+    return [task.delivered for task in history.counted_deliveries], values
+
+
+def tile_columns(shown: list[Tile], scale: Scale) -> dict[str, Any]:
+    """For each tile the steps of its curve in the window, the last before it first."""
+    columns: dict[str, Any] = {}
+    for tile in shown:
+        times, values = np.asarray(tile.curve[0], dtype=float), np.asarray(tile.curve[1], dtype=float)
+        low = max(int(np.searchsorted(times, scale.start, side="right")) - 1, 0)
+        high = int(np.searchsorted(times, scale.end, side="right"))
+        unit = {"share": 1 / SHARE, "time": scale.tick}.get(tile.form, 1.0)
+        columns[f"{tile.key}_time"] = np.diff(scale.times(times[low:high]), prepend=0)
+        columns[f"{tile.key}_value"] = np.diff(np.rint(values[low:high] / unit).astype(np.int64), prepend=0)
+    return columns
