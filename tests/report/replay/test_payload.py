@@ -281,5 +281,6 @@ def test_a_saved_run_replays_like_the_run_itself(tmp_path: Path) -> None:
 
 
 def test_a_page_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
     with pytest.raises(ReportError, match="cannot be written"):
-        paper_run().replay(tmp_path / "nowhere" / "replay.html")
+        paper_run().replay(tmp_path / "file" / "replay.html")

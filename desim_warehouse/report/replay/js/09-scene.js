@@ -24,7 +24,7 @@ class Scene {
   resize(ratio = Math.min(window.devicePixelRatio || 1, 2)) {
     const box = this.canvas.getBoundingClientRect();
     const width = Math.max(Math.round(box.width * ratio), 1), height = Math.max(Math.round(box.height * ratio), 1);
-    if (this.canvas.width === width && this.canvas.height === height) return;
+    if (this.ratio === ratio && this.canvas.width === width && this.canvas.height === height) return;
     this.ratio = ratio;
     this.canvas.width = width;
     this.canvas.height = height;
