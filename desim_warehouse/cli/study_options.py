@@ -16,6 +16,7 @@ import click
 from click.core import ParameterSource
 
 from desim_warehouse.cli.options import with_overrides
+from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
@@ -295,11 +296,15 @@ def as_typed() -> str:
 
 
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
-    """Refuse a page that cannot be, before anything is simulated; raises ReportError."""
+    """Refuse a page that cannot be, before anything is simulated, and make its folder; raises ReportError."""
     if page is not None:
         from desim_warehouse.report.explore import check
 
         check(plan)
+        try:
+            Path(page).parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ReportError(f"{page}: the page cannot be written ({reason(error)})") from error
 
 
 def write_page(page: str | None, results: Results) -> None:

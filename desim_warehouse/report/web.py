@@ -33,7 +33,6 @@ class WebPage:
         """
         path = Path(path)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(self.html, encoding="utf-8")
         except OSError as error:
             raise ReportError(f"{path}: the page cannot be written ({reason(error)})") from error

@@ -169,12 +169,15 @@ def test_a_study_file_and_a_study_folder_have_a_page_too(folder, tmp_path):
     assert held(dw.Study.open(folder).page().html)["means"] == held((folder / "page.html").read_text())["means"]
 
 
-def test_a_page_that_cannot_be_written_is_one_message(tmp_path):
+def test_a_page_that_cannot_be_written_is_one_message(tmp_path, monkeypatch):
     study = dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}).run()
     (tmp_path / "file").write_text("")
     with pytest.raises(ReportError, match="page cannot be written"):
-        study.page(tmp_path / "file" / "page.html")
-    page = study.page(tmp_path / "new" / "page.html")
-    assert (tmp_path / "new" / "page.html").read_text(encoding="utf-8") == page.html
+        study.page(tmp_path / "missing" / "page.html")
+    page = study.page(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == page.html
     assert repr(page).startswith("WhatIfPage(study: what if, 0.")
     assert 'sandbox="allow-scripts"' in page._repr_html_()
+    monkeypatch.setattr(dw.Study, "run", lambda *_, **__: pytest.fail("simulated"))
+    with pytest.raises(ReportError, match="page cannot be written"):
+        call(f"desim what-if {MULTIBOTS} --vary fleet.size=1,2 --page {tmp_path}/file/page.html")
