@@ -144,6 +144,14 @@ def test_the_answer_says_in_what_b_is_better(page: Opened) -> None:
     assert page.text("answer") == "A and B are the same design."
 
 
+def test_the_command_can_be_copied(page: Opened, study: tuple[Path, str]) -> None:
+    copied = page.browser.execute_script(
+        "getSelection().selectAllChildren(document.getElementById('command')); return getSelection().toString()"
+    )
+    assert copied.startswith("desim what-if models/multibots.yaml --vary fleet.size=2,3,5 --vary")
+    assert copied.strip().endswith("--set 'tasks.goods={random: 6}'")
+
+
 def test_every_control_has_a_name_and_is_reached_by_tab(page: Opened) -> None:
     nodes = page.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
     roles = {"button", "slider", "combobox"}

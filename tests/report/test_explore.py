@@ -106,6 +106,13 @@ def test_it_asks_for_nothing_from_outside(folder):
     assert "default-src 'none'" in page
 
 
+def test_names_made_to_break_pages_stay_names(study_folder):
+    page = Results.load(study_folder).page().html
+    assert page.count("<script") == 2  # the data and the program
+    assert "alert(1)" not in page.replace("\\u003cscript\\u003ealert(1)", "").replace("&lt;script&gt;alert(1)", "")
+    assert held(page)["name"].startswith("<script>alert(1)</script>")
+
+
 def test_verdicts_stand_at_their_designs():
     overload = {"tasks.goods": {"poisson": 400}, "run.length": 20000, "run.warm_up": 2000}
     study = dw.Study(MULTIBOTS, {"fleet.size": [1, 6]}, changes=overload, replications=2).run()

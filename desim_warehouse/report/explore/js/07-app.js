@@ -11,7 +11,7 @@ function begin() {
   byId("all-wrong").append(...study.wrong.map((line) => part("li", {}, line)));
   byId("facts").append(...study.facts.flatMap(([name, value]) => [part("dt", {}, name), part("dd", {}, value)]));
   byId("again").hidden = !study.command;
-  byId("command").textContent = study.command;
+  byId("command").append(...study.command.split(" ").flatMap((word) => [part("span", {}, word), " "])); // no break within --options
   const designs = new Designs(study), curves = new Curves(study, state), controls = new Controls(study, state, show);
 
   function draw() {
