@@ -9,7 +9,9 @@
 | what is the smallest fleet that does it?       | `smallest_meeting`, `parse_target`         |
 | how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
-| when does the warm-up end?                     | `mser`                                     |
+| when does the warm-up end?                     | `mser`, `welch`                            |
+| what does one long run say?                    | `batch_means`, `quantile_in_run`           |
+| which value do 95 % of the days stay below?    | `quantile`                                 |
 | what do measured times follow?                 | `fit`                                      |
 | which of several changes gains most?           | `gains_steps`                              |
 | which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
@@ -33,6 +35,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.fitting import Candidate, Fitted, fit
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
+from desim_warehouse.study.statistics.one_run import OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
     Precision,
     PrecisionRule,
@@ -40,6 +43,7 @@ from desim_warehouse.study.statistics.precision import (
     replications_needed,
 )
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, follow
+from desim_warehouse.study.statistics.quantiles import QuantileEstimate, quantile, replications_for_quantile
 from desim_warehouse.study.statistics.screening import (
     FirstOrder,
     MainEffect,
@@ -63,7 +67,7 @@ from desim_warehouse.study.statistics.sobol import (
     sobol,
 )
 from desim_warehouse.study.statistics.targets import Target, parse_target
-from desim_warehouse.study.statistics.warmup import WarmUp, mser
+from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 
 __all__ = [
     "Between",
@@ -81,9 +85,11 @@ __all__ = [
     "Knee",
     "MainEffect",
     "MainEffects",
+    "OneRun",
     "Precision",
     "PrecisionRule",
     "Procedure",
+    "QuantileEstimate",
     "RunNumber",
     "SaltelliDesign",
     "Selection",
@@ -92,6 +98,8 @@ __all__ = [
     "Stage",
     "Target",
     "WarmUp",
+    "averaged",
+    "batch_means",
     "cheapest_meeting_steps",
     "check_precision",
     "compare",
@@ -109,6 +117,9 @@ __all__ = [
     "mser",
     "paired",
     "parse_target",
+    "quantile",
+    "quantile_in_run",
+    "replications_for_quantile",
     "replications_needed",
     "saltelli_design",
     "saltelli_indices",
@@ -118,4 +129,5 @@ __all__ = [
     "smallest_within",
     "sobol",
     "verdict_steps",
+    "welch",
 ]

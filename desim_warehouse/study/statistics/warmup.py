@@ -1,9 +1,9 @@
-"""Where the warm-up ends: MSER-5 cuts the start whose removal makes the mean of the rest most precise."""
+"""Where the warm-up ends: by MSER-5, and as Welch's plot shows it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64]"
+"""Observations in order of time, shape (n,), or of several replications, shape (replications, n)."""
 TAIL = 5  # batches that a cut must leave: the spread of fewer is meaningless
 
 
@@ -41,7 +43,7 @@ class WarmUp:
         return np.arange(self.statistic.size) * self.batch
 
 
-def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64], batch: int = 5) -> WarmUp:
+def mser(values: Series, batch: int = 5) -> WarmUp:
     """The truncation point of an indicator observed over time, by MSER-5.
 
     Args:
@@ -60,8 +62,7 @@ def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float6
     Assumes: the output settles to a steady state; one that ends (a fixed list of tasks) or cycles (shifts)
     has none.
     """
-    array = np.asarray(values, dtype=float)
-    series = finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
+    series = averaged(values)
     m = series.size // batch if batch > 0 else 0
     if m <= TAIL:
         raise StudyError(f"warm-up from {series.size} observations: expected at least {TAIL + 1} batches of {batch}")
@@ -73,6 +74,41 @@ def mser(values: Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float6
     if not valid:
         note = f"cut at {cut * batch} of {series.size} observations, in the second half: run longer"
     return WarmUp(cut * batch, valid, batch, means, statistic, note)
+
+
+def welch(values: Series, window: int) -> NDArray[np.float64]:
+    """The moving average of Welch's plot: where it levels off, the warm-up is over.
+
+    Args:
+        values: as of `mser`: shape (n,), or (replications, n), which are averaged first.
+        window: w; each point is the mean of itself and w observations on either side, near the start of as many as
+            there are on both sides.
+
+    Returns:
+        Shape (n - w,): the i-th (from 0) belongs to the i-th observation.
+
+    Raises:
+        StudyError: a window below 1 or above n / 4, or a value that is not finite.
+
+    Source: Welch (1983), The statistical analysis of simulation results, in Lavenberg (ed.), Computer Performance
+    Modeling Handbook; as in Law (2015), section 9.5.1: at least 5 replications, w at most n / 4, and the smallest w
+    with which the curve is reasonably smooth.
+    """
+    series = averaged(values)
+    if not 1 <= window <= series.size // 4:
+        raise StudyError(
+            f"window {window}: expected at least 1 and at most a quarter of the {series.size} observations"
+        )
+    sums = np.concatenate(([0.0], np.cumsum(series)))
+    middle = np.arange(series.size - window)
+    beside = np.minimum(middle, window)
+    return np.asarray((sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1))
+
+
+def averaged(values: Series) -> NDArray[np.float64]:
+    """The observations over time, shape (n,): the mean of the replications where there are several."""
+    array = np.asarray(values, dtype=float)
+    return finite(array.mean(axis=0) if array.ndim == 2 and array.size else array)  # noqa: PLR2004
 
 
 def _statistic(means: NDArray[np.float64]) -> NDArray[np.float64]:

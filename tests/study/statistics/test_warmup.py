@@ -1,4 +1,4 @@
-"""Where the warm-up ends by MSER-5: worked by hand, then laws, then what is refused."""
+"""Where the warm-up ends by MSER-5 and by Welch's plot: worked by hand, then laws, then what is refused."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import mser
+from desim_warehouse.study.statistics import mser, welch
 
 SERIES = st.lists(st.integers(-50, 50), min_size=30, max_size=120)
 
@@ -107,3 +107,31 @@ def test_the_unit_of_the_indicator_does_not_move_the_cut(values, shift, scale):
     # the cuts may differ only where two are equally good
     assert after.statistic / scale**2 == pytest.approx(before.statistic, abs=1e-9)
     assert before.statistic[after.truncate // 5] == pytest.approx(before.statistic[before.truncate // 5], abs=1e-9)
+
+
+# Welch's plot
+
+
+def test_a_moving_average_worked_by_hand():
+    """w = 2: the first is itself, the second the mean of three, then of five; the last two have too few behind them."""
+    assert welch([10, 4, 1, 3, 2, 0, 4, 1], 2) == pytest.approx([10, 15 / 3, 20 / 5, 10 / 5, 10 / 5, 10 / 5])
+
+
+def test_replications_are_averaged_before_they_are_smoothed():
+    series = np.array([10.0, 4, 1, 3, 2, 0, 4, 1])
+    noise = np.where(np.arange(8) % 3, 7.0, -4.0)
+    assert welch([series + noise, series - noise], 2) == pytest.approx(welch(series, 2))
+
+
+@given(SERIES, st.integers(1, 7))
+def test_the_running_sums_equal_the_definition(values, w):
+    """Law (2015), section 9.5.1."""
+    m = len(values)
+    expected = [np.mean(values[i - min(i, w) : i + min(i, w) + 1]) for i in range(m - w)]
+    assert welch(values, w) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("window", [0, 11])
+def test_windows_that_smooth_nothing_or_everything_are_refused(window):
+    with pytest.raises(StudyError, match=f"window {window}: expected at least 1 and at most a quarter of the 40"):
+        welch([1.0] * 40, window)

@@ -1,0 +1,59 @@
+"""Quantiles over replications: worked by hand, then coverage, then what is refused."""
+
+import numpy as np
+import pytest
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.statistics import quantile, replications_for_quantile
+
+
+def test_the_median_of_six_lies_between_the_least_and_the_most():
+    """All six lie above the median, or all below, with probability 2 / 64 = 3.1 %; so it is not five, nor the inner."""
+    found = quantile([3.0, 1.0, 4.0, 9.0, 5.0, 2.0], 0.5)
+    assert (found.value, found.low, found.high) == (3.5, 1.0, 9.0)
+    five = quantile([3.0, 1.0, 4.0, 9.0, 5.0], 0.5)
+    assert (five.value, five.low, five.high) == (4.0, None, None)
+
+
+def test_ranks_of_a_median_by_the_binomial():
+    """Of 30 values, fewer than 10 lie below the median with probability P(Bin(30, 1/2) <= 9) = 2.1 %: 10 to 21."""
+    found = quantile(range(1, 31), 0.5)
+    assert (found.low, found.high) == (10, 21)
+
+
+def test_a_high_quantile_needs_many_replications():
+    """0.95^71 = 2.6 %, 0.95^72 = 2.5 %: with 72 days the slowest bounds the 95 % quantile from above."""
+    assert replications_for_quantile(0.95) == 72
+    assert quantile(range(71), 0.95).high is None
+    assert quantile(range(72), 0.95).high == 71
+    assert str(quantile(range(71), 0.95)) == "66.5, from 62 to unknown (95 %, n=71)"
+    assert replications_for_quantile(0.5) == 6
+
+
+def test_a_deterministic_model_needs_one_replication():
+    found = quantile([7.0], 0.95, deterministic=True)
+    assert (found.value, found.low, found.high, found.deterministic) == (7.0, None, None, True)
+    assert "deterministic" in str(found)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_intervals_cover_at_least_as_often_as_they_say_whatever_the_values_follow(share):
+    values = np.random.default_rng(31).lognormal(0.0, 1.0, (500, 100))
+    truth = float(np.quantile(np.random.default_rng(32).lognormal(0.0, 1.0, 2_000_000), share))
+    found = [quantile(row, share) for row in values]
+    assert np.mean([one.low <= truth <= one.high for one in found]) >= 0.945
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: quantile([], 0.95), "no values"),
+        (lambda: quantile([1.0, np.nan], 0.95), "position 1"),
+        (lambda: quantile([1.0, 2.0], 95), "quantile 95: expected a share between 0 and 1"),
+        (lambda: quantile([1.0, 2.0], 0.5, 95), "did you mean 0.95"),
+        (lambda: quantile([1.0, 2.0], 0.5, deterministic=True), "deterministic model gave values from 1 to 2"),
+    ],
+)
+def test_what_tells_nothing_is_refused(call, message):
+    with pytest.raises(StudyError, match=message):
+        call()
