@@ -88,6 +88,18 @@ def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
     return [max(task.delivered - task.due, 0.0) for task in tasks if task.due is not None]
 
 
+def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> tuple[list[int], list[float]]:
+    """How many tasks were delivered in each of so many equal spans of time, and the sums of their cycle times."""
+    width = (end - begin) / spans
+    counts, times = [0] * spans, [0.0] * spans
+    for task in tasks:
+        if begin <= task.delivered <= end:
+            span = min(int((task.delivered - begin) / width), spans - 1)
+            counts[span] += 1
+            times[span] += task.cycle_time
+    return counts, times
+
+
 class StateSpan(NamedTuple):
     """A robot in one state from `start` to `end`, with its task (-1: none), its energy and node at the start.
 

@@ -31,6 +31,7 @@ COMMANDS = {
     "screen": ("screen", "Show which factors of a study folder matter."),
     "fit": ("fit", "Propose a distribution for measured times."),
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
+    "long-run": ("long_run", "Show what one long run says, with intervals."),
     "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
     "policies": ("policies", "List the policies, or show one."),
     "orient": ("orient", "Make two-way lanes one-way where the floor stays connected."),

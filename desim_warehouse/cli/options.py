@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import click
 
-from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.errors import ModelError, ReportError, reason
 from desim_warehouse.findings import Acceptable
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
 
 F = TypeVar("F", bound=Callable[..., Any])
 _set = click.option(
@@ -75,3 +76,17 @@ def load_model(path: str, assignments: tuple[str, ...]) -> Model:
 
     overrides: dict[str, Any] = dict(parse_assignment(text) for text in assignments)
     return load(path, overrides, named="--set", run_code=True)
+
+
+def load_source(source: str, assignments: tuple[str, ...]) -> Model | Run:
+    """The run of a folder, or the model of a file with `--set` applied.
+
+    Raises ReportError where a run would have to be changed.
+    """
+    from desim_warehouse.run.folder import load_run
+
+    if not Path(source).is_dir():
+        return load_model(source, assignments)
+    if assignments:
+        raise ReportError(f"{source} is a run that is over: --set is for models")
+    return load_run(source)

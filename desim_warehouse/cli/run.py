@@ -56,7 +56,7 @@ def _show(run: Run) -> None:
     table.add_column("unit")
     table.add_column("meaning")
     for key, value in run.kpis.items():
-        shown, unit = _with_unit(words.indicator_kind(key), value, run.model.units)
+        shown, unit = with_unit(words.indicator_kind(key), value, run.model.units)
         meaning = words.indicator_name(key).removeprefix("Fleet ")
         table.add_row(key, shown, unit, f"{meaning[:1].upper()}{meaning[1:]}")
     show(table)
@@ -64,7 +64,7 @@ def _show(run: Run) -> None:
         click.echo(verdict.text)
 
 
-def _with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
+def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     """A value and its unit for planners: shares in percent, and times in other units also in seconds."""
     from desim_warehouse.report import words
 

@@ -14,15 +14,38 @@ from desim_warehouse.cli.study_options import (
     with_page,
     write_page,
 )
-from desim_warehouse.cli.tables import show_summary
+from desim_warehouse.cli.tables import show_quantiles, show_summary
+
+
+def _share(context: click.Context, option: click.Parameter, text: str | None) -> float | None:
+    """A share such as 0.95 or 95 %."""
+    if text is None:
+        return None
+    try:
+        number = text.strip().removesuffix("%")
+        share = float(number) / (100 if number != text.strip() else 1)
+    except ValueError:
+        share = 0.0
+    if not 0 < share < 1:
+        raise click.BadParameter(f"{text}: expected a share between 0 and 1, such as 95%", context, option)
+    return share
 
 
 @click.command("study")
 @click.argument("study")
 @with_overrides
+@click.option(
+    "--quantile",
+    "share",
+    metavar="SHARE",
+    callback=_share,
+    help="Instead of means show what this share of all runs stay below, such as 95%, with intervals.",
+)
 @with_page
 @with_execution
-def command(study: str, assignments: tuple[str, ...], page: str | None, execution: ExecutionOptions) -> None:
+def command(
+    study: str, assignments: tuple[str, ...], share: float | None, page: str | None, execution: ExecutionOptions
+) -> None:
     """Run STUDY, a study file such as studies/paper.yaml, or resume the study of a folder.
 
     Runs that are already in the folder are not repeated. DIR/results.parquet has a row for each run.
@@ -34,5 +57,8 @@ def command(study: str, assignments: tuple[str, ...], page: str | None, executio
     refuse_page(page, whole.plan)
     with interruptible(whole, execution.out):
         whole.run(**execution.where())
-    show_summary(whole.results)
+    if share is None:
+        show_summary(whole.results)
+    else:
+        show_quantiles(whole.results, share)
     write_page(page, whole.results)

@@ -114,6 +114,7 @@ _OPTIONS: dict[Keys, str] = {
     ("replications", "cap"): "--cap",
     ("design",): "--design",
     ("indicators",): "--indicator",
+    ("warm_up",): "--warm-up",
 }
 """Key of a study: the option that gives it."""
 

@@ -11,6 +11,7 @@ from desim_warehouse.report.printed import said
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
+    from desim_warehouse.study.statistics import QuantileEstimate
 
 
 def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
@@ -28,6 +29,9 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table.add_column(factor)
     for name in chosen:
         table.add_column(name, justify="right")
+    settled = isinstance(results.plan.warm_up, tuple)
+    if settled:
+        table.add_column("counted from", justify="right")
     table.add_column("runs", justify="right")
     judged = any(results.verdicts.values())
     if judged:
@@ -38,16 +42,58 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table.add_row(
             *map(readable, point.labels.values()),
             *(said(found[name][point.number]) for name in chosen),
+            *([number(point.overrides["run.warm_up"])] if settled else []),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
             *([sentences.marks(results, str(point))] if judged else []),
         )
     show(table)
     show_verdicts(results)
+    for design in results.unsettled:
+        click.echo(
+            f"{design}: not settled by the middle of its runs, and counted from there on; make run.length longer"
+        )
     if results.deterministic:
         click.echo("These models are deterministic: every replication is the same, and the means are exact.")
     elif max(map(len, results.by_point.values())) == 1:
         click.echo("One run of a random model says little: more replications give intervals.")
     _show_failures(results)
+
+
+def show_quantiles(results: Results, share: float) -> None:
+    """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
+    from rich.table import Table
+
+    from desim_warehouse.study.factors import readable
+    from desim_warehouse.study.statistics import replications_for_quantile
+
+    chosen = results.chosen(results.plan.indicators or results.usual(4))
+    found = {name: results.quantiles(name, share) for name in chosen}
+    percent, sure = f"{100 * share:g} %", results.plan.confidence
+    table = Table(title=f"{results.plan.name}: {percent} quantiles over runs, {100 * sure:g} % intervals", box=None)
+    for factor in results.factors:
+        table.add_column(factor)
+    for name in chosen:
+        table.add_column(name, justify="right")
+    table.add_column("runs", justify="right")
+    for point in results.points:
+        cells = (_said_of_quantile(found[name][point.number]) for name in chosen)
+        table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
+    show(table)
+    if any(
+        one is not None and one.high is None and not one.deterministic for by in found.values() for one in by.values()
+    ):
+        click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} replications for both ends")
+    show_verdicts(results)
+    _show_failures(results)
+
+
+def _said_of_quantile(found: QuantileEstimate | None) -> str:
+    if found is None:
+        return "-"
+    if found.deterministic:
+        return number(found.value)
+    low, high = ("?" if end is None else number(end) for end in (found.low, found.high))
+    return f"{number(found.value)} ({low} to {high})"
 
 
 def show_verdicts(results: Results) -> None:

@@ -36,7 +36,13 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
     show_default=True,
     help="What is observed.",
 )
-@click.option("--out", metavar="DIR", help="For the plot: warm-up.png and warm-up.svg.")
+@click.option(
+    "--window",
+    type=click.IntRange(min=1),
+    metavar="W",
+    help="Of Welch's plot: observations on either side of a mean.  [default: three curves]",
+)
+@click.option("--out", metavar="DIR", help="For the plots: warm-up and welch, as .png and .svg.")
 @with_seed
 def command(
     model: str,
@@ -44,6 +50,7 @@ def command(
     replications: int,
     observations: int,
     observe: str,
+    window: int | None,
     out: str | None,
     seed: int,
 ) -> None:
@@ -63,5 +70,9 @@ def command(
     else:
         click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
     if out is not None:
+        from desim_warehouse.report.plot import welch
+
+        curves = welch(found, window).get_figure(root=True)
         save(found.figure(), Path(out), "warm-up")
+        save(curves, Path(out), "welch")
         click.echo(f"written to {out}")

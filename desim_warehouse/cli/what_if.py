@@ -33,6 +33,9 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
     "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"
 )
 @click.option("--design", default="grid", show_default=True, help="grid, paired, or such as '{sobol: 64}'.")
+@click.option(
+    "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
+)
 @with_indicator
 @with_page
 @with_question
@@ -45,6 +48,7 @@ def command(
     half_width: str | None,
     cap: int | None,
     design: str,
+    warm_up: str | None,
     indicators: tuple[str, ...],
     page: str | None,
     question: ModelOptions,
@@ -70,6 +74,7 @@ def command(
         replications=often,
         indicators=list(indicators) or None,
         design=read_yaml(design, "--design").data,
+        warm_up=warm_up,
     )
     refuse_page(page, study.plan)
     with interruptible(study, execution.out):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import load_model
+from desim_warehouse.cli.options import load_source
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -17,11 +17,8 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.errors import ReportError
 
 if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
     from desim_warehouse.study.why import Why
 
 
@@ -46,9 +43,10 @@ def command(
     Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
     """
     from desim_warehouse.report import why_words
+    from desim_warehouse.run import Run as Done
     from desim_warehouse.study.why import why
 
-    start = _source(source, question)
+    start = load_source(source, question.assignments)
     with interruptible(None, execution.out):
         found = why(
             start,
@@ -61,29 +59,13 @@ def command(
             **execution.where(),
         )
     model = source if not Path(source).is_dir() else "MODEL"
-    said = why_words.sentence(found, start.model.units if _is_run(start) else start.units)
+    said = why_words.sentence(found, start.model.units if isinstance(start, Done) else start.units)
     lines = _commands(found, model, question)
     if as_json:
         click.echo(json.dumps(_content(found, said, lines)))
         return
     click.echo(said)
     _show(found, lines)
-
-
-def _source(source: str, question: ModelOptions) -> Any:
-    from desim_warehouse.run.folder import load_run
-
-    if not Path(source).is_dir():
-        return load_model(source, question.assignments)
-    if question.assignments:
-        raise ReportError(f"{source} is a run that is over: --set is for models")
-    return load_run(source)
-
-
-def _is_run(start: Run | Model) -> bool:
-    from desim_warehouse.run import Run as Done
-
-    return isinstance(start, Done)
 
 
 def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:

@@ -33,6 +33,7 @@ indicators: [T, S, C]                  # columns of the table; default: all
 baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
 confidence: 0.95
 timeout: 60                            # seconds that a run may take; default: no limit
+warm_up: auto                          # run.warm_up of each design from five pilot runs of it; default: as in the model
 """
 
 from __future__ import annotations
@@ -88,6 +89,13 @@ def _indicator(name: Any) -> Any:
     near = nearest(str(name), INDICATORS)
     hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
     raise wrong(f"unknown indicator (got {got(name)}), {hint}")
+
+
+def _auto(given: Any) -> Any:
+    if given in ("auto", None):
+        return given
+    time = f", or a time for all designs as set: {{run.warm_up: {got(given)}}}" if isinstance(given, NUMBER) else ""
+    raise wrong(f"should be auto (got {got(given)}){time}")
 
 
 def _power_of_two(size: int) -> int:
@@ -179,6 +187,9 @@ class StudyFile(Part):
     baseline: Mapping[str, Any] = Field({}, description="a value for each factor, such as {fleet.size: 3}")
     confidence: Fraction = Field(0.95, description="a number between 0 and 1, such as 0.95")
     timeout: Positive | None = Field(None, description="seconds that a run may take, above 0")
+    warm_up: Annotated[Literal["auto"] | None, BeforeValidator(_auto)] = Field(
+        None, description="`auto`: each design has its own `run.warm_up`, from five pilot runs of it (MSER-5)"
+    )
 
     # What is checked over several keys; a check is left out where a key that it needs is wrong
 
@@ -224,6 +235,14 @@ class StudyFile(Part):
         except StudyError as error:
             raise wrong(str(error).removeprefix("baseline: ")) from None
         return baseline
+
+    @field_validator("warm_up")
+    @classmethod
+    def _given_once(cls, warm_up: str | None, info: ValidationInfo) -> str | None:
+        for part in ("set", "factors"):
+            if warm_up and "run.warm_up" in info.data.get(part, ()):
+                raise wrong(f"auto, and run.warm_up is among the {part}: expected one of them")
+        return warm_up
 
     # What a plan has of it
 

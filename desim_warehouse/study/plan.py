@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.distributions import Distribution
@@ -36,10 +36,21 @@ class StudyPlan:
     timeout: float | None = None
     name: str = "study"
     description: str = ""
+    warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
 
     def points(self) -> list[Point]:
-        """The design points."""
-        return points(self.factors, self.rule, self.seed)
+        """The design points, with the warm-up of each where that is known."""
+        found = points(self.factors, self.rule, self.seed)
+        if not isinstance(self.warm_up, tuple):
+            return found
+        return [
+            replace(
+                point,
+                overrides={**point.overrides, "run.warm_up": time},
+                places={**point.places, "run.warm_up": ("warm_up",)},
+            )
+            for point, time in zip(found, self.warm_up, strict=True)
+        ]
 
     def unreplicated(self) -> StudyPlan:
         """The same plan with no runs of its own, for procedures that ask for the runs they need."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, plain
@@ -16,6 +16,7 @@ from desim_warehouse.model.read import kind_of, read_document
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import OUTLINE, StudyFile, labels
 from desim_warehouse.study.plan import StudyPlan, models
+from desim_warehouse.study.warm_up import steady_length
 
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
@@ -104,9 +105,20 @@ def _plan(document: Document) -> StudyPlan:
         file.timeout,
         file.name,
         file.description,
+        file.warm_up,
     )
-    models(plan, plan.points(), places, run_code=True)
+    made = models(plan, plan.points(), places, run_code=True)
+    if plan.warm_up:
+        for model in made.values():
+            _has_steady_state(model, places)
     return plan
+
+
+def _has_steady_state(model: Model, places: Places) -> None:
+    try:
+        steady_length(model)
+    except StudyError as error:
+        raise ModelError([f"{places.line(('warm_up',))[1]}: {error}"]) from None
 
 
 def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+from dataclasses import replace
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,7 +15,7 @@ from desim_warehouse.run.folder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.file import Until
-from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.plan import StudyPlan, models, run_seed
 from desim_warehouse.study.statistics import Between
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
         "baseline": plan.baseline,
         "confidence": plan.confidence,
         "timeout": plan.timeout,
+        "warm_up": plan.warm_up,
         "base": plan.base.content(),
         "points": [
             {"labels": point.labels, "changes": point.overrides, "model": keys[point.number]} for point in points
@@ -110,6 +112,20 @@ def read_record(folder: Path) -> Record:
         ) from error
 
 
+def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
+    """The warm-ups that the study of a folder found for these very designs, with this version; None if it has none."""
+    try:
+        record = read_record(folder)
+        times = record.plan.warm_up
+        if not isinstance(times, tuple) or record.plan.seed != plan.seed or record.versions != versions():
+            return None
+        settled = replace(plan, warm_up=times)
+        keys = {number: model.digest() for number, model in models(settled, settled.points()).items()}
+    except (StudyError, ModelError, ValueError):  # none there, damaged, or of other designs
+        return None
+    return times if keys == record.keys else None
+
+
 def _plan(content: Mapping[str, Any]) -> StudyPlan:
     return StudyPlan(
         base=load(content["base"]),
@@ -123,6 +139,7 @@ def _plan(content: Mapping[str, Any]) -> StudyPlan:
         timeout=content["timeout"],
         name=content["name"],
         description=content["description"],
+        warm_up=tuple(content["warm_up"]) if content.get("warm_up") else None,
     )
 
 

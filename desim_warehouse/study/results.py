@@ -152,6 +152,18 @@ class Results:
         return {str(self.points[number]): model for number, model in made.items()}
 
     @cached_property
+    def unsettled(self) -> tuple[str, ...]:
+        """With `warm_up: auto`: designs not settled by the middle of their runs, which are counted from there on."""
+        if not isinstance(self.plan.warm_up, tuple):
+            return ()
+        late = (
+            str(point)
+            for point in self.points
+            if (model := self.models.get(str(point))) and 2 * model.run.warm_up >= (model.run.length or math.inf)
+        )
+        return tuple(dict.fromkeys(late))
+
+    @cached_property
     def deterministic(self) -> bool:
         """Whether no run drew a random number or used a policy of the user's own: one replication is enough."""
         return _deterministic(self.rows)
@@ -241,6 +253,18 @@ class Results:
         return statistics.estimate(
             values, self.plan.confidence, deterministic=_deterministic(rows), within=within(indicator)
         )
+
+    def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
+        """What a share of all runs stay below, with its interval, at each point by its number; None: no run has it."""
+        self.chosen([indicator])
+        found: dict[int, statistics.QuantileEstimate | None] = {}
+        for number, rows in self.by_point.items():
+            values = [value for row in rows if math.isfinite(value := row.value(indicator))]
+            exact = _deterministic(rows)
+            found[number] = (
+                statistics.quantile(values, share, self.plan.confidence, deterministic=exact) if values else None
+            )
+        return found
 
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """A row for each design point and indicator.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.progress import Progress
@@ -13,6 +13,7 @@ from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.store import JOURNAL, Store
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
+from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.report.explore import WhatIfPage
+    from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import (
         Comparison,
@@ -56,6 +58,7 @@ class Study:
         timeout: float | None = None,
         name: str = "study",
         description: str = "",
+        warm_up: Literal["auto"] | None = None,
     ) -> None:
         """Plan a study; nothing is run yet.
 
@@ -72,6 +75,7 @@ class Study:
             timeout: seconds that a run may take.
             name: for tables and messages.
             description: a sentence or two.
+            warm_up: auto: each design has its own `run.warm_up`, from five pilot runs of it (`warm_up.settle_designs`).
 
         Raises:
             ModelError: with every problem of the study, its model and its designs.
@@ -92,6 +96,7 @@ class Study:
                 "baseline": baseline,
                 "confidence": confidence,
                 "timeout": timeout,
+                "warm_up": warm_up,
             },
         )
         self._start()
@@ -200,6 +205,8 @@ class Study:
                 make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
             ) as executor,
         ):
+            if self.plan.warm_up == "auto":
+                self._settle(executor, shown)
             runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
             if self.folder is not None:
                 if is_damaged(self.folder / RESULTS):
@@ -216,6 +223,21 @@ class Study:
             if self.folder is not None and self.plan is not before:
                 write_record(self.plan, self.points, runner.keys, self.folder)
             shown.print(shown.summary())
+
+    def _settle(self, executor: Executor, shown: Progress) -> None:
+        """Give each design its warm-up: the one that the folder has, or from pilot runs."""
+        from desim_warehouse.study.record import recorded_warm_up
+
+        times = None if self.folder is None else recorded_warm_up(self.plan, self.folder)
+        if times is None:
+            shown.want(PILOT * len(self.points), 0)
+            times, remarks = settle_designs(
+                self.plan, self.points, executor, lambda _, outcome: shown.step(failed=outcome.error is not None)
+            )
+            for remark in remarks:
+                self._say(shown)(remark)
+        self.plan = replace(self.plan, warm_up=times)
+        self.points = self.plan.points()
 
     def _say(self, shown: Progress) -> Callable[[str], None]:
         def say(text: str) -> None:

@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.history import deliveries
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
+from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.plan import run_seed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
-    from desim_warehouse.history import History
     from desim_warehouse.model import Model
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.execution import Executor
+    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.plan import StudyPlan
 
+PILOT = 5  # runs of each design
+SPANS = 200  # that a pilot run is divided into
+Spans = tuple[list[int], list[float]]
+"""Deliveries in equal spans of a run, and the sums of their cycle times."""
 Observed = Literal["throughput", "cycle_time"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Settling:
     """When a model has settled.
 
     `time`: for `run.warm_up`, in the model's time unit, None if the runs are too short to tell. `width`: time
-    between observations. `unit`: what was observed.
+    between observations. `unit`: what was observed. `series`: the observations over time, means of the replications.
     """
 
     time: float | None
@@ -33,6 +46,7 @@ class Settling:
     unit: str
     time_unit: str
     found: statistics.WarmUp
+    series: NDArray[np.float64]
 
     def figure(self) -> Figure:
         """Batch means over time, the cut, and below them the statistic whose minimum it is."""
@@ -77,40 +91,91 @@ def settle(
 
     Source: MSER-5, see `statistics.mser`.
     """
+    length = steady_length(model)
+    whole = model.replace({"log": "tasks", "run.warm_up": 0})
+    spans = [
+        deliveries(simulate(whole, run_seed(seed, replication)).history.delivered, 0.0, length, observations)
+        for replication in range(replications)
+    ]
+    return _settling(model, spans, observed)
+
+
+def settle_designs(
+    plan: StudyPlan, designs: Sequence[Point], executor: Executor, done: Callable[[int, Outcome], None]
+) -> tuple[tuple[float, ...], list[str]]:
+    """The warm-up of each design from five pilot runs of it, and remarks on those of which none is finished.
+
+    It is the longer one of those by throughput and by cycle time. A design that has not settled by the middle of its
+    runs is counted from there on, and one of which no pilot run is finished as its model says.
+
+    Args:
+        plan: of the study; run seeds are those of its first replications.
+        designs: its points.
+        executor: simulates the pilot runs.
+        done: told of each pilot run that is finished.
+
+    Source: as `settle`; five replications as Hoad, Robinson & Davies (2010), Automating warm-up length estimation,
+    J. Operational Research Society 61(9), 1389-1403.
+    """
+    wanted = [
+        Wanted(point.number, {**point.overrides, "log": "tasks", "run.warm_up": 0}, run_seed(plan.seed, r), SPANS)
+        for point in designs
+        for r in range(PILOT)
+    ]
+    outcomes: dict[int, Outcome] = {}
+
+    def finished(position: int, outcome: Outcome) -> None:
+        outcomes[position] = outcome
+        done(position, outcome)
+
+    executor.run(wanted, finished)
+    times, remarks = [], []
+    for number, point in enumerate(designs):
+        model = plan.base.replace(point.overrides)
+        pilots = [outcomes[number * PILOT + r] for r in range(PILOT)]
+        spans = [pilot.spans for pilot in pilots if pilot.spans is not None]
+        if not spans:
+            times.append(model.run.warm_up)
+            remarks.append(f"{point}: no pilot run was finished ({pilots[0].error}), so run.warm_up is as in the model")
+            continue
+        found = [_settling(model, spans, observed) for observed in get_args(Observed)]
+        if all(one.time is not None for one in found):
+            times.append(max(one.time for one in found if one.time is not None))
+        else:
+            times.append(steady_length(model) / 2)
+    return tuple(times), remarks
+
+
+def steady_length(model: Model) -> float:
+    """The length of the runs of a model that has a steady state.
+
+    Raises:
+        StudyError: where its work ends.
+    """
     length = model.run.length
     if length is None or not (model.tasks.never_end or hasattr(model.tasks.goods, "random")):
         raise StudyError(
             f"{model.name}: its work ends, so it has no steady state and needs no warm-up; lifelong demand such as "
             "tasks.goods {saturated: 20} or {poisson: 200} with run.length has"
         )
-    width = length / observations
-    whole = model.replace({"log": "tasks", "run.warm_up": 0})
-    hours = width / model.units.hour
-    series = []
-    for replication in range(replications):
-        history = simulate(whole, run_seed(seed, replication)).history
-        counts, times = _spans(history, width, observations)
-        if observed == "throughput":
-            series.append([count / hours for count in counts])
-        else:
-            series.append(_filled(counts, times))
+    return length
+
+
+def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settling:
+    """Where the warm-up ends by what was delivered in equal spans of several runs."""
+    width = steady_length(model) / len(spans[0][0])
+    if observed == "throughput":
+        hours = width / model.units.hour
+        series = [[count / hours for count in counts] for counts, _ in spans]
+    else:
+        series = [_filled(counts, times) for counts, times in spans]
     found = statistics.mser(series)
     unit = "tasks per hour" if observed == "throughput" else model.units.time
     time = found.truncate * width if found.valid else None
-    return Settling(time, width, observed, unit, model.units.time, found)
+    return Settling(time, width, observed, unit, model.units.time, found, statistics.averaged(series))
 
 
-def _spans(history: History, width: float, many: int) -> tuple[list[int], list[float]]:
-    """Deliveries and the sum of their cycle times in each interval."""
-    counts, times = [0] * many, [0.0] * many
-    for task in history.delivered:
-        span = min(int(task.delivered / width), many - 1)
-        counts[span] += 1
-        times[span] += task.cycle_time
-    return counts, times
-
-
-def _filled(counts: list[int], times: list[float]) -> list[float]:
+def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:
     """Mean cycle times; an interval without a delivery has that of the one before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):

@@ -12,7 +12,8 @@ from desim_warehouse.account import OF_TASKS
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot.heat import edge_values
-from desim_warehouse.study.statistics import compare, mser
+from desim_warehouse.study.statistics import compare, mser, welch
+from desim_warehouse.study.warm_up import settle
 from tests.report.replay.floors import spurs_run
 
 plot = dw.plot
@@ -412,3 +413,25 @@ def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
     assert "parking" not in table
     few = run_parts.resources(dw.simulate(dw.load("models/mir250.yaml", {**short, "log": "tasks"})))
     assert "needs a run with log: all" in few._repr_html_()
+
+
+def test_a_welch_plot_shows_the_observations_and_their_moving_averages():
+    values = [[100.0, 80, 60, 40, 20] * 4 + [10.0, 11, 9, 10, 10] * 20] * 2
+    ax = plot.welch(values)
+    series, *curves = ax.lines
+    assert list(series.get_ydata()) == values[0]
+    assert [curve.get_label() for curve in curves] == ["w = 2", "w = 6", "w = 18"]
+    assert list(curves[1].get_ydata()) == pytest.approx(list(welch(values, 6)))
+    (only,) = plot.welch(values[0], 10).lines[1:]
+    assert only.get_label() == "w = 10"
+
+
+def test_a_welch_plot_of_a_model_has_its_units_and_the_cut():
+    model = dw.load("models/tutorial.yaml", {"tasks.goods": {"saturated": 5}, "run.length": 1800})
+    found = settle(model, replications=2, observations=60, observed="cycle_time")
+    ax = plot.welch(found)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("Time (s)", "Cycle time (s)")
+    assert list(ax.lines[0].get_ydata()) == list(found.series)
+    cut = ax.lines[-1]
+    assert cut.get_label() == "cut by MSER-5"
+    assert list(cut.get_xdata()) == [found.time] * 2

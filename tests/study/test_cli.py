@@ -171,7 +171,7 @@ def test_warm_up_writes_a_plot(tmp_path):
     lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=5000"]
     result = call("warm-up", MULTIBOTS, *lifelong, "--replications", "2", "--out", tmp_path)
     assert "observations" in result.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"warm-up.png", "warm-up.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == {"warm-up.png", "warm-up.svg", "welch.png", "welch.svg"}
 
 
 @pytest.mark.parametrize(
@@ -331,3 +331,14 @@ def test_a_study_of_which_no_run_was_finished_fails():
     assert (some.exit_code, "1 run failed: BatteryError" in some.stderr) == (0, True)
     with pytest.raises(WarehouseError, match="no run was finished"):
         call("what-if", MULTIBOTS, "--vary", "battery.capacity=1,1.2", *flat)
+
+
+def test_quantiles_of_a_study_folder(tmp_path):
+    vary = ["--vary", "fleet.size=5,6", "--replications", "20", "--indicator", "T", "--quiet", "--out", tmp_path]
+    call("what-if", MULTIBOTS, *vary, *GOODS)
+    median = call("study", tmp_path, "--quantile", "50%", "--quiet").stdout
+    assert "50 % quantiles over runs, 95 % intervals" in median
+    assert median == call("study", tmp_path, "--quantile", "0.5", "--quiet").stdout
+    assert "it takes 72 replications for both ends" in call("study", tmp_path, "--quantile", "95 %", "--quiet").stdout
+    for wrong in ("95", "0", "100%", "most"):
+        assert "expected a share between 0 and 1" in call("study", tmp_path, "--quantile", wrong).stderr

@@ -108,3 +108,22 @@ def test_kept_notebooks_of_version_0_1_0_still_run():
 
     with pytest.warns(DeprecationWarning, match=r"report\.study_parts\.read"):
         assert read_study(FOLDER).baseline == "fleet.size=1, tasks.unload_at=[M]"
+
+
+def test_quantiles_over_days_have_intervals():
+    """72 days: the slowest bounds the time that 95 % of all days stay below."""
+    study = dw.Study(MULTIBOTS, {"fleet.size": [5, 6]}, changes={"tasks.goods": {"random": 3}}, replications=72)
+    results = study.run().results
+    found = results.quantiles("T", 0.95)
+    for number, one in found.items():
+        days = sorted(row.value("T") for row in results.by_point[number])
+        assert one.high == days[-1]
+        assert one.low <= one.value <= one.high
+        assert one.n == 72
+    assert results.quantiles("T", 0.5)[0].value == results.estimates("T")[0].median
+
+
+def test_a_quantile_of_a_deterministic_study_is_exact():
+    found = dw.Study(MULTIBOTS, {"fleet.size": [2]}).run().results.quantiles("T", 0.95)[0]
+    assert found.deterministic
+    assert (found.low, found.high) == (None, None)

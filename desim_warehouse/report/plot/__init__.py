@@ -14,6 +14,7 @@
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
 | where the warm-up ends                         | `warm_up`               | Run or observations          |
+| the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
 | measured times and fitted distributions        | `fitted`                | `statistics.Fitted`          |
 
 Every function takes `title` (none by default), `style` ("light" for screens, "print" for papers) and `ax` (axes
@@ -34,7 +35,7 @@ from desim_warehouse.report.plot.flow import arrivals
 from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
 from desim_warehouse.report.plot.response import surface
-from desim_warehouse.report.plot.series import warm_up
+from desim_warehouse.report.plot.series import warm_up, welch
 
 __all__ = [
     "COLOURS",
@@ -52,4 +53,5 @@ __all__ = [
     "throughput",
     "utilisation",
     "warm_up",
+    "welch",
 ]

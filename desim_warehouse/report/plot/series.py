@@ -1,8 +1,10 @@
-"""Where the warm-up of a run ends: the series, the MSER-5 statistic and its cut."""
+"""Where the warm-up of a run ends: by MSER-5 with its statistic and cut, and in Welch's plot."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
@@ -12,11 +14,14 @@ from desim_warehouse.run import Run
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from desim_warehouse.study.statistics import WarmUp
+    from desim_warehouse.study.warm_up import Settling
+
+_WINDOWS = (0.02, 0.05, 0.15)
+"""Shares of all observations on either side of a moving average."""
 
 
 def cycle_times(run: Run) -> list[float]:
@@ -60,6 +65,56 @@ def warm_up(
         axes.set_xlabel(what)
         axes.set_ylabel(look.text(label or "Mean of a batch"))
         return axes
+
+
+def welch(
+    source: Settling | Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64],
+    window: int | None = None,
+    *,
+    label: str | None = None,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """Welch's plot: observations over time, averaged over replications, and their moving averages.
+
+    Args:
+        source: what `study.warm_up.settle` found, or equally spaced observations, of several replications if there
+            are rows.
+        window: observations on either side of each mean; default: three curves with 2, 5 and 15 % of all
+            observations, of which to look at the first that is smooth.
+        label: name and unit of the observations, for the axis.
+
+    Raises:
+        StudyError: as `statistics.welch`.
+
+    Source: Welch (1983); Law (2015), section 9.5.1.
+    """
+    from desim_warehouse.study.statistics import averaged
+    from desim_warehouse.study.statistics import welch as smooth
+
+    settling = None if isinstance(source, list | tuple) or hasattr(source, "shape") else cast("Settling", source)
+    series = averaged(cast("Any", source)) if settling is None else settling.series
+    width = 1.0 if settling is None else settling.width
+    windows = [window] if window else [max(1, round(share * series.size)) for share in _WINDOWS]
+    curves = [(w, smooth(series, w)) for w in windows]
+    with look.drawing(ax, style, title, (6.4, 3.6), "Welch's plot: moving averages over time") as axes:
+        axes.plot(width * (np.arange(series.size) + 0.5), series, color=palette.FAINT, linewidth=0.8, alpha=0.6)
+        for number, (w, curve) in enumerate(curves):
+            shown = {**look.cycle(number), "marker": ""}
+            axes.plot(width * (np.arange(curve.size) + 0.5), curve, label=f"w = {w}", **shown)
+        if settling is not None and settling.time is not None:
+            axes.axvline(settling.time, color=palette.INK, linestyle="--", linewidth=1, label="cut by MSER-5")
+        axes.set_xlabel("Observations" if settling is None else f"Time ({settling.time_unit})")
+        axes.set_ylabel(look.text(label or _observed(settling)))
+        axes.legend(loc="best")
+        return axes
+
+
+def _observed(settling: Settling | None) -> str:
+    return (
+        "Observation" if settling is None else f"{settling.observed.replace('_', ' ').capitalize()} ({settling.unit})"
+    )
 
 
 def _draw(axes: Axes, found: WarmUp) -> None:

@@ -6,6 +6,7 @@ from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
+from desim_warehouse.history import deliveries
 from desim_warehouse.run import simulate
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -21,18 +22,23 @@ _SAID = 1000  # characters kept of an error
 
 
 class Wanted(NamedTuple):
-    """A run to simulate: the changes that its design makes to the base model, and its seed."""
+    """A run to simulate: the changes that its design makes to the base model, and its seed.
+
+    `spans`: into how many equal parts its length is divided to tell how deliveries settle; 0: not asked for.
+    """
 
     design: int
     overrides: Mapping[str, Any]
     seed: int
+    spans: int = 0
 
 
 class Outcome(NamedTuple):
     """The outcome of a run: indicators, or an error.
 
     `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
-    random stream and no policy of the user's own was used.
+    random stream and no policy of the user's own was used. `spans`: if asked for, how many tasks were delivered in each
+    part of the run, and the sums of their cycle times.
     """
 
     values: dict[str, float]
@@ -40,6 +46,7 @@ class Outcome(NamedTuple):
     error: str | None = None
     final: bool = True
     deterministic: bool = False
+    spans: tuple[list[int], list[float]] | None = None
 
 
 class Simulator:
@@ -83,7 +90,8 @@ class Simulator:
             text = " ".join(str(error)[:_SAID].split()) or "no message"
             text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
             return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
-        return Outcome(run.kpis, _since(begin), deterministic=run.deterministic)
+        spans = deliveries(run.history.delivered, 0.0, run.T, wanted.spans) if wanted.spans else None
+        return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
         """Simulate several runs, one after the other; fewer where they take longer than expected."""

@@ -35,7 +35,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.fitting import Candidate, Fitted, fit
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
-from desim_warehouse.study.statistics.one_run import OneRun, batch_means, quantile_in_run
+from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
     Precision,
     PrecisionRule,
@@ -70,6 +70,7 @@ from desim_warehouse.study.statistics.targets import Target, parse_target
 from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 
 __all__ = [
+    "SMALL_BATCHES",
     "Between",
     "Budget",
     "Candidate",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def quantile(
         return QuantileEstimate(share, array.size, value, None, None, confidence, deterministic=True)
     from scipy.stats import quantile_test
 
-    found = quantile_test(array, q=0.0, p=share).confidence_interval(confidence)
+    found: Any = quantile_test(array, q=0.0, p=share).confidence_interval(confidence)
     low, high = (None if math.isnan(end) else float(end) for end in (found.low, found.high))
     return QuantileEstimate(share, array.size, value, low, high, confidence)
 
