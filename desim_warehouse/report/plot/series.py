@@ -112,9 +112,9 @@ def welch(
 
 
 def _observed(settling: Settling | None) -> str:
-    return (
-        "Observation" if settling is None else f"{settling.observed.replace('_', ' ').capitalize()} ({settling.unit})"
-    )
+    if settling is None:
+        return "Observation"
+    return f"{settling.observed.replace('_', ' ').capitalize()} ({settling.unit})"
 
 
 def _draw(axes: Axes, found: WarmUp) -> None:
