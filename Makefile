@@ -6,7 +6,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test quick lint tests test-long bench allocation-table pictures clean
+.PHONY: paper test quick lint tests test-long bench allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -36,9 +36,13 @@ bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
 	$(BIN)/python -m benchmarks.allocation
 
+validation: $(READY)  ## docs/validation.md: the simulation against theory, in about ten minutes
+	$(BIN)/python -m docs.make_validation
+
 pictures: $(READY)  ## the pictures in docs/pictures
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/make_throughput.py
+	$(BIN)/python docs/make_welch.py
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'

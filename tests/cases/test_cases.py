@@ -10,6 +10,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import study_parts, words
 from desim_warehouse.study.study import Study
+from tests import little
 from tests.auditor import audit
 from tests.recount import differences
 
@@ -22,7 +23,7 @@ def load(name, **changed):
 
 
 def is_right(run):
-    return audit(run) == [] and differences(run) == []
+    return audit(run) == [] and differences(run) == [] and little.faults(run) == []
 
 
 @pytest.mark.parametrize("routing", ["shortest", "highways"])

@@ -12,6 +12,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
+from tests import little
 from tests.accounting import faults
 from tests.auditor import audit
 from tests.laws.random_models import WHOLE, model
@@ -22,11 +23,12 @@ DAILY, LONG, CHUNK = 200, 5000, 200
 
 @dataclass
 class Found:
-    """What is wrong in some models, a line each: runs that fail, logs that cannot be, wrong counts, time lost."""
+    """What is wrong in some models, a line each: runs that fail, logs that cannot be, wrong counts, what is lost."""
 
     unsound: list[str] = field(default_factory=list)
     miscounted: list[str] = field(default_factory=list)
     unaccounted: list[str] = field(default_factory=list)
+    not_little: list[str] = field(default_factory=list)
 
     def look_at(self, number, make=model):
         mapping = make(number)
@@ -39,6 +41,7 @@ class Found:
         self.unsound += [f"{number}: {problem}" for problem in problems]
         self.miscounted += [f"{number}: {line}" for line in differences(run)]
         self.unaccounted += [f"{number}: {line}" for line in faults(run)]
+        self.not_little += [f"{number}: {line}" for line in little.faults(run)]
 
 
 def standstill(run):
@@ -108,6 +111,10 @@ def test_the_parts_of_an_account_of_time_add_up(found):
     assert found.unaccounted == []
 
 
+def test_littles_law_holds(found):
+    assert found.not_little == []
+
+
 def test_models_are_of_every_kind():
     """Whatever can go wrong is drawn: else the laws say little."""
     drawn = [dw.load(model(number)) for number in range(DAILY)]
@@ -132,4 +139,4 @@ def test_the_same_number_is_the_same_model():
 if __name__ == "__main__":
     alone = Found()
     alone.look_at(int(sys.argv[1]))
-    print(*alone.unsound, *alone.miscounted, *alone.unaccounted, sep="\n")  # noqa: T201 - a tool to be read
+    print(*alone.unsound, *alone.miscounted, *alone.unaccounted, *alone.not_little, sep="\n")  # noqa: T201 - a tool to be read

@@ -14,14 +14,14 @@ with (Path(__file__).parent / "program.csv").open() as file:
 def settings(draws, number, **fixed):
     """Random experiments whose outcome in the reference does not turn on who goes first at a tie."""
     while number:
-        setting = stepped.Setting(
-            robots=draws.randint(2, 6),
-            goods=tuple(draws.randrange(80) for _ in range(draws.randint(6, 14))),
-            unload_at=draws.choice("MNOPQR"),
-            threshold=draws.choice([2.5, 3.5, 5.0]),
-            consumption=draws.choice([0.004, 0.005, 0.006]),
-            **fixed,
-        )
+        drawn = {
+            "robots": draws.randint(2, 6),
+            "goods": tuple(draws.randrange(80) for _ in range(draws.randint(6, 14))),
+            "unload_at": draws.choice("MNOPQR"),
+            "threshold": draws.choice([2.5, 3.5, 5.0]),
+            "consumption": draws.choice([0.004, 0.005, 0.006]),
+        }
+        setting = stepped.Setting(**{**drawn, **fixed})
         expected = stepped.simulate(setting)
         if expected == stepped.simulate(setting, higher_first=False):
             number -= 1

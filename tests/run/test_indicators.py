@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,7 @@ from desim_warehouse.report import words
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import procedures
 from desim_warehouse.study.study import Study
+from tests import little
 from tests.run.ring import RATES, ring
 
 BATTERY = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 10}
@@ -157,3 +159,24 @@ def test_the_best_of_an_indicator_that_is_neither_good_nor_bad_needs_a_direction
     with pytest.raises(dw.StudyError, match=r"'share_loaded': neither less nor more of it is better.* --minimise or"):
         procedures.best(vary([1, 6]), "share_loaded", 0.01)
     assert procedures.best(vary([1, 6]), "share_loaded", 0.01, maximise=True).maximise
+
+
+def test_littles_law_on_a_case_worked_by_hand():
+    """Open tasks over 100: one from 0 to 40, two to 60, one to 90: 40 + 40 + 30 = 110; cycle times 60 and 50: 110."""
+    rows = [
+        (0.0, "released", -1, 0),
+        (40.0, "released", -1, 1),
+        (60.0, "delivered", 0, 0),
+        (90.0, "delivered", 0, 1),
+    ]
+
+    def run(begin, end, kpis):
+        record = SimpleNamespace(rows=[row for row in rows if row[0] <= end], begin=begin, end=end, flows={})
+        flows = SimpleNamespace(tasks=SimpleNamespace(flows={}))
+        return SimpleNamespace(record=record, kpis=kpis, model=flows, T=end)
+
+    assert little.areas(run(0.0, 100.0, {"tasks": 2, "cycle_time_mean": 55.0})) == (110.0, 110.0)
+    # counted from 50 to 80: 20 + 20 = 40; the first task took 60, of which 50 before, and the second is open for 30
+    assert little.areas(run(50.0, 80.0, {"tasks": 1, "cycle_time_mean": 60.0})) == (40.0, 60.0 - 50.0 + 30.0)
+    lost = run(0.0, 100.0, {"tasks": 1, "cycle_time_mean": 60.0})
+    assert little.faults(lost) == ["tasks : L x time is 110.0, lambda x W x time 60.0"]

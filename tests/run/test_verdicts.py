@@ -12,7 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report import run_parts, study_parts
 from desim_warehouse.verdicts import RULES, judge
-from tests.theory.test_queues import robots_that_serve
+from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})
 BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 7200}}

@@ -13,6 +13,7 @@ from desim_warehouse.model.flows import Profile, Rates
 from desim_warehouse.streams import Streams
 from desim_warehouse.study.why import suspects
 from desim_warehouse.world.flows import _Flow
+from tests import little
 from tests.accounting import faults
 from tests.auditor import audit
 
@@ -248,6 +249,7 @@ def plain():
 def test_three_flows_run_at_once_and_the_run_is_sound(plain):
     assert audit(plain) == []
     assert faults(plain) == []
+    assert little.faults(plain) == []  # for each flow, too
     for flow in ("inbound", "outbound", "restock"):
         assert plain.kpis[f"tasks:{flow}"] > 50
     restocked = [task for task in plain.history.tasks.values() if task.flow == "restock"]

@@ -1,0 +1,256 @@
+"""docs/validation.md with its figures, made anew: `python -m docs.make_validation` (some ten minutes of processor).
+
+The cases are those of the tests (`tests/theory/cases.py`, `tests/reference`), with the same seeds; `make test` checks
+that the fast ones still give the rows of the page, `make test-long` all of them.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from scipy.stats import t as student
+
+import desim_warehouse as dw
+from docs.make_reference import table
+from tests.reference.paper import CELLS, GROUPS, changes, settings
+from tests.theory.cases import CASES, CONFIDENCE, WITHIN, Found
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "validation.md"
+PICTURES = ROOT / "docs" / "pictures"
+MULTIBOTS = ROOT / "models" / "multibots.yaml"
+ROBOTS = tuple(range(1, 13))
+LISTS = 20  # random experiments for each number of robots
+MEDIAN = 0.005  # beside the stepped reference
+BESIDE = 0.01  # in the cells of the paper
+
+HEAD = """# Validation
+
+Does the simulator compute what it should? Here it stands beside theory, beside a second program that shares no code
+with it, and beside the paper. `make validation` makes this page; seeds are fixed, so it comes out the same. `make test`
+checks the fast rows and the laws below, `make test-long` all of them.
+
+Whether a *model* is right, your layout, times and orders, no page can say: compare a run of yesterday's orders with
+what happened yesterday ([What it cannot do](cannot.md), [STRESS checklist](stress.md)).
+
+## How it is judged
+
+- Where chance plays a part: independent runs; the 99 % interval of their mean (Student's t) must **contain** the value
+  of theory, and lie **within 3 %** of it. With this many rows one interval in a hundred would miss by chance; as
+  seeds are fixed it is known that none does.
+- Where nothing is random: one run, and how near it must come.
+
+![Simulated against theory, with 99 % intervals](pictures/validation.png)
+"""
+LITTLE = """## Little's law on every run
+
+The average number of open tasks L is their rate times their mean time W. `tests/little.py` counts the area under the
+number of open tasks from the log, event by event, and compares it with `tasks` and `cycle_time_mean` of the
+indicators, tasks cut off at both ends of the counted time included: then the law is exact, not a limit. It is checked
+to 1e-9 on every random warehouse of `tests/laws`, 200 in `make test` and 5,000 in `make test-long`, with stations,
+batteries, two-way lanes, zones and every policy; on runs with several flows, for each of them; and on the packing hall.
+"""
+BESIDES = """## The same rules, step by step
+
+`tests/reference/stepped.py` is the paper's program written anew: it moves every robot 0.05 s at a time and tests the
+distance and bearing of every pair, as the paper does. It shares no code with the simulator, which computes events. For
+each number of robots {lists} experiments are drawn: goods, unloading letter, thresholds, consumption. Steps round every
+drive up to whole steps and jump over short conflicts, and who then comes first at a node may change the rest of an
+experiment. So T agrees not exactly: in most experiments to a fraction of a percent, in a few much less. Half of them
+must be within 0.5 %, and the interval of the mean ratio within 3 %.
+"""
+PAPER = """## The paper's cells
+
+The 30 cells of the paper, 1 to 6 robots and five lists of goods, against what the authors' program gives; the README
+shows them as means, `desim paper` one by one.
+"""
+TAIL = """## What else is checked
+
+- One robot over worked routes, by hand (`tests/world`); intersections, rings and stations, by hand.
+- An auditor rebuilds positions from the log and applies the paper's rule literally; a recount computes every indicator
+  again from the log; both on random warehouses (`tests/laws`).
+- Liveness: work ends in thousands of random worlds, and in every reachable state of small ones.
+- The statistics: 95 % intervals cover as often as they say, for replications, quantiles, one long run and selections
+  (`tests/study/statistics`).
+"""
+
+
+# Rows
+
+
+def row(found: Found) -> str:
+    """The line of the page for one quantity of a case."""
+    verdict = "agrees" if found.contains and found.near else "DIFFERS"
+    interval = f"± {found.half_width:.2g}" if len(found.values) > 1 else "exact"
+    cells = (
+        found.case.title,
+        found.quantity.name,
+        f"{found.quantity.theory:.5g}",
+        f"{found.mean:.5g}",
+        interval,
+        f"{100 * (found.mean / found.quantity.theory - 1):+.2f} %",
+        f"{verdict} ({100 * found.quantity.within:g} %)",
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def cases(section: str, found: Iterable[Found]) -> str:
+    """The table of a section."""
+    heads = ("case", "quantity", "theory", "simulated", "99 % interval", "difference", "verdict (bound)")
+    head = table(heads, [], "llrrrr")
+    return f"## {section}\n\n{head}" + "\n".join(row(one) for one in found if one.case.section == section) + "\n"
+
+
+# The stepped reference
+
+
+class Beside(NamedTuple):
+    """Experiments with one number of robots in both models: ratios of T, and stops and charges counted."""
+
+    robots: int
+    ratios: tuple[float, ...]
+    stops: int
+    expected_stops: int
+    same_charges: int
+
+    @property
+    def half_width(self) -> float:
+        """Of the mean ratio."""
+        n = len(self.ratios)
+        return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(self.ratios) / math.sqrt(n)
+
+    @property
+    def mean(self) -> float:
+        """Of the ratios."""
+        return statistics.fmean(self.ratios)
+
+    @property
+    def median(self) -> float:
+        """How much T differs in the middle of the experiments."""
+        return statistics.median(abs(ratio - 1) for ratio in self.ratios)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether half of the experiments are within 0.5 %, and the interval of the mean ratio within 3 %."""
+        return self.median <= MEDIAN and abs(self.mean - 1) + self.half_width <= WITHIN
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Its line of the page."""
+        return (
+            f"{self.robots}",
+            f"{100 * self.median:.2f} %",
+            f"{100 * (self.mean - 1):+.2f} %",
+            f"± {100 * self.half_width:.2f} %",
+            f"{self.stops}",
+            f"{self.expected_stops}",
+            f"{self.same_charges} of {len(self.ratios)}",
+            "agrees" if self.agrees else "DIFFERS",
+        )
+
+
+def beside(robots: int) -> Beside:
+    """The event model and the stepped reference with one number of robots."""
+    model = dw.load(MULTIBOTS)
+    ratios, stops, expected_stops, same = [], 0, 0, 0
+    for setting, expected in settings(random.Random(robots), LISTS, robots=robots):  # noqa: S311 - for work
+        run = dw.simulate(model.replace(changes(setting)))
+        ratios.append(run.T / expected.T)
+        stops, expected_stops = stops + run.S, expected_stops + expected.S
+        same += run.C == expected.C
+    return Beside(robots, tuple(ratios), stops, expected_stops, same)
+
+
+def reference() -> tuple[str, list[Beside]]:
+    """The section on the stepped reference."""
+    found = [beside(robots) for robots in ROBOTS]
+    heads = ("robots", "T, median difference", "T, mean", "99 % interval", "S", "S stepped", "C equal", "verdict")
+    return f"{BESIDES.format(lists=LISTS)}\n{table(heads, (one.row for one in found), 'rrrrrrr')}", found
+
+
+# The paper
+
+
+def paper() -> str:
+    """The section on the paper's cells."""
+    model = dw.load(MULTIBOTS)
+    off, stops, charges = [], 0, 0
+    for cell in CELLS:
+        goods = list(GROUPS[int(cell["group"])])
+        run = dw.simulate(model.replace({"fleet.size": int(cell["robots"]), "tasks.goods": goods}))
+        off.append(abs(run.T / cell["T_steps_program"] - 1))
+        stops += run.S
+        charges += cell["C_program"] == run.C
+    expected = sum(int(cell["S_program"]) for cell in CELLS)
+    rows = [
+        ("T within 1 %", f"{sum(one <= BESIDE for one in off)} of 30 cells", "at least 29"),
+        ("T, median difference", f"{100 * statistics.median(off):.2f} %", "at most 0.2 %"),
+        ("C equal", f"{charges} of 30 cells", "30"),
+        ("S of all cells", f"{stops}, by the program {expected}", "within 8 %"),
+    ]
+    return f"{PAPER}\n{table(('what', 'here', 'expected'), rows)}"
+
+
+# Figures
+
+
+def picture(found: Sequence[Found], beside: Sequence[Beside]) -> Any:
+    """Every row with its interval, as a difference from theory in percent."""
+    from matplotlib.figure import Figure
+
+    from desim_warehouse.report.palette import COLOURS, FAINT
+
+    lines = [
+        (f"{one.case.title}: {one.quantity.name}", one.mean / one.quantity.theory, one.half_width / one.quantity.theory)
+        for one in found
+    ]
+    lines += [(f"stepped reference, {one.robots} robots: T", one.mean, one.half_width) for one in beside]
+    drawn = Figure(figsize=(9, 0.19 * len(lines) + 0.8), layout="constrained")
+    axes = drawn.subplots()
+    axes.axvspan(-3, 3, color=FAINT, alpha=0.18, linewidth=0)
+    axes.axvline(0, color=FAINT, linewidth=1)
+    for place, (_, ratio, half) in enumerate(reversed(lines)):
+        style = {"color": COLOURS[0], "markersize": 3.5, "capsize": 2, "linewidth": 1}
+        axes.errorbar(100 * (ratio - 1), place, xerr=100 * half, fmt="o", **style)
+    axes.set_yticks(range(len(lines)), [name for name, _, _ in reversed(lines)], fontsize=6.5)
+    axes.set_ylim(-0.8, len(lines) - 0.2)
+    axes.set_xlim(-4, 4)
+    axes.set_xlabel("simulated less theory, % (99 % intervals; shaded: 3 %)")
+    axes.spines[["top", "right"]].set_visible(False)
+    return drawn
+
+
+# The page
+
+
+def page(found: Sequence[Found]) -> tuple[str, list[Beside]]:
+    """The text of the page."""
+    sections = dict.fromkeys(case.section for case in CASES)
+    text, besides = reference()
+    parts = [HEAD, *(cases(section, found) for section in sections), LITTLE, text, paper(), TAIL]
+    return "\n".join(parts), besides
+
+
+def main() -> int:
+    """Run every case, write the page and its figure; 1 where something differs."""
+    found = []
+    for case in CASES:
+        found += case.simulate()
+        print(*map(str, found[-len(case.quantities) :]), sep="\n", flush=True)
+    text, besides = page(found)
+    PAGE.write_text(text, encoding="utf-8")
+    picture(found, besides).savefig(PICTURES / "validation.png", dpi=110)
+    print(PAGE.relative_to(ROOT))
+    return int("DIFFERS" in text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,283 @@
+"""Every value that theory gives and the simulation should: what the tests check, and docs/validation.md shows.
+
+Random cases: independent runs with fixed seeds; the 99 % interval of Student's t must contain the value, and lie
+within 3 % of it. Cases without chance: one run, which must come as near as the case says.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from statistics import fmean
+from typing import Any
+
+from scipy.stats import t as student
+
+import desim_warehouse as dw
+from tests.theory import models
+from tests.theory.formulas import (
+    headway_of_a_turn,
+    m_d_c_wait,
+    m_g_1_wait,
+    m_m_c_wait,
+    repairman,
+)
+from tests.theory.models import ROUND
+
+CONFIDENCE = 0.99
+WITHIN = 0.03
+
+
+Observe = str | Callable[[Any], float]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that theory gives a value for: `observe` reads it from a run, or names an indicator."""
+
+    name: str
+    theory: float
+    observe: Observe
+    within: float = WITHIN
+
+    def of(self, run: dw.Run) -> float:
+        return self.observe(run) if callable(self.observe) else run.kpis[self.observe]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A warehouse with a formula, and what it is known by; one run: there is no chance in it."""
+
+    section: str
+    title: str
+    model: Callable[[], dict[str, Any]]
+    quantities: tuple[Quantity, ...]
+    runs: int = 20
+    long: bool = False
+
+    def simulate(self) -> list[Found]:
+        model = dw.load(self.model())
+        values: list[list[float]] = [[] for _ in self.quantities]
+        for seed in range(self.runs):
+            run = dw.simulate(model, seed)
+            for quantity, found in zip(self.quantities, values, strict=True):
+                found.append(quantity.of(run))
+        return [Found(self, *one) for one in zip(self.quantities, values, strict=True)]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the runs of a case gave for one quantity."""
+
+    case: Case
+    quantity: Quantity
+    values: list[float]
+
+    @property
+    def mean(self) -> float:
+        return statistics.fmean(self.values)
+
+    @property
+    def half_width(self) -> float:
+        """0 where there is one run, without chance."""
+        n = len(self.values)
+        if n == 1:
+            return 0.0
+        return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(self.values) / math.sqrt(n)
+
+    @property
+    def contains(self) -> bool:
+        """Whether the interval holds the value of theory; without chance there is none."""
+        return len(self.values) == 1 or abs(self.mean - self.quantity.theory) <= self.half_width
+
+    @property
+    def near(self) -> bool:
+        """Whether the whole interval is as near to the value of theory as it should be."""
+        farthest = abs(self.mean - self.quantity.theory) + self.half_width
+        return farthest <= self.quantity.within * abs(self.quantity.theory)
+
+    def __str__(self) -> str:
+        said = f"{self.mean:.6g} ± {self.half_width:.2g}, by theory {self.quantity.theory:.6g}"
+        return f"{self.case.title}, {self.quantity.name}: {said}"
+
+
+# Queues
+
+CYCLE = "mean time from release to delivery, s"
+
+
+def queue(title, model, wait, service, *, long=False):
+    """A case whose mean cycle time is a wait and a service."""
+    return Case("Queues", title, model, (Quantity(CYCLE, wait + service, "cycle_time_mean"),), long=long)
+
+
+def queues() -> Iterator[Case]:
+    for load, tasks, long in ((0.3, 500, False), (0.5, 1200, False), (0.7, 8000, True)):
+        model = partial(models.robots_that_serve, load, 10.0, 1, tasks)
+        yield queue(f"M/D/1, one robot, load {load}", model, m_d_c_wait(load / 10, 10.0, 1), 10, long=long)
+    for robots, load, tasks, long in ((2, 0.6, 1600, False), (5, 0.7, 1200, False), (5, 0.8, 5000, True)):
+        model = partial(models.robots_that_serve, load, 1000.0, robots, tasks)
+        wait = m_d_c_wait(load * robots / 1000, 1000.0, robots)
+        yield queue(f"M/D/{robots}, {robots} robots, load {load}", model, wait, 1000, long=long)
+    for servers, load, tasks, long in ((1, 0.4, 1000, False), (3, 0.6, 800, False), (3, 0.75, 4000, True)):
+        model = partial(models.station_that_serves, load, 1000.0, servers, tasks)
+        wait = m_d_c_wait(load * servers / 1000, 1000.0, servers)
+        yield queue(f"M/D/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
+    for servers, load, tasks, long in ((1, 0.2, 2400, False), (1, 0.5, 9000, True), (3, 0.6, 6000, True)):
+        model = partial(models.station_that_serves, load, 1000.0, servers, tasks, unload={"exponential": 1000})
+        wait = m_m_c_wait(load * servers / 1000, 1000.0, servers)
+        yield queue(f"M/M/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
+    near, far, unload, load = 4.0, 10.0, 1.0, 0.4
+    mean = 0.75 * (near + unload) + 0.25 * (far + unload)
+    square = 0.75 * (near + unload) ** 2 + 0.25 * (far + unload) ** 2
+    model = partial(models.near_and_far, near, far, unload, load, 2400)
+    yield queue("M/G/1, one robot, goods near and far, load 0.4", model, m_g_1_wait(load / mean, mean, square), mean)
+    times = {"quick": 500.0, "slow": 2000.0}
+    wait = m_g_1_wait(0.4 / 1250, 1250.0, sum(t * t for t in times.values()) / 2)
+    yield Case(
+        "Queues",
+        "M/G/1, station, two flows, load 0.4",
+        partial(models.flows_at_a_station, 0.4, times, 6000),
+        tuple(
+            Quantity(f"{CYCLE}, flow {flow}", ROUND + service + wait, f"cycle_time_mean:{flow}")
+            for flow, service in times.items()
+        ),
+        long=True,
+    )
+    busy = Quantity("part of its time that it is busy", 0.6, lambda run: 1 - run.kpis["share_idle"])
+    model = partial(models.robots_that_serve, 0.6, 10.0, 1, 5000)
+    yield Case("Queues", "M/D/1, one robot, load 0.6", model, (busy,), long=True)
+    length = 0.4 / 1000 * m_d_c_wait(0.4 / 1000, 1000.0, 1)
+    waiting = Quantity("robots in the queue, by Little's law", length, lambda run: 12 * run.kpis["share_queueing"])
+    model = partial(models.station_that_serves, 0.4, 1000.0, 1, 16_000, robots=12)
+    yield Case("Queues", "M/D/1, station, load 0.4, 12 robots", model, (waiting,), long=True)
+    for robots in (1, 2, 3, 4, 5, 8):  # n robots get n tasks done a round as long as the desk is not the bottleneck
+        rate, cycle = min(robots / 40, 1 / 10), max(40.0, robots * 10.0)
+        done = Quantity("tasks per hour", 3600 * rate, "throughput_per_hour", 0.005)
+        out = Quantity(
+            "part of the time out of the queue", 40 / cycle, lambda run: 1 - run.kpis["share_queueing"], 0.005
+        )
+        title = f"closed line D/D/1, {robots} robots, 30 s round, 10 s service"
+        yield Case("Queues", title, partial(models.crews, robots, 10.0, 30.0), (done, out), runs=1)
+
+
+# Lanes and intersections
+
+ROADS = "Lanes and intersections"
+TURN = headway_of_a_turn(math.pi / 2, math.radians(30), models.D, models.SPEED)
+
+
+def per_time(run):
+    """Tasks per time unit after the warm-up."""
+    return run.kpis["tasks"] / (run.T - run.model.run.warm_up)
+
+
+def headways(run, lane, begin=0.0):
+    """Times between robots that enter a lane, one after the other."""
+    return [b - a for a, b in pairwise(row[0] for row in entries(run, lane) if row[0] > begin)]
+
+
+def entries(run, *lanes):
+    return [row for row in run.record.rows if row[1] == "enter" and row[5] in lanes]
+
+
+def straight_over_the_crossing(run):
+    """Robots a second, after 500."""
+    return sum(row[0] > 500 for row in entries(run, ("X", "E1"), ("X", "S1"))) / 1500
+
+
+def ring(title, flow, within, robots, **more):
+    model = partial(models.oval, 80 * models.D, robots, **more)
+    return Case(ROADS, title, model, (Quantity("robots past a point, 1/s", flow, per_time, within),), runs=1)
+
+
+def roads() -> Iterator[Case]:
+    for robots in (1, 5, 20, 50, 60, 70):  # the corners are the bottleneck from 59 robots on
+        flow = min(robots * models.SPEED / (80 * models.D), 1 / TURN)
+        yield ring(f"ring of 80 D, {robots} robots", flow, 0.01, robots)
+    for robots in (20, 40, 60):
+        yield ring(f"ring of 80 D, {robots} robots, 3 s at each corner", 1 / (TURN + 3), 0.01, robots, node_time=3.0)
+    # one robot at a time: it drives the last D, unloads, and sets off as the next one comes up the bend
+    yield ring("ring of 80 D, 30 robots that unload 5 s in the lane", 1 / (TURN + 5), 0.02, 30, unload_time=5.0)
+    close = models.D / models.SPEED
+    yield Case(
+        ROADS,
+        "street with a corner of 90°, 30 robots out of a bay",
+        partial(models.street, 30),
+        (
+            Quantity("headway out of the bay, s", close, lambda run: fmean(headways(run, ("A", "B"))), 1e-6),
+            Quantity("headway straight on, s", close, lambda run: fmean(headways(run, ("B", "C"))), 1e-6),
+            Quantity("headway after the corner, s", TURN, lambda run: fmean(headways(run, ("C", "E"))), 1e-6),
+        ),
+        runs=1,
+    )
+    over = Quantity("robots straight over it, 1/s", 1 / TURN, straight_over_the_crossing, 0.02)
+    yield Case(ROADS, "two streams of 60 robots that cross at 90°", partial(models.crossing, 60), (over,), runs=1)
+
+
+# Chargers
+
+CHARGERS = "Chargers as servers"
+
+
+def working(run):
+    """Robots that do not charge, queue or rest, on average."""
+    resting = sum(run.kpis[f"share_{state}"] for state in ("charging", "queueing", "idle"))
+    return len(run.record.robots) * (1 - resting)
+
+
+def charging(run):
+    """Robots at chargers, on average."""
+    return len(run.record.robots) * run.kpis["share_charging"]
+
+
+def power(run):
+    """Energy drawn a second, after the warm-up."""
+    return run.kpis["energy"] / (run.T - run.model.run.warm_up)
+
+
+def chargers() -> Iterator[Case]:
+    for robots, up, swap in ((1, 100.0, 50.0), (4, 100.0, 30.0)):
+        busy = repairman(robots, up, swap)
+        yield Case(
+            CHARGERS,
+            f"machine repairman M/D/1//{robots}: {robots} robots, one place to swap batteries",
+            partial(models.fleet_with_one_charger, robots, up, swap, 500),
+            (
+                Quantity("part of the time that it is busy", busy, charging),
+                Quantity("swaps per hour", 3600 * busy / swap, "throughput_per_hour"),
+            ),
+            runs=10,
+        )
+    p, r = 0.5, 1.0  # power in is power out: robots at work draw p, a charger gives r
+    for places, robots in ((1, 1), (4, 4), (3, 6), (2, 6), (1, 6)):
+        enough = places * r / p >= robots * r / (p + r)
+        at_work = robots * r / (p + r) if enough else places * r / p
+        yield Case(
+            CHARGERS,
+            f"{robots} robots that always have work, {places} chargers",
+            partial(models.fleet_on, places, robots, p, r),
+            (
+                Quantity("robots at work", at_work, working),
+                Quantity("power drawn", p * at_work, power),
+                Quantity("robots at chargers", p * at_work / r, charging, WITHIN if enough else 0.01),
+            ),
+            runs=1,
+        )
+    load, robots = 0.4, 3
+    yield Case(
+        CHARGERS,
+        "3 robots, random work, load 0.4 without charging",
+        partial(models.work_at_random, load, robots, p, r),
+        (
+            Quantity("power drawn", load * robots * p, power),
+            Quantity("robots at chargers", load * robots * p / r, charging),
+        ),
+    )
+
+
+CASES = [*queues(), *roads(), *chargers()]

@@ -1,0 +1,56 @@
+"""What theory says: waits of queues, the repairman, and what lanes and corners let through."""
+
+import math
+
+import numpy as np
+
+
+def m_m_c_wait(rate, service, servers):
+    """Mean wait of M/M/c, by Erlang's formula of delay (1917)."""
+    offered = rate * service
+    terms = [offered**n / math.factorial(n) for n in range(servers)]
+    full = offered**servers / math.factorial(servers) * servers / (servers - offered)
+    return full / (sum(terms) + full) * service / (servers - offered)
+
+
+def m_g_1_wait(rate, mean, square):
+    """Mean wait of M/G/1 from the mean and the mean square of the service: Pollaczek (1930) and Khinchine (1932)."""
+    return rate * square / (2 * (1 - rate * mean))
+
+
+def m_d_c_wait(rate, service, servers):
+    """Mean wait of M/D/c, exactly: whoever is served now is gone one service time later (Crommelin 1932)."""
+    most = servers + 400
+    arrivals = np.array(
+        [math.exp(n * math.log(rate * service) - rate * service - math.lgamma(n + 1)) for n in range(most)]
+    )
+    present = np.zeros(most)
+    present[0] = 1.0
+    for _ in range(5000):
+        left = np.concatenate(([present[: servers + 1].sum()], present[servers + 1 :]))
+        after = np.convolve(left, arrivals)[:most]
+        if abs(after - present).max() < 1e-14:
+            break
+        present = after
+    queue = sum((n - servers) * present[n] for n in range(servers, most))
+    return queue / rate
+
+
+def repairman(machines, up, repair):
+    """Part of the time that one repairman is busy; up times exponential, repair constant (Takacs, M/G/1//N)."""
+    product, total = 1.0, 1.0
+    for i in range(1, machines):
+        product *= math.exp(i * repair / up) - 1  # (1 - f) / f, with f the transform of a constant
+        total += math.comb(machines - 1, i) * product
+    return 1 - 1 / (1 + machines * repair / up * total)
+
+
+def headway_of_a_turn(angle, theta, distance, speed, node_time=0.0):
+    """Time between two robots that turn off one after the other, `distance` apart.
+
+    The next sets out from D before the node once it will never be nearer than D to the one ahead and look at it
+    within theta of its heading: when that one is g - D beyond, g = D cos(angle/2 - a) / cos(angle/2), a at most theta.
+    """
+    a = min(theta, angle / 2)
+    beyond = distance * math.cos(angle / 2 - a) / math.cos(angle / 2) - distance
+    return (distance + beyond) / speed + node_time

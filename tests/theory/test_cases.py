@@ -1,0 +1,78 @@
+"""The simulation against theory: every case of docs/validation.md, the slow ones in `make test-long`."""
+
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from docs import make_validation
+from tests.theory import models
+from tests.theory.cases import CASES, TURN, entries, headways
+from tests.theory.formulas import headway_of_a_turn, m_d_c_wait, m_g_1_wait, m_m_c_wait, repairman
+
+EACH = [pytest.param(case, id=case.title, marks=[pytest.mark.long] if case.long else []) for case in CASES]
+
+
+@pytest.mark.parametrize("case", EACH)
+def test_a_case_agrees_with_theory_and_stands_on_the_page(case):
+    """The 99 % interval of runs with fixed seeds contains the value, and lies within 3 % of it."""
+    for found in case.simulate():
+        assert found.contains, f"the interval misses it: {found}"
+        assert found.near, f"the interval reaches too far: {found}"
+        assert make_validation.row(found) in make_validation.PAGE.read_text(encoding="utf-8")
+
+
+# Formulas
+
+
+def test_one_server_of_m_d_c_is_that_of_pollaczek_and_khinchine():
+    assert m_d_c_wait(0.07, 10.0, 1) == pytest.approx(0.7 * 10.0 / (2 * (1 - 0.7)), rel=1e-9)
+    assert m_d_c_wait(0.07, 10.0, 1) == pytest.approx(m_g_1_wait(0.07, 10.0, 100.0), rel=1e-9)
+
+
+def test_one_server_of_m_m_c_waits_for_the_load_over_what_is_left():
+    assert m_m_c_wait(0.07, 10.0, 1) == pytest.approx(10.0 * 0.7 / 0.3)
+    assert m_m_c_wait(0.07, 10.0, 1) == pytest.approx(m_g_1_wait(0.07, 10.0, 200.0))
+
+
+def test_two_servers_worked_by_hand():
+    """Offered load 1: both are busy with probability 1/3 (Erlang), and who then waits does so for one service time."""
+    assert m_m_c_wait(0.1, 10.0, 2) == pytest.approx(10.0 / 3)
+
+
+def test_one_machine_is_a_renewal_process():
+    assert repairman(1, 30.0, 10.0) == pytest.approx(10 / 40)
+
+
+def test_a_straight_turn_costs_no_more_than_the_distance():
+    assert headway_of_a_turn(0.0, math.radians(30), 1.0, 2.0) == 0.5
+
+
+# What a mean does not show
+
+
+def test_every_robot_in_the_street_keeps_its_headway():
+    run = dw.simulate(dw.load(models.street(30)))
+    close = models.D / models.SPEED
+    for lane, headway in ((("A", "B"), close), (("B", "C"), close), (("C", "E"), TURN), (("E", "F"), TURN)):
+        assert headways(run, lane) == pytest.approx([headway] * 29)
+
+
+def test_nobody_turns_off_at_the_crossing():
+    run = dw.simulate(dw.load(models.crossing(20)))
+    beyond = {row[5] for row in run.record.rows if row[1] == "enter" and row[5][0] == "X"}
+    assert beyond == {("X", "E1"), ("X", "S1")}
+    assert len(entries(run, *beyond)) > 100
+
+
+def test_no_energy_is_lost():
+    """What was drawn is what was charged and what is missing from the batteries at the end."""
+    run = dw.simulate(dw.load(models.fleet_on(2, 6, 0.5, 1.0), {"run": {"length": 3e4}}))
+    levels = run.history.changes
+    now = 0.0
+    for spans in levels:
+        last = spans[-1]
+        rate = {"charging": 1.0, "idle": 0.0, "queueing": 0.0}.get(last.state, -0.5)
+        now += min(last.energy + rate * (run.T - last.start), 1000)
+    charged = sum(robot["charging"] for robot in run.record.robots) * 1.0
+    assert 6 * 1000 + charged - run.kpis["energy"] == pytest.approx(now, rel=1e-6)

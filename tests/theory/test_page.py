@@ -1,0 +1,56 @@
+"""docs/validation.md says what the cases give; rows of the fast cases are made anew in test_cases.py."""
+
+import pytest
+
+from docs import make_validation
+from docs.make_validation import PAGE, PICTURES, ROBOTS
+from tests.theory.cases import CASES, Found
+
+TEXT = PAGE.read_text(encoding="utf-8")
+LONG = pytest.mark.long
+
+
+def test_every_quantity_of_every_case_has_its_row():
+    for case in CASES:
+        for quantity in case.quantities:
+            assert f"| {case.title} | {quantity.name} | {quantity.theory:.5g} | " in TEXT
+    assert TEXT.count(" | agrees (") == sum(len(case.quantities) for case in CASES)
+
+
+def test_everything_agrees():
+    assert "DIFFERS" not in TEXT
+
+
+def test_a_row_that_is_off_would_say_so():
+    case = CASES[0]
+    theory = case.quantities[0].theory
+    off = Found(case, case.quantities[0], [1.02 * theory, 1.021 * theory, 1.019 * theory])
+    assert (off.contains, off.near) == (False, True)
+    assert "DIFFERS" in make_validation.row(off)
+    wide = Found(case, case.quantities[0], [0.9 * theory, theory, 1.1 * theory])
+    assert (wide.contains, wide.near) == (True, False)
+    assert "DIFFERS" in make_validation.row(wide)
+
+
+@pytest.mark.parametrize("robots", [pytest.param(n, marks=[] if n in {1, 2} else [LONG]) for n in ROBOTS])
+def test_the_event_model_beside_the_stepped_reference(robots):
+    found = make_validation.beside(robots)
+    assert found.agrees
+    assert "| " + " | ".join(found.row) + " |" in TEXT
+
+
+@LONG
+def test_the_papers_cells():
+    assert make_validation.paper().rstrip() in TEXT
+
+
+def test_the_figure_has_a_row_for_each():
+    """Drawn from made-up values: what stands where, not what came out."""
+    found = [Found(case, one, [one.theory, 1.01 * one.theory]) for case in CASES for one in case.quantities]
+    besides = [make_validation.Beside(n, (0.99, 1.0, 1.01), 1, 1, 3) for n in ROBOTS]
+    (axes,) = make_validation.picture(found, besides).axes
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert len(names) == len(found) + len(besides)
+    assert names[-1] == f"{CASES[0].title}: {CASES[0].quantities[0].name}"
+    assert names[0] == "stepped reference, 12 robots: T"
+    assert (PICTURES / "validation.png").exists()
