@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.printed import said
+from desim_warehouse.report.printed import number, said
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.plan import StudyPlan
 
 PILOT = 5  # runs of each design
-SPANS = 200  # that a pilot run is divided into
+SPANS = 1000  # that a pilot run is divided into: with 200 MSER-5 often takes chance for not settled
 Spans = tuple[list[int], list[float]]
 """Deliveries in equal spans of a run, and the sums of their cycle times."""
 Observed = Literal["throughput", "cycle_time"]
