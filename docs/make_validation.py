@@ -11,17 +11,20 @@ import random
 import statistics
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from scipy.stats import t as student
 
 import desim_warehouse as dw
+from desim_warehouse.report.palette import COLOURS, FAINT
 from docs.make_reference import table
 from tests.reference.paper import CELLS, GROUPS, changes, settings
 from tests.theory.cases import CASES, CONFIDENCE, WITHIN, Found
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "validation.md"
@@ -48,7 +51,9 @@ what happened yesterday ([What it cannot do](cannot.md), [STRESS checklist](stre
   seeds are fixed it is known that none does.
 - Where nothing is random: one run, and how near it must come.
 
-![Simulated against theory, with 99 % intervals](pictures/validation.png)
+![Where chance plays a part: simulated against theory, with 99 % intervals](pictures/validation.png)
+
+![Where it does not: closed lines and rings by the number of robots](pictures/validation-curves.png)
 """
 LITTLE = """## Little's law on every run
 
@@ -89,14 +94,15 @@ TAIL = """## What else is checked
 def row(found: Found) -> str:
     """The line of the page for one quantity of a case."""
     verdict = "agrees" if found.contains and found.near else "DIFFERS"
-    interval = f"± {found.half_width:.2g}" if len(found.values) > 1 else "exact"
+    interval = f"± {found.half_width:.2g}" if len(found.values) > 1 else "no chance"
+    difference = round(100 * (found.mean / found.quantity.theory - 1), 2) + 0.0  # no -0.00
     cells = (
         found.case.title,
         found.quantity.name,
         f"{found.quantity.theory:.5g}",
         f"{found.mean:.5g}",
         interval,
-        f"{100 * (found.mean / found.quantity.theory - 1):+.2f} %",
+        f"{difference:+.2f} %",
         f"{verdict} ({100 * found.quantity.within:g} %)",
     )
     return "| " + " | ".join(cells) + " |"
@@ -202,20 +208,19 @@ def paper() -> str:
 # Figures
 
 
-def picture(found: Sequence[Found], beside: Sequence[Beside]) -> Any:
-    """Every row with its interval, as a difference from theory in percent."""
+def intervals(found: Sequence[Found], besides: Sequence[Beside]) -> Figure:
+    """Every row with chance in it, as a difference from theory in percent with its interval."""
     from matplotlib.figure import Figure
-
-    from desim_warehouse.report.palette import COLOURS, FAINT
 
     lines = [
         (f"{one.case.title}: {one.quantity.name}", one.mean / one.quantity.theory, one.half_width / one.quantity.theory)
         for one in found
+        if len(one.values) > 1
     ]
-    lines += [(f"stepped reference, {one.robots} robots: T", one.mean, one.half_width) for one in beside]
-    drawn = Figure(figsize=(9, 0.19 * len(lines) + 0.8), layout="constrained")
+    lines += [(f"stepped reference, robots: {one.robots}, T", one.mean, one.half_width) for one in besides]
+    drawn = Figure(figsize=(9, 0.2 * len(lines) + 0.8), layout="constrained")
     axes = drawn.subplots()
-    axes.axvspan(-3, 3, color=FAINT, alpha=0.18, linewidth=0)
+    axes.axvspan(-100 * WITHIN, 100 * WITHIN, color=FAINT, alpha=0.18, linewidth=0)
     axes.axvline(0, color=FAINT, linewidth=1)
     for place, (_, ratio, half) in enumerate(reversed(lines)):
         style = {"color": COLOURS[0], "markersize": 3.5, "capsize": 2, "linewidth": 1}
@@ -225,6 +230,27 @@ def picture(found: Sequence[Found], beside: Sequence[Beside]) -> Any:
     axes.set_xlim(-4, 4)
     axes.set_xlabel("simulated less theory, % (99 % intervals; shaded: 3 %)")
     axes.spines[["top", "right"]].set_visible(False)
+    return drawn
+
+
+def curves(found: Sequence[Found]) -> Figure:
+    """Closed lines and rings by the number of robots: theory as lines, runs as points."""
+    from matplotlib.figure import Figure
+
+    points = [one for one in found if one.case.curve and one.quantity is one.case.quantities[0]]
+    drawn = Figure(figsize=(9, 3), layout="constrained")
+    for axes, section in zip(drawn.subplots(1, 2), dict.fromkeys(one.case.section for one in points), strict=True):
+        shown = [one for one in points if one.case.section == section]
+        for number, curve in enumerate(dict.fromkeys(one.case.curve for one in shown)):
+            of = [one for one in shown if one.case.curve == curve]
+            robots = [one.case.robots for one in of]
+            axes.plot(robots, [one.quantity.theory for one in of], color=COLOURS[number], label=f"{curve}, theory")
+            axes.plot(robots, [one.mean for one in of], "o", color=COLOURS[number], markersize=5, label="simulated")
+        axes.set_xlabel("robots")
+        axes.set_ylabel(shown[0].quantity.name)
+        axes.set_ylim(0, None)
+        axes.legend(frameon=False, fontsize=8)
+        axes.spines[["top", "right"]].set_visible(False)
     return drawn
 
 
@@ -247,7 +273,8 @@ def main() -> int:
         print(*map(str, found[-len(case.quantities) :]), sep="\n", flush=True)
     text, besides = page(found)
     PAGE.write_text(text, encoding="utf-8")
-    picture(found, besides).savefig(PICTURES / "validation.png", dpi=110)
+    intervals(found, besides).savefig(PICTURES / "validation.png", dpi=110)
+    curves(found).savefig(PICTURES / "validation-curves.png", dpi=110)
     print(PAGE.relative_to(ROOT))
     return int("DIFFERS" in text)
 

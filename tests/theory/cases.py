@@ -50,7 +50,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Case:
-    """A warehouse with a formula, and what it is known by; one run: there is no chance in it."""
+    """A warehouse with a formula, and what it is known by; one run: there is no chance in it.
+
+    `curve`: the curve that it is a point of, by its number of `robots`.
+    """
 
     section: str
     title: str
@@ -58,6 +61,8 @@ class Case:
     quantities: tuple[Quantity, ...]
     runs: int = 20
     long: bool = False
+    curve: str = ""
+    robots: int = 0
 
     def simulate(self) -> list[Found]:
         model = dw.load(self.model())
@@ -103,6 +108,10 @@ class Found:
     def __str__(self) -> str:
         said = f"{self.mean:.6g} ± {self.half_width:.2g}, by theory {self.quantity.theory:.6g}"
         return f"{self.case.title}, {self.quantity.name}: {said}"
+
+
+def count(number, thing):
+    return f"{number} {thing}{'s' * (number != 1)}"
 
 
 # Queues
@@ -161,8 +170,9 @@ def queues() -> Iterator[Case]:
         out = Quantity(
             "part of the time out of the queue", 40 / cycle, lambda run: 1 - run.kpis["share_queueing"], 0.005
         )
-        title = f"closed line D/D/1, {robots} robots, 30 s round, 10 s service"
-        yield Case("Queues", title, partial(models.crews, robots, 10.0, 30.0), (done, out), runs=1)
+        title = f"closed line D/D/1, {count(robots, 'robot')}, 30 s round, 10 s service"
+        model = partial(models.crews, robots, 10.0, 30.0)
+        yield Case("Queues", title, model, (done, out), runs=1, curve="closed line D/D/1", robots=robots)
 
 
 # Lanes and intersections
@@ -190,17 +200,19 @@ def straight_over_the_crossing(run):
     return sum(row[0] > 500 for row in entries(run, ("X", "E1"), ("X", "S1"))) / 1500
 
 
-def ring(title, flow, within, robots, **more):
+def ring(title, flow, within, robots, curve="", **more):
     model = partial(models.oval, 80 * models.D, robots, **more)
-    return Case(ROADS, title, model, (Quantity("robots past a point, 1/s", flow, per_time, within),), runs=1)
+    passing = Quantity("robots past a point, 1/s", flow, per_time, within)
+    return Case(ROADS, title, model, (passing,), runs=1, curve=curve, robots=robots)
 
 
 def roads() -> Iterator[Case]:
     for robots in (1, 5, 20, 50, 60, 70):  # the corners are the bottleneck from 59 robots on
         flow = min(robots * models.SPEED / (80 * models.D), 1 / TURN)
-        yield ring(f"ring of 80 D, {robots} robots", flow, 0.01, robots)
+        yield ring(f"ring of 80 D, {count(robots, 'robot')}", flow, 0.01, robots, "ring of 80 D")
     for robots in (20, 40, 60):
-        yield ring(f"ring of 80 D, {robots} robots, 3 s at each corner", 1 / (TURN + 3), 0.01, robots, node_time=3.0)
+        title = f"ring of 80 D, {robots} robots, 3 s at each corner"
+        yield ring(title, 1 / (TURN + 3), 0.01, robots, "3 s at each corner", node_time=3.0)
     # one robot at a time: it drives the last D, unloads, and sets off as the next one comes up the bend
     yield ring("ring of 80 D, 30 robots that unload 5 s in the lane", 1 / (TURN + 5), 0.02, 30, unload_time=5.0)
     close = models.D / models.SPEED
@@ -245,7 +257,7 @@ def chargers() -> Iterator[Case]:
         busy = repairman(robots, up, swap)
         yield Case(
             CHARGERS,
-            f"machine repairman M/D/1//{robots}: {robots} robots, one place to swap batteries",
+            f"machine repairman M/D/1//{robots}: {count(robots, 'robot')}, one place to swap batteries",
             partial(models.fleet_with_one_charger, robots, up, swap, 500),
             (
                 Quantity("part of the time that it is busy", busy, charging),
@@ -259,7 +271,7 @@ def chargers() -> Iterator[Case]:
         at_work = robots * r / (p + r) if enough else places * r / p
         yield Case(
             CHARGERS,
-            f"{robots} robots that always have work, {places} chargers",
+            f"{count(robots, 'robot')} with work at all times, {count(places, 'charger')}",
             partial(models.fleet_on, places, robots, p, r),
             (
                 Quantity("robots at work", at_work, working),

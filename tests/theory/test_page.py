@@ -44,13 +44,19 @@ def test_the_papers_cells():
     assert make_validation.paper().rstrip() in TEXT
 
 
-def test_the_figure_has_a_row_for_each():
+def test_the_figures_show_every_row():
     """Drawn from made-up values: what stands where, not what came out."""
-    found = [Found(case, one, [one.theory, 1.01 * one.theory]) for case in CASES for one in case.quantities]
+    every = [(case, one) for case in CASES for one in case.quantities]
+    found = [Found(case, one, [one.theory, 1.01 * one.theory][: case.runs]) for case, one in every]
     besides = [make_validation.Beside(n, (0.99, 1.0, 1.01), 1, 1, 3) for n in ROBOTS]
-    (axes,) = make_validation.picture(found, besides).axes
+    (axes,) = make_validation.intervals(found, besides).axes
     names = [label.get_text() for label in axes.get_yticklabels()]
-    assert len(names) == len(found) + len(besides)
+    assert len(names) == sum(case.runs > 1 for case, _ in every) + len(besides)
     assert names[-1] == f"{CASES[0].title}: {CASES[0].quantities[0].name}"
-    assert names[0] == "stepped reference, 12 robots: T"
+    assert names[0] == "stepped reference, robots: 12, T"
+    closed, rings = make_validation.curves(found).axes
+    assert [line.get_label() for line in closed.lines] == ["closed line D/D/1, theory", "simulated"]
+    assert list(closed.lines[0].get_xdata()) == [1, 2, 3, 4, 5, 8]
+    assert list(closed.lines[0].get_ydata()) == [90, 180, 270, 360, 360, 360]
+    assert len(rings.lines) == 4
     assert (PICTURES / "validation.png").exists()
