@@ -49,9 +49,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     show(table)
     show_verdicts(results)
     for design in results.unsettled:
-        click.echo(
-            f"{design}: not settled by the middle of its runs, and counted from there on; make run.length longer"
-        )
+        click.echo(f"{design}: {sentences.UNSETTLED}")
     if results.deterministic:
         click.echo("These models are deterministic: every replication is the same, and the means are exact.")
     elif max(map(len, results.by_point.values())) == 1:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Comparison, Difference
 
+UNSETTLED = "not settled by the middle of its runs, and counted from there on; make run.length longer"
+"""Of a design whose warm-up was to be found."""
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
 """Indicators that rise with demand in any warehouse."""
 

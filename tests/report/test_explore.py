@@ -141,6 +141,17 @@ def test_designs_whose_runs_fail_have_no_numbers_and_say_why():
     assert dict(content["facts"])["Runs"] == "4, 2 of them failed and are left out"
 
 
+def test_a_warm_up_found_for_each_design_stands_beside_it():
+    lifelong = {"tasks.goods": {"saturated": 12}, "run.length": 20000}
+    study = dw.Study(MULTIBOTS, {"fleet.size": [1, 3]}, changes=lifelong, warm_up="auto", replications=2).run()
+    content = held(study.page().html)
+    assert [design["counted_from"] for design in content["designs"]] == [
+        printed.number(at) for at in study.plan.warm_up
+    ]
+    low, high = sorted(study.plan.warm_up)
+    assert dict(content["facts"])["Warm-up"].startswith(f"{low:,.0f} to {high:,.0f} step, found for each design")
+
+
 def test_a_factor_with_one_value_has_no_slider():
     study = dw.Study(MULTIBOTS, {"battery.threshold": [2], "fleet.size": [1, 2]}).run()
     content = held(study.page().html)
@@ -184,7 +195,7 @@ def test_a_page_that_cannot_be_written_is_one_message(tmp_path, monkeypatch):
     page = study.page(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == page.html
     assert repr(page).startswith("WhatIfPage(study: what if, 0.")
-    assert 'sandbox="allow-scripts"' in page._repr_html_()
+    assert 'sandbox="allow-scripts' in page._repr_html_()
     monkeypatch.setattr(dw.Study, "run", lambda *_, **__: pytest.fail("simulated"))
     with pytest.raises(ReportError, match="page cannot be written"):
         call(f"desim what-if {MULTIBOTS} --vary fleet.size=1,2 --page {tmp_path}/file/page.html")

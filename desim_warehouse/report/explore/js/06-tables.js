@@ -45,14 +45,16 @@ function showWrong(study, state) {
 class Designs {
   constructor(study) {
     this.study = study;
-    const judged = study.designs.some(({ marks }) => marks);
-    const heads = [...study.factors.map(({ key }) => key), ...study.indicators.map(({ label: title }) => title), "runs"];
+    const judged = study.designs.some(({ marks }) => marks), settled = study.designs[0].counted_from !== null;
+    const heads = [...study.factors.map(({ key }) => key), ...study.indicators.map(({ label: title }) => title)];
+    heads.push(...(settled ? ["counted from"] : []), "runs");
     const head = part("tr", {}, ...heads.map((text, rank) => part("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
     if (judged) head.append(part("th", { scope: "col", class: "words" }, "verdict"));
     byId("designs").tHead.append(head);
-    this.rows = study.designs.map(({ levels, runs, failed, marks }, design) => {
+    this.rows = study.designs.map(({ levels, runs, failed, marks, counted_from: from }, design) => {
       const row = part("tr", {}, ...study.factors.map((factor, rank) => part("th", { scope: "row", class: "words" }, factor.levels[levels[rank]])));
       for (const { name } of study.indicators) row.append(part("td", {}, study.means[name][design]?.[3] ?? "-"));
+      if (settled) row.append(part("td", {}, from));
       row.append(part("td", {}, failed ? `${runs} (${failed} failed)` : `${runs}`));
       if (judged) row.append(part("td", { class: "words" }, marks));
       return row;
