@@ -184,6 +184,7 @@ def test_a_study_file_and_a_study_folder_have_a_page_too(folder, tmp_path):
     content = held((tmp_path / "page.html").read_text(encoding="utf-8"))
     assert (content["model"], content["name"]) == ("MultiBots", "robots")
     assert content["command"] == f"desim study {path} --page {tmp_path}/page.html"
+    assert held(dw.Study.open(folder).page().html)["command"] == f"desim study {folder} --page FILE"
     assert held(dw.Study.open(folder).page().html)["means"] == held((folder / "page.html").read_text())["means"]
 
 

@@ -34,7 +34,7 @@ def explore(results: Results, path: str | Path | None = None, *, command: str = 
     Args:
         results: the finished runs of a study whose designs are all combinations of its factors' values.
         path: where to write the page; None: nowhere yet.
-        command: the line that repeats the study, for readers.
+        command: the line that repeats the study, for readers; default: that of its folder, if it has one.
 
     Raises:
         ReportError: a design that has no page (`check`), no finished run, or a path that cannot be written.

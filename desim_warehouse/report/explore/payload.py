@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +44,8 @@ def payload(study: Results, command: str) -> dict[str, Any]:
         "start": _start(study),
         "facts": facts(study),
         "wrong": [sentences.sentence(line) for line in sentences.verdicts(study)],
-        "command": command,
+        "command": command
+        or (shlex.join(["desim", "study", str(study.folder), "--page", "FILE"]) if study.folder else ""),
     }
 
 
