@@ -21,6 +21,9 @@ ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", 
 class WebPage:
     """A page that needs no network and no other file: write it with `save`; in Jupyter it shows itself."""
 
+    sandbox = "allow-scripts"
+    """What its frame in Jupyter lets it do."""
+
     def __init__(self, title: str, page: str) -> None:
         self.title = title
         self.html = page
@@ -42,7 +45,7 @@ class WebPage:
         """The page in a frame of its own."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
-            'sandbox="allow-scripts allow-downloads" style="width:100%;height:720px;border:0"></iframe>'
+            f'sandbox="{self.sandbox}" style="width:100%;height:720px;border:0"></iframe>'
         )
 
     def __repr__(self) -> str:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 class Replay(WebPage):
     """A replay page: write it with `save`; in Jupyter it shows itself."""
 
+    sandbox = "allow-scripts allow-downloads"  # a picture of it can be saved
+
 
 def replay(
     run: Run,
