@@ -274,3 +274,11 @@ def test_maps_of_others_can_be_driven_in(name):
         done[fleet] = run.kpis["tasks"]
     assert done[robots] > 30
     assert done[20] > done[robots]  # and 50 robots hardly do more: the lanes are full
+
+
+@needs_plants
+def test_a_fleet_of_150_on_a_map_of_others():
+    model = dw.read_layout(plant_file("rmf/office.building.yaml"), robots=150)
+    run = dw.simulate(model.replace({"run.length": 1200, "battery": None}))
+    assert run.kpis["tasks"] > 20
+    assert audit(run) == []
