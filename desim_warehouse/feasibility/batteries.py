@@ -15,7 +15,7 @@ from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.flows import OrdersArrivals, StorageEnd
+from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.schema import Consumption, RandomGoods
 
 if TYPE_CHECKING:
@@ -416,7 +416,8 @@ def _count(model: Model) -> int:
         return len(goods)
     flows = model.tasks.flows.values()
     orders = sum(len_of_orders(model, flow) for flow in flows if isinstance(flow.when, OrdersArrivals))
-    return orders + sum(int(batch.tasks) for flow in flows for batch in getattr(flow.when, "schedule", ()))
+    listed_times = [flow.when.times(model.tasks.demand) for flow in flows if isinstance(flow.when, ScheduleArrivals)]
+    return orders + sum(tasks for times in listed_times for _, tasks in times)
 
 
 def _too_low(battery: BatterySpec, known: Levels, most: float) -> Iterator[Finding]:

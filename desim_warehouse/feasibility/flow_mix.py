@@ -203,7 +203,7 @@ def flow_rates(model: Model) -> dict[str, float]:
         for name, flow in flows.items()
     }
     if any(rates.values()):
-        return {name: rate * factor(model, flows[name]) for name, rate in rates.items()}
+        return {name: rate * model.tasks.demand for name, rate in rates.items()}
     return {
         name: float(flow.when.saturated) for name, flow in flows.items() if isinstance(flow.when, SaturatedArrivals)
     } or dict.fromkeys(flows, 1.0)
@@ -212,11 +212,6 @@ def flow_rates(model: Model) -> dict[str, float]:
 def always_open(model: Model) -> bool:
     """Whether some tasks are always open, so that robots never rest."""
     return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
-
-
-def factor(model: Model, flow: FlowSpec) -> float:
-    """What multiplies the rates of a flow: tasks.demand, but not what a schedule says."""
-    return model.tasks.demand if flow.never_ends else 1.0
 
 
 def len_of_orders(model: Model, flow: FlowSpec) -> int:

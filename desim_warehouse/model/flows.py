@@ -141,6 +141,15 @@ class ScheduleArrivals(Part):
 
     schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
 
+    def times(self, demand: float) -> list[tuple[float, int]]:
+        """The times in order, and how many tasks at each, `demand` times as many, their sum rounded."""
+        found, asked, released = [], 0, 0
+        for batch in sorted(self.schedule, key=lambda batch: batch.at):
+            asked += batch.tasks
+            found.append((batch.at, round(asked * demand) - released))
+            released = round(asked * demand)
+        return found
+
 
 ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order")
 
@@ -396,6 +405,11 @@ def mean_rate(flow: FlowSpec, length: float, hour: float) -> float | None:
     if isinstance(when, ScheduleArrivals):
         return sum(batch.tasks for batch in when.schedule if batch.at <= length) / length * hour
     return None
+
+
+def fixed_orders(flow: FlowSpec) -> bool:
+    """Whether its tasks are the rows of a file as they stand there, so that no demand multiplies them."""
+    return isinstance(flow.when, OrdersArrivals) and flow.when.orders.resample is None
 
 
 class Rates:

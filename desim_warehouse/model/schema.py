@@ -50,7 +50,14 @@ from desim_warehouse.layout.spec import (
 from desim_warehouse.layout.zones import ZoneSpec
 from desim_warehouse.model.distributions import Varying, mean_of
 from desim_warehouse.model.fleet import Fleet
-from desim_warehouse.model.flows import FlowSpec, PoissonArrivals, ProfileArrivals, mean_rate
+from desim_warehouse.model.flows import (
+    FlowSpec,
+    PoissonArrivals,
+    ProfileArrivals,
+    SaturatedArrivals,
+    fixed_orders,
+    mean_rate,
+)
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.model.popularity import PopularityRule
@@ -174,7 +181,11 @@ class Tasks(Part):
     flows: Named[FlowSpec] = Field(
         FrozenMap(), description="instead of goods: what is brought from where to where", json_schema_extra=LATER
     )
-    demand: Positive = Field(1.0, description="multiplies all rates of arrival", json_schema_extra=LATER)
+    demand: Positive = Field(
+        1.0,
+        description="multiplies all rates of arrival, schedules, and resampled orders; what is always open stays so",
+        json_schema_extra=LATER,
+    )
     popularity: PopularityRule = Field(
         "uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights"
     )
@@ -239,6 +250,25 @@ class Tasks(Part):
         if not self.flows and not self.unload_at:
             raise wrong("missing, expected names of stations or nodes", "unload_at")
         return self
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether all tasks that are not always open arrive at rates that `demand` can multiply."""
+        if self.flows:
+            some = [flow for flow in self.flows.values() if not isinstance(flow.when, SaturatedArrivals)]
+            return bool(some) and not any(fixed_orders(flow) for flow in some)
+        return isinstance(self.goods, PoissonGoods)
+
+    @model_validator(mode="after")
+    def _demand(self) -> Tasks:
+        if self.demand == 1 or self.has_rates:
+            return self
+        fixed = next((name for name, flow in self.flows.items() if fixed_orders(flow)), None)
+        if fixed is not None:
+            cure = f"1, or resample: in tasks.flows.{fixed}.arrivals.orders"
+            raise wrong(f"does not multiply the rows of a file (got {got(self.demand)}), expected {cure}", "demand")
+        cure = "1, or tasks that arrive at a rate, such as {poisson: 40}"
+        raise wrong(f"there is no rate to multiply (got {got(self.demand)}), expected {cure}", "demand")
 
     @model_validator(mode="after")
     def _stations(self, info: ValidationInfo) -> Tasks:

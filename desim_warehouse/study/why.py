@@ -150,7 +150,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
     if isinstance(goods, PoissonGoods):
         less = {"tasks.goods": {**goods.content(), "poisson": goods.poisson * FEWER}}
         yield Suspect("demand", "5 % fewer orders", less, None)
-    elif tasks.arrive:
+    elif tasks.arrive and tasks.has_rates:
         yield Suspect("demand", "5 % fewer orders", {"tasks.demand": tasks.demand * FEWER}, None)
 
 

@@ -123,7 +123,8 @@ class _Flow:
         when = self.when
         if isinstance(when, OrdersArrivals):
             return summary(when.orders, self._how).tasks
-        return sum(batch.tasks for batch in getattr(when, "schedule", ()))
+        assert isinstance(when, ScheduleArrivals)
+        return sum(tasks for _, tasks in when.times(self.model.tasks.demand))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
         """The times at which tasks become known, in order, and the rows of orders that they come from."""
@@ -156,9 +157,9 @@ class _Flow:
                 elif isinstance(when, PoissonArrivals):
                     yield expected * hour / (when.poisson * demand)
         elif isinstance(when, ScheduleArrivals):
-            for batch in sorted(when.schedule, key=lambda batch: batch.at):
-                for _ in range(batch.tasks):
-                    yield batch.at
+            for time, tasks in when.times(demand):
+                for _ in range(tasks):
+                    yield time
 
     # What
 

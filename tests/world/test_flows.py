@@ -304,6 +304,9 @@ CHANGES = [
     {"tasks.flows.restock.arrivals.saturated": 5},
     {"tasks.flows.inbound.arrivals": {"schedule": [{"at": 0, "tasks": 9}]}},
     {"run.warm_up": 0, "log": "tasks"},
+    {"fleet.robot.capacity": 3, "policies.batching": "fixed-size"},
+    {"fleet.robot.capacity": 3, "policies.batching": {"name": "time-window", "window": 60}},
+    {"tasks.flows.restock.via": ["pack"], "tasks.flows.restock.stop_time": {"lognormal": {"mean": 5, "cv": 1}}},
 ]
 
 
@@ -319,17 +322,27 @@ def drawn(run, flow):
     return [(task.released, task.good, task.due) for task in tasks], times
 
 
+def test_what_is_changed_is_fleet_policies_kinds_and_other_flows():
+    assert len(CHANGES) >= 20
+    sections = {".".join(key.split(".")[:2]) for change in CHANGES for key in change}
+    assert {"fleet.size", "fleet.kinds", "policies.allocation", "policies.batching", "tasks.flows"} <= sections
+
+
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
+    """More than 20 changes: all other flows have the same tasks, each of which takes as long to load and unload."""
     run = day(changes)
-    flow = "outbound"
-    tasks, times = drawn(plain, flow)
-    others, other_times = drawn(run, flow)
-    assert others == tasks
-    for state, known in times.items():
-        both = known.keys() & other_times[state].keys()
-        assert len(both) > 100
-        assert {nth: other_times[state][nth] for nth in both} == pytest.approx({nth: known[nth] for nth in both})
+    for flow in set(DAY["tasks"]["flows"]) - {key.split(".")[2] for key in changes if key.startswith("tasks.flows.")}:
+        tasks, times = drawn(plain, flow)
+        others, other_times = drawn(run, flow)
+        if flow == "restock":  # as many as are done: the nth is the same, when it comes is not
+            tasks, others = ([good for _, good, _ in some] for some in (tasks, others))
+            tasks, others = tasks[: len(others)], others[: len(tasks)]
+        assert others == tasks
+        for state, known in times.items():
+            both = known.keys() & other_times[state].keys()
+            assert len(both) > 60
+            assert {nth: other_times[state][nth] for nth in both} == pytest.approx({nth: known[nth] for nth in both})
 
 
 def test_of_tasks_that_are_always_open_the_nth_is_the_same(plain):
@@ -398,6 +411,35 @@ def test_demand_multiplies_all_rates():
     goods = {"tasks.unload_at": ["D"], "run.length": 7200, "tasks.goods": {"poisson": 100}}
     one, two = dw.load(RING, {**goods, "tasks.demand": 2}), dw.load(RING, {**goods, "tasks.goods": {"poisson": 200}})
     assert [row[:2] for row in dw.simulate(one).record.rows] == [row[:2] for row in dw.simulate(two).record.rows]
+
+
+def test_demand_multiplies_a_schedule_and_rounds_its_sum():
+    schedule = {"schedule": [{"at": 20, "tasks": 2}, {"at": 0}, {"at": 10}]}
+    # 1, 2 and 4 by then; 1.5 times as many: 1.5, 3 and 6, of which 2, 3 and 6 are released
+    assert arrivals(schedule, **{"tasks.demand": 1.5}) == [0, 0, 10, 20, 20, 20]
+    run = ring({**FROM_TO, "arrivals": schedule}, tasks__demand=1.5)
+    assert run.kpis["tasks"] == 6
+
+
+FROM_TO = {"from": "dock", "to": "pack"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"tasks.flows": {"f": {**FROM_TO, "arrivals": {"saturated": 2}}}, "run.length": 9}, "no rate to multiply"),
+        ({"tasks.goods": [0], "tasks.flows": {}, "tasks.unload_at": ["pack"]}, "there is no rate to multiply"),
+        (
+            {"tasks.flows": {"f": {**FROM_TO, "arrivals": {"orders": {"file": "x.csv"}}}}},
+            "or resample: in tasks.flows.f",
+        ),
+    ],
+)
+def test_demand_that_multiplies_nothing_is_refused(changes, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.csv").write_text("release\n0\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=said):
+        dw.load(RING, {**changes, "tasks.demand": 1.2})
 
 
 def test_a_schedule_comes_as_it_says():
