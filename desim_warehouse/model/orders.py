@@ -11,6 +11,7 @@ import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -116,9 +117,8 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         rows += len(lines)
         tasks += sum(line.quantity for line in lines)
         last = lines[-1].release if lines else last
-        names.update(line.source for line in lines)
-        names.update(line.target for line in lines)
-        names.update(place for via in {line.via for line in lines} for place in via or ())
+        names.update(map(attrgetter("source"), lines), map(attrgetter("target"), lines))
+        names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
         if len(found) > MOST_PROBLEMS:
             raise ModelError([*found[:MOST_PROBLEMS], f"{spec.file}: and more problems"])
     if not rows and not found:
