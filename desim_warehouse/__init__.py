@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.oriented import orient
     from desim_warehouse.plants import read_layout
+    from desim_warehouse.plants.export import write_layout
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, simulate
     from desim_warehouse.run.folder import load_run
@@ -51,6 +52,7 @@ _HOME = {
     "model": ("Model", "load"),
     "model.oriented": ("orient",),
     "plants": ("read_layout",),
+    "plants.export": ("write_layout",),
     "run": ("Run", "simulate"),
     "run.folder": ("load_run",),
     "study.results": ("Results",),
@@ -84,6 +86,7 @@ __all__ = [
     "read_layout",
     "simulate",
     "steps",
+    "write_layout",
 ]
 
 

@@ -18,7 +18,7 @@ COMMANDS = {
     "run": ("run", "Simulate a model once and show its indicators."),
     "replay": ("replay", "Write a page that plays a run in a browser, or a film of it."),
     "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),
-    "export": ("export", "Write a run as CSV, Parquet or a trace for Perfetto."),
+    "export": ("export", "Write a run, or the layout of a model, for other programs."),
     "import": ("import_layout", "Make a model of a layout that another program drew."),
     "check": ("check", "Check a model file and its layout."),
     "study": ("study", "Run a study file, or resume a study folder."),

@@ -3,26 +3,63 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-_DEFAULT = {"csv": "csv", "parquet": "parquet", "trace": "trace.json"}
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+
+_RUN = {"csv": "csv", "parquet": "parquet", "trace": "trace.json"}
+_MODEL = {"lif": ".lif", "opentcs": ".xml", "graphml": ".graphml", "csv": "", "svg": ".svg"}
 
 
 @click.command("export")
-@click.argument("run_dir")
+@click.argument("path")
 @click.option(
     "--format",
     "form",
-    type=click.Choice(list(_DEFAULT)),
+    type=click.Choice(list(dict.fromkeys([*_RUN, *_MODEL]))),
     required=True,
-    help="csv, parquet: a folder of tables; trace: one file for ui.perfetto.dev or chrome://tracing.",
+    help="Of a run: csv or parquet (a folder of tables), trace (one file for ui.perfetto.dev or chrome://tracing). "
+    "Of a model: lif, opentcs, graphml, csv (a folder with nodes.csv and edges.csv), svg.",
 )
-@click.option("-o", "--out", metavar="PATH", help="Default: csv/, parquet/ or trace.json in RUN_DIR.")
-def command(run_dir: str, form: str, out: str | None) -> None:
-    """Write the run in RUN_DIR (from `desim run --out`) in an open format."""
+@click.option("-o", "--out", metavar="PATH", help="Default: by the format, in the run's folder or beside the model.")
+@click.option("--force", is_flag=True, help="Write over files of a layout that are there.")
+def command(path: str, form: str, out: str | None, force: bool) -> None:
+    """Write what is at PATH in an open format: a run (a folder from `desim run --out`), or the layout of a model.
+
+    Below the name of what is written, a table says what of the model the format cannot hold.
+    """
     from desim_warehouse.report.export import export
     from desim_warehouse.run.folder import load_run
 
-    path = Path(run_dir) / _DEFAULT[form] if out is None else Path(out)
-    click.echo(export(load_run(run_dir), form, path))
+    place = Path(path)
+    if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
+        click.echo(export(load_run(path), form, place / _RUN[form] if out is None else Path(out)))
+        return
+    if place.is_dir():
+        _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form]}"), force)
+    else:
+        from desim_warehouse.model import load
+
+        _layout(load(path), form, Path(out or place.with_name(place.stem + _MODEL[form])), force)
+
+
+def _layout(model: Model, form: str, out: Path, force: bool) -> None:
+    from desim_warehouse.cli.remarks import show_remarks
+    from desim_warehouse.errors import ReportError
+    from desim_warehouse.plants.export import write_layout
+    from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE
+
+    for file in (out / NODES_FILE, out / EDGES_FILE) if form == "csv" else (out,):
+        if file.exists() and not force:
+            raise ReportError(f"{file}: the file exists; choose another name with -o, or overwrite it with --force")
+    if form == "svg":
+        from desim_warehouse.report.plot.floor import save
+
+        click.echo(save(model, out))
+        return
+    remarks = write_layout(model, out, form)
+    click.echo(out)
+    show_remarks(remarks)

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from desim_warehouse.cli.options import write_files
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.plants import Remark
-
-_NAMES = 12  # in a row of the table
+from desim_warehouse.cli.remarks import counted, show_remarks
 
 
 @click.command("import")
@@ -39,9 +33,15 @@ _NAMES = 12  # in a row of the table
 @click.option("--layout", metavar="NAME", help="Of several layouts or levels in FILE, the one to read.")
 @click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
 @click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")
-@click.option("--two-way", is_flag=True, default=None, help="LIF: every edge leads both ways.")
+@click.option("--two-way", is_flag=True, default=None, help="LIF, CSV: every edge leads both ways.")
 @click.option(
     "--cell", type=click.FloatRange(0.01, 1000), metavar="METRES", help="Grids: side of a cell.  [default: 1]"
+)
+@click.option(
+    "--lanes",
+    multiple=True,
+    metavar="LAYER",
+    help="DXF, GeoJSON: a layer whose lines are lanes; may be repeated.  [default: by its name]",
 )
 @click.option("--strict", is_flag=True, default=None, help="LIF: refuse what is not as the format says.")
 def command(
@@ -49,12 +49,13 @@ def command(
 ) -> None:
     """Make a model of FILE, a layout of another program.
 
-    It may be a layout in VDMA LIF (JSON), a plant model of openTCS (XML), or a map of Open-RMF (YAML). A table says
-    what could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
+    It may be a layout in VDMA LIF (JSON), a plant model of openTCS (XML), a map of Open-RMF (YAML), a table of nodes
+    (nodes.csv, with edges.csv beside it), a graph (GraphML), lines (GeoJSON) or a drawing (DXF). A table says what
+    could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
     """
     from desim_warehouse.plants import import_layout
 
-    given = {option: value for option, value in others.items() if value is not None}
+    given = {option: value for option, value in others.items() if value not in {None, ()}}
     made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **given)
     model = made.model
     if out is None and made.orders:
@@ -66,8 +67,8 @@ def command(
         layout = model.layout
         counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
         parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]
-        click.echo(f"{out}: {', '.join(_counted(*part) for part in parts)}")
-    _show(made.remarks, err=out is None)
+        click.echo(f"{out}: {', '.join(counted(*part) for part in parts)}")
+    show_remarks(made.remarks, err=out is None)
 
 
 def _operation(text: str) -> tuple[str, str]:
@@ -75,25 +76,3 @@ def _operation(text: str) -> tuple[str, str]:
     if not equals:
         raise click.BadParameter(f"{text!r}, expected NAME=WHAT such as 'Pack=unload'", param_hint="--operation")
     return name.strip(), what.strip()
-
-
-def _show(remarks: Iterable[Remark], err: bool) -> None:
-    """What became of the drawing, a row for each kind."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    for head in ("", "what", "why", "which"):
-        table.add_column(head)
-    for remark in remarks:
-        number = len(remark.names)
-        kind = remark.kind if remark.what == "assumed" else _counted(number, remark.kind)
-        table.add_row(remark.what, kind, remark.why, remark.which(_NAMES))
-    console = Console(stderr=err, highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(stderr=err, highlight=False, markup=False, width=200)
-    console.print(table)
-
-
-def _counted(number: int, kind: str) -> str:
-    return f"{number} {kind}{'s' * (number != 1)}"

@@ -5,16 +5,19 @@ A reader turns a file into a `Plant`; `imported` makes a model of it and says wh
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.plants.formats import add_tasks, read_plant
+from desim_warehouse.plants.graph import from_networkx
 from desim_warehouse.plants.model import Imported, imported
 from desim_warehouse.plants.plant import Plant, Remark
 from desim_warehouse.plants.robot import read_robot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
+
+    import networkx as nx
 
     from desim_warehouse.model import Model
 
@@ -22,7 +25,7 @@ __all__ = ["Imported", "Plant", "Remark", "import_layout", "imported", "read_lay
 
 
 def import_layout(
-    path: str | Path,
+    path: str | Path | nx.Graph,
     *,
     operations: Mapping[str, str] | None = None,
     robots: int | None = None,
@@ -31,14 +34,14 @@ def import_layout(
     **options: Any,
 ) -> Imported:
     """A model of a foreign file, with remarks: what could not be carried over, what is assumed; see `read_layout`."""
-    plant = read_plant(path, **options)
+    plant = read_plant(path, **options) if isinstance(path, str | Path) else from_networkx(path, **options)
     if tasks is not None:
         add_tasks(plant, tasks)
     return imported(plant, operations, robots, read_robot(robot) if robot is not None else None)
 
 
 def read_layout(
-    path: str | Path,
+    path: str | Path | nx.Graph,
     *,
     operations: Mapping[str, str] | None = None,
     robots: int | None = None,
@@ -49,14 +52,17 @@ def read_layout(
     """Read the layout of another program and make a model of it; what the file does not say is assumed.
 
     Args:
-        path: a plant model of openTCS (XML, versions 0.0.2 to 7.0.0).
+        path: a plant model of openTCS (XML, versions 0.0.2 to 7.0.0), a layout in LIF, GraphML, GeoJSON, DXF, or a
+            table of nodes with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
+            nodes with x and y in metres, y downwards, and perhaps role (such as load) and station; edges perhaps with
+            length, speed and side_by_side; those of an undirected graph are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
             charge, park or none; by default as the names of operations sound.
         robots: size of the fleet; default: as many as vehicles are drawn.
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
         tasks: a file with the tasks: transport orders of openTCS (XML).
         options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF maps
-            `layout` (the level) and `graph`.
+            `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and CSV `two_way`.
 
     Returns:
         The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.

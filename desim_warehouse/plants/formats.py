@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.plants import (
+    dxf,
+    geojson,
+    graph,
     grid_ggo,
     grid_kiva,
     grid_lorr,
@@ -17,6 +20,7 @@ from desim_warehouse.plants import (
     opentcs,
     orders,
     rmf,
+    tables,
 )
 from desim_warehouse.plants.file import content_of
 
@@ -47,6 +51,10 @@ class Format:
 
 
 FORMATS = (
+    Format("tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
+    Format("a graph (GraphML)", graph.looks, graph.read),
+    Format("lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",)),
+    Format("a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
     Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", opentcs.looks, opentcs.read),
     Format("a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
     Format("a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
@@ -70,17 +78,20 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
     """What a foreign file holds: points, links, locations, vehicles.
 
     Args:
-        path: a file in one of `FORMATS`.
+        path: a file in one of `FORMATS`; of two tables the one of nodes, or their folder.
         options: what is chosen of the file; which options there are depends on the format.
 
     Raises:
         ModelError: where it cannot be read, with the place, or has no such options.
     """
-    form, content = _format(Path(path), FORMATS, "a layout")
+    path = Path(path)
+    if (path / tables.NODES_FILE).is_file():
+        path /= tables.NODES_FILE
+    form, content = _format(path, FORMATS, "a layout")
     for option in sorted(options.keys() - set(form.options)):
         has = f"one of {', '.join(form.options)}" if form.options else "no option"
         raise ModelError([f"{path}: option {option!r}: there is none for {form.title}, expected {has}"])
-    plant: Plant = form.read(Path(path), content, **options)
+    plant: Plant = form.read(path, content, **options)
     return plant
 
 

@@ -80,6 +80,8 @@ def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[Draw
         done.add((a, b))
         if back is None:
             lanes.append(DrawnLane(a, b, there.length, there.speed))
+        elif there.link.side_by_side or back.link.side_by_side:
+            lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
         elif abs(there.length - back.length) > ALIKE * max(there.length, back.length):
             lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
             apart.append(there.link)

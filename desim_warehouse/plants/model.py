@@ -314,7 +314,9 @@ class _Maker:
             return times
         return {
             "goods": self.goods(stations) or {"saturated": robots},
-            "unload_at": [name if name not in self.plant.points else item["at"][0] for name, item in stations.items()],
+            "unload_at": [
+                one for name, item in stations.items() for one in (item["at"] if name in self.plant.points else [name])
+            ],
             "station_choice": "random",
             **times,
         }

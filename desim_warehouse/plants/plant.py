@@ -32,7 +32,8 @@ class Link:
 
     `speed` and `speed_back` are the limits there and back: 0 where robots may not drive in that direction, inf where
     there is no limit. `length` is None where the drawing does not say: the straight distance. Driven back, it counts
-    `against` times as long where routes are chosen.
+    `against` times as long where routes are chosen. `side_by_side`: with a link back it is two lanes, however alike
+    they are.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Link:
     speed_back: float = 0.0
     place: str = ""
     against: float = 1.0
+    side_by_side: bool = False
 
 
 @dataclass(frozen=True, slots=True)

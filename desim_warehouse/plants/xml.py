@@ -22,13 +22,14 @@ _DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
 
 @dataclass(slots=True)
 class Element:
-    """An element with its attributes and children; `file` and `line` say where it stands."""
+    """An element with its attributes, children and text; `file` and `line` say where it stands."""
 
     tag: str
     attributes: dict[str, str]
     file: str
     line: int
     children: list[Element] = field(default_factory=list)
+    content: str = ""
 
     @property
     def place(self) -> str:
@@ -88,11 +89,14 @@ class _Reader:
         self.expected = expected
         self.count = 0
         self.open: list[Element] = []
+        self.texts: list[list[str]] = []
         self.root: Element | None = None
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
         self.parser.StartDoctypeDeclHandler = self.doctype
+        self.parser.CharacterDataHandler = self.text
+        self.parser.buffer_text = True
 
     def read(self, content: bytes) -> Element:
         try:
@@ -117,9 +121,13 @@ class _Reader:
         else:
             self.root = element
         self.open.append(element)
+        self.texts.append([])
+
+    def text(self, data: str) -> None:
+        self.texts[-1].append(data)
 
     def end(self, _: str) -> None:
-        self.open.pop()
+        self.open.pop().content = "".join(self.texts.pop()).strip()
 
     def doctype(self, *_: object) -> None:
         text = "a document type, which may define entities, expected none"

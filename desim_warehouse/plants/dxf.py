@@ -1,0 +1,179 @@
+"""DXF drawings: lanes are the lines of some layers, places are blocks and points, by the names of layers and blocks.
+
+Needs ezdxf, the extra `dxf`. Lines, polylines, arcs, circles, ellipses and splines of the model space are read, in both
+directions but on layers that are called one-way; y is upwards. Units are those of the drawing ($INSUNITS).
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.fields import LIMITS
+from desim_warehouse.plants.lines import CURVE, Line, Mark, Spot, join
+from desim_warehouse.plants.plant import Plant
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+EXPECTED = "a drawing (DXF)"
+_LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
+_LANES = re.compile(r"lane|path|route|track|aisle|highway|agv|amr|fahrweg|gasse", re.IGNORECASE)
+_ONE_WAY = re.compile(r"one[ _-]?way|einbahn", re.IGNORECASE)
+_WIDE = 5000.0  # units; a drawing without units that is wider is in mm, else in m
+_FINE = 1000  # parts of a curve's size: no chord is finer
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be a drawing: by its ending, or how DXF and DWG begin."""
+    return path.suffix.lower() in {".dxf", ".dwg"} or start.startswith(b"AutoCAD Binary DXF")
+
+
+def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Plant:
+    """Read a drawing.
+
+    Args:
+        path: the file.
+        content: what stands in it.
+        lanes: layers whose lines are lanes; default: those that are called so, or the only one with lines.
+
+    Raises:
+        ModelError: where it cannot be read, or does not say which lines are lanes.
+    """
+    document = _document(path, content)
+    plant = Plant(path.stem, f"{path.name} (DXF)")
+    try:
+        entities = list(_visible(document, plant))
+        layers = Counter(layer for layer, entity in entities if entity.dxftype() in _LINES)
+        chosen = _chosen(path, layers, (lanes,) if isinstance(lanes, str) else lanes)
+        scale = _scale(document, plant, [entity for layer, entity in entities if layer in chosen])
+        join(plant, list(_lines(path, plant, entities, chosen, scale)), _marks(path, entities, scale))
+    except ModelError:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
+        raise ModelError([f"{path}: damaged ({type(error).__name__}: {reason(error)}), expected {EXPECTED}"]) from None
+    others = [layer for layer in layers if layer not in chosen]
+    plant.note("left out", "layer", others, "its lines are no lanes; choose layers with lanes (--lanes)")
+    return plant
+
+
+def _document(path: Path, content: bytes) -> Any:
+    """The drawing as ezdxf reads it, also where it is a little damaged."""
+    if content.startswith((b"AC10", b"AutoCAD Binary DXF")):
+        raise ModelError([f"{path}: a binary drawing (DWG or binary DXF), expected it saved as DXF in text (ASCII)"])
+    try:
+        from ezdxf import recover
+    except ImportError:
+        cure = "install it: pip install 'desim-warehouse[dxf]'"
+        raise ModelError([f"{path}: a DXF drawing, which needs the package ezdxf; {cure}"]) from None
+    try:
+        document, _ = recover.read(io.BytesIO(content))
+    except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
+        said = " ".join(str(error).split())[:100] or type(error).__name__
+        raise ModelError([f"{path}: not a drawing ({said}), expected {EXPECTED}"]) from None
+    return document
+
+
+def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
+    """The entities of the model space with their layers, but not those on layers that are off or frozen."""
+    hidden: dict[str, None] = {}
+    off = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
+    for entity in document.modelspace():
+        layer = str(entity.dxf.get("layer", "0"))
+        if layer.casefold() in off:
+            hidden[layer] = None
+        else:
+            yield layer, entity
+    plant.note("left out", "layer", list(hidden), "off or frozen")
+
+
+def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str]:
+    """The layers whose lines are lanes."""
+    counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
+    have = spoken(counts) if counts else "none"
+    chosen = set()
+    for name in given:
+        same = {layer for layer in layers if layer.casefold() == name.casefold()}
+        if not same:
+            near = nearest(name, layers)
+            hint = f"; did you mean {got(near)}?" if near else ""
+            raise ModelError([f"{path}: no lines on a layer {got(name)}, expected one of {have}{hint}"])
+        chosen |= same
+    if not layers:
+        raise ModelError([f"{path}: no lines in the model space, expected lanes drawn as lines"])
+    chosen = chosen or {layer for layer in layers if _LANES.search(layer)} or {*layers}
+    if not given and chosen == {*layers} and len(layers) > 1 and not all(map(_LANES.search, layers)):
+        raise ModelError([f"{path}: which lines are lanes? Choose layers with --lanes, of {have}"])
+    return chosen
+
+
+def _scale(document: Any, plant: Plant, entities: list[Any]) -> float:
+    """Metres in a unit of the drawing."""
+    from ezdxf import units
+
+    if document.units:
+        return float(units.conversion_factor(document.units, units.M))
+    spots = [at for entity in entities for at in _ends(entity)]
+    wide = max((max(axis) - min(axis) for axis in zip(*spots, strict=True)), default=0.0)
+    unit, scale = ("mm", 0.001) if wide > _WIDE else ("m", 1.0)
+    plant.assume("units.length", f"m; the drawing does not name its unit ($INSUNITS), taken for {unit}")
+    return scale
+
+
+def _ends(entity: Any) -> Iterable[Spot]:
+    from ezdxf import path as paths
+
+    return [(at.x, at.y) for at in paths.make_path(entity).control_vertices()]
+
+
+def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: set[str], scale: float) -> Iterator[Line]:
+    """The lines of the chosen layers, in metres."""
+    from ezdxf import path as paths
+
+    others: Counter[str] = Counter()
+    for rank, (layer, entity) in enumerate(entities):
+        if layer not in chosen or entity.dxftype() in {"INSERT", "POINT"}:
+            continue
+        if entity.dxftype() not in _LINES:
+            others[f"{entity.dxftype()} on {layer}"] += 1
+            continue
+        place = f"entity {entity.dxf.get('handle', rank)}"
+        drawn = paths.make_path(entity)
+        corners = [_spot(path, place, at, scale) for at in drawn.control_vertices()]
+        if drawn.has_curves:
+            size = max((math.dist(corners[0], corner) for corner in corners), default=0.0)
+            chord = max(CURVE / 4, size / _FINE) / scale
+            corners = [_spot(path, place, at, scale) for at in drawn.flattening(chord, segments=4)]
+        name = f"{layer} {entity.dxf.get('handle', rank)}"
+        yield Line(name, tuple(corners), speed_back=0.0 if _ONE_WAY.search(layer) else math.inf, place=place)
+    names = [f"{number} {kind}" for kind, number in others.items()]
+    plant.note("left out", "kind of entity", names, "on a layer of lanes, but no line")
+
+
+def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Mark]:
+    """Blocks and points as places, which may be operations by the names of their layers and blocks."""
+    marks, numbers = [], Counter[str]()
+    for rank, (layer, entity) in enumerate(entities):
+        if entity.dxftype() not in {"INSERT", "POINT"}:
+            continue
+        place = f"entity {entity.dxf.get('handle', rank)}"
+        block = str(entity.dxf.name) if entity.dxftype() == "INSERT" else ""
+        at = _spot(path, place, entity.dxf.insert if block else entity.dxf.location, scale)
+        said = [str(item.dxf.text).strip() for item in entity.attribs] if block else []
+        kind = block if block and not block.startswith("*") else layer
+        numbers[kind] += 1
+        name = next(filter(None, said), f"{kind} {numbers[kind]}")
+        marks.append(Mark(name, at, tuple(dict.fromkeys(filter(None, (kind, layer)))), place))
+    return marks
+
+
+def _spot(path: Path, place: str, at: Any, scale: float) -> Spot:
+    """A point of the drawing in metres, y downwards, to a tenth of a millimetre."""
+    if not max(abs(at.x), abs(at.y)) * scale <= LIMITS["number"][0]:
+        raise ModelError([f"{path}: {place}: beyond any plant (got {got([at.x, at.y])}), expected coordinates"])
+    return round(at.x * scale, 4) + 0.0, round(-at.y * scale, 4) + 0.0

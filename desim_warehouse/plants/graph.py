@@ -1,0 +1,157 @@
+"""Graphs as plants: those of networkx, and GraphML files, whose reader stands here as it must be safe.
+
+Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
+without direction is a two-way lane.
+
+Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeLabel are read where nodes have no x.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.plants.plant import Plant
+from desim_warehouse.plants.records import EDGE, NODE, Columns, Record, fill
+from desim_warehouse.plants.xml import Element, read_xml
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
+
+    import networkx as nx
+
+EXPECTED = "a graph (GraphML)"
+_NAME = "node"  # of the columns for what a graph says beside attributes
+_TAIL, _HEAD = "from_node", "to_node"
+_DIRECTED = {"true": {"two_way": "no"}, "false": {"two_way": "yes"}}
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be GraphML: by its ending, or its root element."""
+    return path.suffix.lower() == ".graphml" or b"<graphml" in start
+
+
+def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
+    """The plant that a graph of networkx describes; see `desim_warehouse.read_layout`.
+
+    Raises:
+        ModelError: with the node or edge, where an attribute is not what it should be.
+    """
+    title = name or str(graph.graph.get("name") or "graph")
+    plant = Plant(title, "a graph of networkx")
+    if "crs" in graph.graph:
+        text = "coordinates on the globe (crs), expected metres; write the edges as GeoJSON, which is projected"
+        raise ModelError([f"graph {got(title)}: {text}"])
+    nodes = [(f"node {got(str(node))}", "", {**_position(data), _NAME: node}) for node, data in graph.nodes(data=True)]
+    edges = [
+        (f"edge {got(str(a))} to {got(str(b))}", "", {**data, _TAIL: a, _HEAD: b})
+        for a, b, data in graph.edges(data=True)
+    ]
+    _fill(plant, nodes, edges, not graph.is_directed())
+    return plant
+
+
+def _position(data: Mapping[str, Any]) -> dict[str, Any]:
+    """The attributes, with x and y where there is a pos."""
+    values = {str(key): value for key, value in data.items()}
+    at: Any = values.get("pos")
+    if "x" in values or not hasattr(at, "__len__") or isinstance(at, str) or len(at) != 2:  # noqa: PLR2004 - x and y
+        return values
+    del values["pos"]
+    return {"x": at[0], "y": at[1], **values}
+
+
+def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
+    """Put rows into a plant; what the graph itself says counts before attributes of the same meaning."""
+    node_known = {**NODE, "name": (_NAME,)}
+    edge_known = {**EDGE, "name": ("name",), "from": (_TAIL,), "to": (_HEAD,)}
+    node_columns = Columns.of(_titles(nodes), node_known, f"{plant.source}: nodes")
+    edge_columns = Columns.of(_titles(edges), edge_known, f"{plant.source}: edges")
+    node_columns.require(f"{plant.source}: nodes", "x", *(() if "north" in node_columns.named else ("y",)))
+    fill(
+        plant,
+        [Record(node_columns, values, where, place) for where, place, values in nodes],
+        [Record(edge_columns, values, where, place) for where, place, values in edges],
+        two_way=two_way,
+    )
+    for kind, columns in (("node", node_columns), ("edge", edge_columns)):
+        plant.note("left out", f"attribute of {kind}s", columns.unread, "nothing that a layout has")
+
+
+def _titles(rows: Rows) -> Iterable[str]:
+    return dict.fromkeys(key for *_, values in rows for key in values)
+
+
+def read(path: Path, content: bytes) -> Plant:
+    """Read a GraphML file; raises ModelError with the line where it cannot be."""
+    root = read_xml(path, content, EXPECTED)
+    if root.tag != "graphml":
+        root.refuse(f"not a graph, expected {EXPECTED} with the root element graphml")
+    graph = next(root.all("graph"), None)
+    if graph is None:
+        root.refuse("no graph, expected one")
+    keys = _Keys(root)
+    plant = Plant(graph.attributes.get("id") or path.stem, f"{path.name} (GraphML)")
+    nodes: Rows = []
+    edges: Rows = []
+    two_way = graph.attributes.get("edgedefault", "directed") == "undirected"
+    for item in graph.children:
+        if item.tag == "node":
+            nodes.append((_where(item, "id"), item.place, {**keys.values(item, "node"), _NAME: item.text("id")}))
+        elif item.tag == "edge":
+            own = _DIRECTED.get(item.attributes.get("directed", ""), {})
+            ends = {_TAIL: item.text("source"), _HEAD: item.text("target")}
+            edges.append((_where(item, "source", "target"), item.place, {**own, **keys.values(item, "edge"), **ends}))
+    others = [got(item.tag) for item in graph.children if item.tag not in {"node", "edge", "data", "desc"}]
+    _fill(plant, nodes, edges, two_way)
+    plant.note("left out", "element", sorted(set(others)), "nothing but nodes and edges is read")
+    inner = [item.text("id") for item in graph.all("node") if any(item.all("graph"))]
+    plant.note("left out", "graph inside a node", inner, "only the outer graph is read")
+    more = [each.attributes.get("id", "without a name") for each in list(root.all("graph"))[1:]]
+    plant.note("left out", "graph", more, "only the first one of the file is read")
+    return plant
+
+
+def _where(item: Element, *names: str) -> str:
+    said = " to ".join(got(item.text(name)) for name in names)
+    return f"{item.file}:{item.line}: {item.tag} {said}"
+
+
+class _Keys:
+    """What the keys of a GraphML file mean: names, and defaults of nodes and edges."""
+
+    def __init__(self, root: Element) -> None:
+        self.names: dict[str, str] = {}
+        self.defaults: dict[str, dict[str, str]] = {"node": {}, "edge": {}}
+        for key in root.all("key"):
+            name = self.names[key.text("id")] = key.attributes.get("attr.name") or key.text("id")
+            for default in key.all("default"):
+                for kind, its in self.defaults.items():
+                    if key.attributes.get("for", "all") in {kind, "all"}:
+                        its[name] = default.content
+
+    def values(self, item: Element, kind: str) -> dict[str, str]:
+        """The attributes of a node or edge by name."""
+        found = dict(self.defaults[kind])
+        for data in item.all("data"):
+            key = data.text("key")
+            if key not in self.names:
+                data.refuse(f"of a key that the file does not have (got {got(key)}), expected the id of a key")
+            if data.children:
+                found.update(_drawn(data))
+            else:
+                found[self.names[key]] = data.content
+        return found
+
+
+def _drawn(data: Element) -> Iterator[tuple[str, str]]:
+    """Where yEd draws a node: its middle, in its units, y downwards."""
+    for shape in data.children:
+        for place in shape.all("y:Geometry"):
+            for axis, side in (("x", "width"), ("y", "height")):
+                yield axis, repr(place.number(axis) + place.number(side, default=0.0) / 2)
+
+
+Rows = list[tuple[str, str, dict[str, Any]]]
+"""Nodes or edges: where they stand for messages, and in the file, and their values by name."""

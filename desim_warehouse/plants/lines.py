@@ -1,0 +1,311 @@
+"""Lanes drawn as lines, by maps and drawings that know no graph: the lines become links, where they meet are points.
+
+A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
+are at most `CURVE` off, and keep their length. Places beside a lane belong to its nearest point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ModelError
+from desim_warehouse.fields import LIMITS
+from desim_warehouse.plants.plant import Link, Location, Waypoint, unique
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.plants.plant import Plant
+
+JOIN = 0.05
+"""Ends of lines so near each other, or to another line, in metres, are one point."""
+CURVE = 0.25
+"""Metres that a chord may be off its curve."""
+NEAR = 2.0
+"""Metres that a place may be off its lane."""
+_MOST_TESTS = 500_000  # pairs of segments that are looked at: what a tangle of lines costs is limited
+_CELLS = 50_000  # of the grid in which neighbours are looked for
+_WINDOW = 64  # points of a line after which one stays: what curves cost is limited
+_FLAT = 1e-12
+
+Spot = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A lane as drawn, in metres: `speed_back` 0 where it is one-way, from its first to its last point."""
+
+    name: str
+    points: tuple[Spot, ...]
+    speed: float = math.inf
+    speed_back: float = math.inf
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place as drawn: its operations are what its layer, block or properties are called."""
+
+    name: str
+    at: Spot
+    operations: tuple[str, ...] = ()
+    place: str = ""
+
+
+@dataclass(slots=True)
+class _Piece:
+    """A straight part of a line, with the places along it, from 0 to 1, where others meet it."""
+
+    line: int
+    a: Spot
+    b: Spot
+    cuts: list[tuple[float, Spot]] = field(default_factory=list)
+
+
+def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
+    """Put lines and marks into a plant, as points, links and locations; what is done to them is noted there.
+
+    Raises:
+        ModelError: where there are no lines, or so many meet that it is no plant.
+    """
+    lines = [line for line in lines if len(line.points) > 1]
+    if not lines:
+        raise ModelError([f"{plant.source}: no lines, expected lanes drawn as lines"])
+    if sum(len(line.points) for line in lines) > LIMITS["nodes"][0]:
+        raise ModelError([f"{plant.source}: too many points, expected {LIMITS['nodes'][0]:,} at most"])
+    floor = _Floor(plant, lines)
+    floor.cross()
+    spots = floor.place(list(marks))
+    _Network(plant, lines, floor.chains(), spots)
+
+
+class _Floor:
+    """The pieces of all lines, in a grid of cells; ends that nearly meet are the same spot."""
+
+    def __init__(self, plant: Plant, lines: list[Line]) -> None:
+        self.plant = plant
+        self.lines = lines
+        self.near: dict[tuple[int, int], list[Spot]] = defaultdict(list)
+        self.moved: set[int] = set()
+        self.pieces: list[_Piece] = []
+        for rank, line in enumerate(lines):
+            ends = {0, len(line.points) - 1}
+            spots = [self.spot(at, rank if at_end in ends else None) for at_end, at in enumerate(line.points)]
+            self.pieces += [_Piece(rank, a, b) for a, b in pairwise(spots) if a != b]
+        xs = [x for piece in self.pieces for x in (piece.a[0], piece.b[0])] or [0.0]
+        ys = [y for piece in self.pieces for y in (piece.a[1], piece.b[1])] or [0.0]
+        extent = max(max(xs) - min(xs), max(ys) - min(ys), 1.0)
+        total = sum(math.dist(piece.a, piece.b) for piece in self.pieces)
+        self.side = max(total / max(len(self.pieces), 1), 2 * total / _CELLS, extent / 2000, 2 * NEAR)
+        self.cells: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for rank, piece in enumerate(self.pieces):
+            for cell in self.cells_of(piece):
+                self.cells[cell].append(rank)
+
+    def spot(self, at: Spot, line: int | None = None) -> Spot:
+        """The spot that a point is taken for: one within `JOIN` that is known, or itself."""
+        cell = (math.floor(at[0] / JOIN), math.floor(at[1] / JOIN))
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                for other in self.near.get((cell[0] + i, cell[1] + j), ()):
+                    if math.dist(at, other) <= JOIN:
+                        if line is not None and other != at:
+                            self.moved.add(line)
+                        return other
+        self.near[cell].append(at)
+        return at
+
+    def cells_of(self, piece: _Piece) -> set[tuple[int, int]]:
+        """The cells that a piece passes, and a little more."""
+        steps = max(1, math.ceil(math.dist(piece.a, piece.b) / self.side * 2))
+        stops = [_along(piece, step / steps) for step in range(steps + 1)]
+        found = set()
+        for (ax, ay), (bx, by) in pairwise(stops):
+            across = range(self.cell(min(ax, bx) - JOIN), self.cell(max(ax, bx) + JOIN) + 1)
+            down = range(self.cell(min(ay, by) - JOIN), self.cell(max(ay, by) + JOIN) + 1)
+            found |= {(i, j) for i in across for j in down}
+        return found
+
+    def cell(self, at: float) -> int:
+        return math.floor(at / self.side)
+
+    def cross(self) -> None:
+        """Cut pieces where they meet."""
+        tests = 0
+        crossed: set[int] = set()
+        for one, piece in enumerate(self.pieces):
+            others = {other for cell in self.cells_of(piece) for other in self.cells[cell] if other > one}
+            tests += len(others)
+            if tests > _MOST_TESTS:
+                text = "too many lines beside one another, expected lanes, not hatching or furniture"
+                raise ModelError([f"{self.plant.source}: {text}; choose their layer"])
+            for other in sorted(others):
+                if self.meet(piece, self.pieces[other]):
+                    crossed |= {piece.line, self.pieces[other].line}
+        names = [self.lines[rank].name for rank in sorted(self.moved)]
+        self.plant.note("changed", "line", names, f"ends up to {JOIN:g} m beside another's, so they are joined")
+        names = [self.lines[rank].name for rank in sorted(crossed)]
+        self.plant.note("changed", "line", names, "crosses or ends on another without a point there, so it gets one")
+
+    def meet(self, one: _Piece, other: _Piece) -> bool:
+        """Cut two pieces where they meet but at their ends; whether they do."""
+        met = False
+        for piece, ends in ((one, (other.a, other.b)), (other, (one.a, one.b))):
+            for end in ends:
+                part = _part(piece, end)
+                if end not in (piece.a, piece.b) and 0 < part < 1 and math.dist(_along(piece, part), end) <= JOIN:
+                    piece.cuts.append((part, end))
+                    met = True
+        if met or {one.a, one.b} & {other.a, other.b}:
+            return met
+        (ax, ay), (bx, by), (cx, cy), (dx, dy) = one.a, one.b, other.a, other.b
+        across = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
+        if abs(across) <= _FLAT * max(math.dist(one.a, one.b) * math.dist(other.a, other.b), _FLAT):
+            return False
+        s = ((cx - ax) * (dy - cy) - (cy - ay) * (dx - cx)) / across
+        t = ((cx - ax) * (by - ay) - (cy - ay) * (bx - ax)) / across
+        if not (0 < s < 1 and 0 < t < 1):
+            return False
+        at = self.spot(_along(one, s))
+        one.cuts.append((s, at))
+        other.cuts.append((t, at))
+        return True
+
+    def place(self, marks: list[Mark]) -> dict[Spot, list[Mark]]:
+        """The spots on lanes to which marks belong; lanes are cut there."""
+        found: dict[Spot, list[Mark]] = defaultdict(list)
+        off, away = [], []
+        for mark in marks:
+            i, j = self.cell(mark.at[0]), self.cell(mark.at[1])
+            around = [(i + di, j + dj) for di in (-1, 0, 1) for dj in (-1, 0, 1)]
+            best: tuple[float, _Piece, float] | None = None
+            for rank in sorted({rank for cell in around for rank in self.cells.get(cell, ())}):
+                piece = self.pieces[rank]
+                part = min(max(_part(piece, mark.at), 0.0), 1.0)
+                far = math.dist(_along(piece, part), mark.at)
+                if best is None or far < best[0]:
+                    best = (far, piece, part)
+            if best is None or best[0] > NEAR:
+                away.append(mark)
+                continue
+            far, piece, part = best
+            spot = self.spot(_along(piece, part))
+            if spot not in (piece.a, piece.b):
+                piece.cuts.append((part, spot))
+            found[spot].append(mark)
+            if far > JOIN:
+                off.append(mark)
+        why = f"drawn up to {NEAR:g} m beside a lane, so it is at the nearest point of it"
+        self.plant.note("changed", "place", [mark.name for mark in off], why, [mark.place for mark in off])
+        why = f"more than {NEAR:g} m from any lane"
+        self.plant.note("left out", "place", [mark.name for mark in away], why, [mark.place for mark in away])
+        return found
+
+    def chains(self) -> list[list[Spot]]:
+        """The spots along every line, with those at which it is cut."""
+        found: list[list[Spot]] = [[] for _ in self.lines]
+        for piece in self.pieces:
+            chain = found[piece.line]
+            for spot in [piece.a, *(spot for _, spot in sorted(piece.cuts)), piece.b]:
+                if not chain or chain[-1] != spot:
+                    chain.append(spot)
+        return found
+
+
+class _Network:
+    """Makes points, links and locations of the spots along lines, and of the marks there."""
+
+    def __init__(
+        self, plant: Plant, lines: list[Line], chains: list[list[Spot]], marks: dict[Spot, list[Mark]]
+    ) -> None:
+        self.plant = plant
+        self.marks = marks
+        self.meeting: Counter[Spot] = Counter()
+        for chain in chains:
+            self.meeting.update(chain[:-1])
+            self.meeting.update(chain[1:])
+        self.named: dict[Spot, str] = {}
+        self.taken: dict[str, None] = {}
+        for spot, here in marks.items():
+            self.name(spot, here[0].name)
+        curved = [line.name for line, chain in zip(lines, chains, strict=True) if chain and self.link(line, chain)]
+        short = [line.name for line, chain in zip(lines, chains, strict=True) if not chain]
+        why = f"a curve, driven as chords up to {CURVE:g} m beside it; its length counts"
+        plant.note("changed", "line", list(dict.fromkeys(curved)), why)
+        plant.note("left out", "line", short, "no longer than what is joined at the ends of lines")
+        self.locations()
+
+    def name(self, spot: Spot, wanted: str) -> str:
+        """Give a spot a name that no other has."""
+        name = self.named[spot] = unique(wanted, self.taken)
+        self.taken[name] = None
+        return name
+
+    def point(self, spot: Spot) -> str:
+        """The name of the point at a spot."""
+        name = self.named.get(spot) or self.name(spot, f"p{len(self.plant.points) + 1}")
+        if name not in self.plant.points:
+            self.plant.points[name] = Waypoint(name, *spot)
+        return name
+
+    def link(self, line: Line, chain: list[Spot]) -> bool:
+        """The links along a line, between spots where something meets, or is; whether any of them was curved."""
+        kept = {0, len(chain) - 1, *range(0, len(chain), _WINDOW)}
+        kept |= {rank for rank, spot in enumerate(chain) if self.meeting[spot] != 2 or spot in self.marks}  # noqa: PLR2004
+        curved = False
+        for begin, end in pairwise(sorted(kept)):
+            for first, last in pairwise(_corners(chain, begin, end)):
+                length = math.fsum(math.dist(*pair) for pair in pairwise(chain[first : last + 1]))
+                curved = curved or last - first > 1
+                ends = self.point(chain[first]), self.point(chain[last])
+                link = Link(">".join(ends), *ends, length, line.speed, line.speed_back, place=line.place)
+                self.plant.links.append(link)
+        return curved
+
+    def locations(self) -> None:
+        """What robots do at marks."""
+        found: dict[str, Location] = {}
+        for spot, here in self.marks.items():
+            for mark in here:
+                if mark.operations:
+                    name = unique(mark.name, found)
+                    found[name] = Location(name, {self.point(spot): mark.operations}, mark.place)
+        self.plant.locations += found.values()
+
+
+def _part(piece: _Piece, at: Spot) -> float:
+    """How far along a piece, from 0 to 1, it is nearest to a point."""
+    (ax, ay), (bx, by) = piece.a, piece.b
+    return ((at[0] - ax) * (bx - ax) + (at[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
+
+
+def _along(piece: _Piece, part: float) -> Spot:
+    (ax, ay), (bx, by) = piece.a, piece.b
+    return ax + part * (bx - ax), ay + part * (by - ay)
+
+
+def _corners(chain: list[Spot], begin: int, end: int) -> list[int]:
+    """The ranks from begin to end that stay, so that no other is more than `CURVE` off (Douglas and Peucker)."""
+    kept, rest = {begin, end}, [(begin, end)]
+    while rest:
+        a, b = rest.pop()
+        far, worst = 0.0, a
+        for rank in range(a + 1, b):
+            off = _off(chain[rank], chain[a], chain[b])
+            if off > far:
+                far, worst = off, rank
+        if far > CURVE:
+            kept.add(worst)
+            rest += [(a, worst), (worst, b)]
+    return sorted(kept)
+
+
+def _off(at: Spot, a: Spot, b: Spot) -> float:
+    if a == b:
+        return math.dist(at, a)
+    piece = _Piece(0, a, b)
+    return math.dist(_along(piece, min(max(_part(piece, at), 0.0), 1.0)), at)

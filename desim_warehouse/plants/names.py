@@ -1,0 +1,57 @@
+"""Names that every file can hold: one line of printable characters, without blanks around them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from desim_warehouse.plants.plant import Location, unique
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.plants.plant import Plant
+
+
+def plain_names(plant: Plant) -> None:
+    """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
+    points, places = _plain(plant.points), _plain(location.name for location in plant.locations)
+    links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
+    plant.name = " ".join(_one_line(plant.name).split()) or "layout"
+    plant.points = {points[name]: replace(point, name=points[name]) for name, point in plant.points.items()}
+    plant.links = [
+        replace(link, name=links[link.name], source=points[link.source], target=points[link.target])
+        for link in plant.links
+    ]
+    plant.locations = [
+        Location(places[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.place)
+        for one in plant.locations
+    ]
+    members = {**links, **points}
+    plant.areas = [
+        replace(area, name=areas[area.name], members=tuple(members[name] for name in area.members))
+        for area in plant.areas
+    ]
+    vehicles = _plain(vehicle.name for vehicle in plant.vehicles)
+    plant.vehicles = [replace(one, name=vehicles[one.name]) for one in plant.vehicles]
+    changed = [f"{new} from {old!r}" for names in (points, places, areas) for old, new in names.items() if old != new]
+    plant.note("changed", "name", changed, "with characters that not every file can hold, or blanks around it")
+
+
+def _plain(names: Iterable[str]) -> dict[str, str]:
+    """The plain form of every name, each of them once."""
+    found: dict[str, str] = {}
+    names = list(names)
+    kept = {name: None for name in names if " ".join(_one_line(name).split()) == name}
+    taken = dict(kept)
+    for name in names:
+        if name not in kept:
+            found[name] = unique(" ".join(_one_line(name).split()) or "unnamed", taken)
+            taken[found[name]] = None
+        else:
+            found[name] = name
+    return found
+
+
+def _one_line(text: str) -> str:
+    return "".join(one if one.isprintable() else " " for one in text)

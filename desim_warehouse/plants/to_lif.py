@@ -1,0 +1,106 @@
+"""A plant as a file in the Layout Interchange Format of VDMA, version 1.0.0: metres and metres a second, y upwards.
+
+Source: VDMA, Layout Interchange Format (LIF) 1.0.0, and its JSON schema. A two-way lane is two edges there. What robots
+do at a node is an action with the name that VDA 5050 has for it; parking has none, so it is an action of our own.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.plant import unique
+from desim_warehouse.plants.to_opentcs import joined
+
+if TYPE_CHECKING:
+    from desim_warehouse.plants.plant import Plant
+
+_ACTIONS = {"load": "pick", "unload": "drop", "charge": "startCharging", "park": "park"}
+_TYPE = "robot"
+_EQUAL = 1e-3
+_DIGITS = 6
+
+
+def lif(plant: Plant) -> str:
+    """The text of a LIF file; what it cannot hold is noted in the plant."""
+    layout = {
+        "layoutId": plant.name or "layout",
+        "layoutName": plant.name or "layout",
+        "layoutVersion": "1",
+        "nodes": _nodes(plant),
+        "edges": _edges(plant),
+        "stations": _stations(plant),
+    }
+    head = {
+        "projectIdentification": plant.name or "layout",
+        "creator": f"desim-warehouse {__version__}",
+        "exportTimestamp": dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S.00Z"),
+        "lifVersion": "1.0.0",
+    }
+    plant.note("left out", "vehicle", [one.name for one in plant.vehicles], "a LIF file has no fleet")
+    plant.note("left out", "zone", [one.name for one in plant.areas], "a LIF file has no traffic rules")
+    return json.dumps({"metaInformation": head, "layouts": [layout]}, indent=1, ensure_ascii=False) + "\n"
+
+
+def _nodes(plant: Plant) -> list[dict[str, Any]]:
+    actions: dict[str, list[str]] = {point.name: ["park"] for point in plant.points.values() if point.parking}
+    for location in plant.locations:
+        for name, operations in location.operations.items():
+            actions.setdefault(name, []).extend(operations)
+    nodes = []
+    for point in plant.points.values():
+        allowed = [
+            {"actionType": _ACTIONS[one], "requirementType": "OPTIONAL", "blockingType": "HARD"}
+            for one in dict.fromkeys(actions.get(point.name, ()))
+        ]
+        nodes.append(
+            {
+                "nodeId": point.name,
+                "mapId": "map",
+                "nodePosition": {"x": round(point.x, _DIGITS), "y": round(-point.y, _DIGITS) + 0.0},
+                "vehicleTypeNodeProperties": [{"vehicleTypeId": _TYPE, **({"actions": allowed} if allowed else {})}],
+            }
+        )
+    return nodes
+
+
+def _edges(plant: Plant) -> list[dict[str, Any]]:
+    edges, longer, taken = [], [], dict[str, None]()
+    for link in plant.links:
+        if link.length is not None and abs(link.length - distance(plant, link.source, link.target)) > _EQUAL:
+            longer.append(link.name)
+        for start, end, speed in (
+            (link.source, link.target, link.speed),
+            (link.target, link.source, link.speed_back),
+        ):
+            if speed:
+                limit = {"maxSpeed": round(speed, _DIGITS)} if speed < float("inf") else {}
+                name = unique(f"{start}>{end}", taken)
+                taken[name] = None
+                properties = {"vehicleTypeId": _TYPE, "rotationAllowed": False, **limit}
+                edges.append(
+                    {"edgeId": name, "startNodeId": start, "endNodeId": end, "vehicleTypeEdgeProperties": [properties]}
+                )
+    plant.note("changed", "lane", longer, "as long as the straight line between its points: LIF has no lengths")
+    joined(plant, [link for link in plant.links if link.side_by_side], straight=True)
+    return edges
+
+
+def _stations(plant: Plant) -> list[dict[str, Any]]:
+    """A station for every location, but one only at a node: what robots do there are the actions of the node."""
+    taken: dict[str, None] = {}
+    served: set[str] = set()
+    places = [(location.name, list(location.operations)) for location in plant.locations]
+    places += [(f"parking {point.name}", [point.name]) for point in plant.points.values() if point.parking]
+    stations = []
+    for wanted, points in places:
+        nodes = [point for point in points if point not in served]
+        if nodes:
+            name = unique(wanted, taken)
+            taken[name] = None
+            served |= {*nodes}
+            stations.append({"stationId": name, "interactionNodeIds": nodes, "stationName": name})
+    return stations

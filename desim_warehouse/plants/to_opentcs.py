@@ -1,0 +1,192 @@
+"""A plant as a plant model of openTCS, version 7.0.0: whole mm and mm/s, y upwards.
+
+Source: the XML schema of openTCS 7.0. A two-way lane is one path with a reverse velocity, so that it is one resource.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.lanes import ALIKE
+from desim_warehouse.plants.plant import unique
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.plants.plant import Link, Plant, Vehicle
+
+_MM = 1000
+_EXACT = 1e-6
+_ROUNDED = 0.001  # metres by which lengths may differ more once they are in mm
+_TYPES = {"load": "goods", "unload": "station", "charge": "charger"}
+_SIGNS = {"load": "LOAD_TRANSFER_GENERIC", "unload": "WORKING_GENERIC", "charge": "RECHARGE_GENERIC"}
+_RULES = {"one-robot": "SINGLE_VEHICLE_ONLY", "one-direction": "SAME_DIRECTION_ONLY"}
+_BOX = {"length": 1000, "width": 1000, "height": 1000, "referenceOffsetX": 0, "referenceOffsetY": 0}
+_LAYER = {"labelOffsetX": -10, "labelOffsetY": -20, "layerId": 0}
+
+
+def opentcs(plant: Plant) -> str:
+    """The text of a plant model; what it cannot hold is noted in the plant."""
+    names = _Names(plant)
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>',
+        *_tag("model", version="7.0.0", name=plant.name),
+    ]
+    fastest = max((vehicle.speed or 0.0 for vehicle in plant.vehicles), default=0.0) or 1.0
+    lines += _points(plant)
+    lines += _paths(plant, names, fastest)
+    lines += [line for vehicle in plant.vehicles for line in _vehicle(vehicle, names.own("vehicle", vehicle.name))]
+    lines += _locations(plant, names)
+    for area in plant.areas:
+        lines += _tag("block", 1, name=names.own("block", area.name), type=_RULES[area.rule])
+        lines += [_empty("member", 2, name=names.links.get(member, member)) for member in area.members]
+        lines.append("    </block>")
+    lines += [
+        *_tag("visualLayout", 1, name="VLayout", scaleX="50.0", scaleY="50.0"),
+        _empty("layer", 2, id=0, ordinal=0, visible="true", name="Default layer", groupId=0),
+        _empty("layerGroup", 2, id=0, name="Default layer group", visible="true"),
+        "    </visualLayout>",
+        "</model>",
+        "",
+    ]
+    names.note()
+    return "\n".join(lines)
+
+
+class _Names:
+    """Names that are there once in the whole plant model, as openTCS needs them."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        self.taken: dict[str, None] = dict.fromkeys(plant.points)
+        self.links: dict[str, str] = {}
+        self.changed: list[str] = []
+        for link in plant.links:
+            self.links[link.name] = self.own("path", link.name)
+
+    def own(self, kind: str, name: str) -> str:
+        made = unique(name, self.taken)
+        self.taken[made] = None
+        if made != name:
+            self.changed.append(f"{kind} {name}")
+        return made
+
+    def note(self) -> None:
+        self.plant.note("changed", "name", self.changed, "taken by another object of the plant, so a number is added")
+
+
+def _points(plant: Plant) -> Iterable[str]:
+    moved = []
+    for point in plant.points.values():
+        x, y = round(point.x * _MM), -round(point.y * _MM)
+        if math.dist((x, -y), (point.x * _MM, point.y * _MM)) > _EXACT * _MM:
+            moved.append(point.name)
+        kind = "PARK_POSITION" if point.parking else "HALT_POSITION"
+        yield from _tag("point", 1, name=point.name, positionX=x, positionY=y, positionZ=0, type=kind)
+        yield _empty("maxVehicleBoundingBox", 2, **_BOX)
+        yield _empty("pointLayout", 2, **_LAYER)
+        yield "    </point>"
+    plant.note("changed", "point", moved, "rounded to whole millimetres")
+
+
+def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
+    unlimited, rounded, beside = [], [], []
+    for link in plant.links:
+        length = distance(plant, link.source, link.target) if link.length is None else link.length
+        speed = link.speed if math.isfinite(link.speed) else fastest
+        millimetres, velocity = max(round(length * _MM), 1), max(round(speed * _MM), 1)
+        if not math.isfinite(link.speed):
+            unlimited.append(link.name)
+        if abs(millimetres / _MM - length) > _EXACT or abs(velocity / _MM - speed) > _EXACT:
+            rounded.append(link.name)
+        if link.side_by_side:
+            beside.append(link)
+        yield from _tag(
+            "path",
+            1,
+            name=names.links[link.name],
+            sourcePoint=link.source,
+            destinationPoint=link.target,
+            length=millimetres,
+            maxVelocity=velocity,
+            maxReverseVelocity=velocity if link.speed_back else 0,
+            locked="false",
+        )
+        yield _empty("pathLayout", 2, connectionType="DIRECT", layerId=0)
+        yield "    </path>"
+    why = f"without a speed limit, so it has the speed of the fastest robot, {fastest:g} m/s"
+    plant.note("changed", "path", unlimited, why)
+    plant.note("changed", "path", rounded, "length or speed rounded to whole mm or mm/s")
+    joined(plant, beside)
+
+
+def joined(plant: Plant, beside: Iterable[Link], *, straight: bool = False) -> None:
+    """Note lanes side by side that readers take for one two-way lane: all that are as long, or `straight`."""
+    lengths = {
+        (link.source, link.target): distance(plant, link.source, link.target)
+        if straight or link.length is None
+        else link.length
+        for link in beside
+    }
+    alike = [
+        f"{a}>{b}"
+        for (a, b), length in lengths.items()
+        if (b, a) in lengths and abs(length - lengths[b, a]) <= ALIKE * max(length, lengths[b, a]) + _ROUNDED
+    ]
+    plant.note("changed", "lane", alike, "beside one back that is as long, so read again they are one two-way lane")
+
+
+def _vehicle(vehicle: Vehicle, name: str) -> Iterable[str]:
+    size, velocity = round((vehicle.length or 1.0) * _MM), round((vehicle.speed or 1.0) * _MM)
+    critical = min(round(100 * (vehicle.critical or 0.0)), 99)
+    yield from _tag(
+        "vehicle",
+        1,
+        name=name,
+        energyLevelCritical=critical,
+        energyLevelGood=max(critical, 90),
+        energyLevelFullyRecharged=100,
+        energyLevelSufficientlyRecharged=max(critical, 90),
+        maxVelocity=velocity,
+        maxReverseVelocity=velocity,
+    )
+    yield _empty("boundingBox", 2, **{**_BOX, "length": size, "width": size})
+    yield "    </vehicle>"
+
+
+def _locations(plant: Plant, names: _Names) -> Iterable[str]:
+    kinds = {operation for location in plant.locations for ops in location.operations.values() for operation in ops}
+    types = {operation: names.own("location type", _TYPES[operation]) for operation in _TYPES if operation in kinds}
+    for operation, name in types.items():
+        yield from _tag("locationType", 1, name=name)
+        yield _empty("allowedOperation", 2, name=operation)
+        yield _empty("locationTypeLayout", 2, locationRepresentation=_SIGNS[operation])
+        yield "    </locationType>"
+    for location in plant.locations:
+        first = plant.points[next(iter(location.operations))]
+        [operation] = {one for allowed in location.operations.values() for one in allowed}
+        yield from _tag(
+            "location",
+            1,
+            name=names.own("location", location.name),
+            positionX=round(first.x * _MM),
+            positionY=-round(first.y * _MM),
+            positionZ=0,
+            type=types[operation],
+            locked="false",
+        )
+        yield from (_empty("link", 2, point=point) for point in location.operations)
+        yield _empty("locationLayout", 2, **_LAYER, locationRepresentation="DEFAULT")
+        yield "    </location>"
+
+
+def _tag(tag: str, depth: int = 0, **attributes: object) -> Iterable[str]:
+    yield _empty(tag, depth, **attributes)[:-2] + ">"
+
+
+def _empty(tag: str, depth: int, **attributes: object) -> str:
+    said = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    return f"{'    ' * depth}<{tag}{said}/>"

@@ -1,0 +1,138 @@
+"""A small plant in every format that can be read, drawn for these tests.
+
+A one-way loop A-B-C-D of 10 by 8 m; two-way spurs to a packing table, 4 m from C, and to a charger, 3 m from D. Robots
+load at B and unload at the table.
+"""
+
+import json
+import math
+from itertools import pairwise
+
+import pytest
+
+NODES = """\
+Name;X [m];Y [m];Role;Station;Remark
+A;0;0;;;
+B;10;0;load;rack;shelf 7
+C;10;8;;;
+D;0;8;;;
+pack;14,0;8;unload;table 1;
+plug;-3;8;charge + park;;
+"""
+EDGES = """\
+From;To;Length;Max speed [mm/s];Two-way
+A;B;;1000;
+B;C;9,5;1000;no
+C;D;;500;
+D;A;;;
+C;pack;4;;yes
+plug;D;;;yes
+"""
+
+
+def tables(folder):
+    """Two tables, as a spreadsheet in much of Europe writes them."""
+    (folder / "nodes.csv").write_text(NODES, encoding="utf-8-sig")
+    (folder / "edges.csv").write_text(EDGES, encoding="utf-8-sig")
+    return folder / "nodes.csv"
+
+
+GRAPHML = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<graphml xmlns="http://graphml.graphdrawing.org/xmlns">
+  <key id="d0" for="node" attr.name="x" attr.type="double"/>
+  <key id="d1" for="node" attr.name="y" attr.type="double"/>
+  <key id="d2" for="node" attr.name="role" attr.type="string"/>
+  <key id="d3" for="node" attr.name="station" attr.type="string"/>
+  <key id="d4" for="edge" attr.name="length" attr.type="double"/>
+  <key id="d5" for="edge" attr.name="speed" attr.type="double"><default>1</default></key>
+  <key id="d6" for="node" attr.name="colour" attr.type="string"/>
+  <graph id="yard" edgedefault="directed">
+    <node id="A"><data key="d0">0</data><data key="d1">0</data></node>
+    <node id="B"><data key="d0">10</data><data key="d1">0</data><data key="d2">load</data>
+      <data key="d6">red</data></node>
+    <node id="C"><data key="d0">10</data><data key="d1">8</data></node>
+    <node id="D"><data key="d0">0</data><data key="d1">8</data></node>
+    <node id="pack"><data key="d0">14</data><data key="d1">8</data><data key="d2">unload</data>
+      <data key="d3">table 1</data></node>
+    <node id="plug"><data key="d0">-3</data><data key="d1">8</data><data key="d2">charge</data></node>
+    <edge source="A" target="B"/>
+    <edge source="B" target="C"><data key="d4">9.5</data></edge>
+    <edge source="C" target="D"><data key="d5">0.5</data></edge>
+    <edge source="D" target="A"/>
+    <edge source="C" target="pack" directed="false"/>
+    <edge source="D" target="plug"/>
+    <edge source="plug" target="D"/>
+  </graph>
+</graphml>
+"""
+
+
+def graphml(folder):
+    path = folder / "yard.graphml"
+    path.write_text(GRAPHML)
+    return path
+
+
+LOOP = [[0, 0], [10, 0], [10, -8], [0, -8], [0, 0]]
+SPUR, BRANCH = [[10, -8], [14, -8]], [[0, -8], [-3, -8]]
+PLACES = {"B": ([10, 0], "load"), "table 1": ([14, -8.5], "unload"), "plug": ([-3, -8], "charge")}
+
+
+def features(to=lambda at: at):
+    """The plant as lines, with another kind of coordinates perhaps; y is upwards."""
+    lanes = [(LOOP, {"oneway": "yes", "speed": 1, "layer": "lanes"}), (SPUR, {"layer": "lanes"}), (BRANCH, None)]
+    lines = [
+        {
+            "type": "Feature",
+            "properties": properties,
+            "geometry": {"type": "LineString", "coordinates": [to(at) for at in line]},
+        }
+        for line, properties in lanes
+    ]
+    points = [
+        {
+            "type": "Feature",
+            "properties": {"name": name, "role": role},
+            "geometry": {"type": "Point", "coordinates": to(at)},
+        }
+        for name, (at, role) in PLACES.items()
+    ]
+    return {"type": "FeatureCollection", "features": [*lines, *points]}
+
+
+def degrees(at):
+    """Near Graz, 47 degrees north."""
+    radius = 6_371_008.8
+    return [15.44 + math.degrees(at[0] / radius / math.cos(math.radians(47.07))), 47.07 + math.degrees(at[1] / radius)]
+
+
+def geojson(folder, to=lambda at: at):
+    path = folder / "yard.geojson"
+    path.write_text(json.dumps(features(to)))
+    return path
+
+
+def dxf(folder, unit=4, scale=1000):
+    """A drawing in mm."""
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf, the extra dxf, is not installed")
+    document = ezdxf.new(units=unit)
+    space = document.modelspace()
+
+    def line(layer, *spots):
+        if layer not in document.layers:
+            document.layers.add(layer)
+        for a, b in pairwise(spots):
+            space.add_line([v * scale for v in a], [v * scale for v in b], dxfattribs={"layer": layer})
+
+    line("Lanes one-way", *LOOP)
+    line("Lanes", *SPUR)
+    line("Lanes", *BRANCH)
+    line("Walls", [-5, 2], [16, 2], [16, -10], [-5, -10])
+    block = document.blocks.new("CHARGER")
+    block.add_circle((0, 0), 300)
+    space.add_blockref("CHARGER", (-3 * scale, -8 * scale), dxfattribs={"layer": "equipment"})
+    space.add_point((10 * scale, 0), dxfattribs={"layer": "pick"})
+    space.add_point((14 * scale, -8.5 * scale), dxfattribs={"layer": "drop"})
+    document.saveas(folder / "yard.dxf")
+    return folder / "yard.dxf"
