@@ -7,6 +7,7 @@ directions but on layers that are called one-way; y is upwards. Units are those 
 from __future__ import annotations
 
 import io
+import logging
 import math
 import re
 from collections import Counter
@@ -26,6 +27,7 @@ _LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"
 _LANES = re.compile(r"lane|path|route|track|aisle|highway|agv|amr|fahrweg|gasse", re.IGNORECASE)
 _ONE_WAY = re.compile(r"one[ _-]?way|einbahn", re.IGNORECASE)
 _WIDE = 5000.0  # units; a drawing without units that is wider is in mm, else in m
+_FAULTS, _LONGEST = 1000, 100  # that are named, and letters of each
 _FINE = 1000  # parts of a curve's size: no chord is finer
 
 
@@ -45,8 +47,8 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     Raises:
         ModelError: where it cannot be read, or does not say which lines are lanes.
     """
-    document = _document(path, content)
     plant = Plant(path.stem, f"{path.name} (DXF)")
+    document = _document(path, content, plant)
     try:
         entities = list(_visible(document, plant))
         layers = Counter(layer for layer, entity in entities if entity.dxftype() in _LINES)
@@ -62,8 +64,8 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     return plant
 
 
-def _document(path: Path, content: bytes) -> Any:
-    """The drawing as ezdxf reads it, also where it is a little damaged."""
+def _document(path: Path, content: bytes, plant: Plant) -> Any:
+    """The drawing as ezdxf reads it, also where it is a little damaged, which is noted in the plant."""
     if content.startswith((b"AC10", b"AutoCAD Binary DXF")):
         raise ModelError([f"{path}: a binary drawing (DWG or binary DXF), expected it saved as DXF in text (ASCII)"])
     try:
@@ -71,12 +73,33 @@ def _document(path: Path, content: bytes) -> Any:
     except ImportError:
         cure = "install it: pip install 'desim-warehouse[dxf]'"
         raise ModelError([f"{path}: a DXF drawing, which needs the package ezdxf; {cure}"]) from None
+    heard = _Faults()
+    logger = logging.getLogger("ezdxf")
+    logger.addHandler(heard)
     try:
-        document, _ = recover.read(io.BytesIO(content))
+        document, auditor = recover.read(io.BytesIO(content))
     except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
         said = " ".join(str(error).split())[:100] or type(error).__name__
         raise ModelError([f"{path}: not a drawing ({said}), expected {EXPECTED}"]) from None
+    finally:
+        logger.removeHandler(heard)
+    heard.faults += [entry.message for entry in (*auditor.errors, *auditor.fixes)]
+    plant.note(
+        "changed", "fault", dict.fromkeys(fault[:_LONGEST] for fault in heard.faults), "of the drawing, repaired as it is read"
+    )
     return document
+
+
+class _Faults(logging.Handler):
+    """What ezdxf says of a drawing while it reads it."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.faults: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if len(self.faults) < _FAULTS:
+            self.faults.append(record.getMessage())
 
 
 def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:

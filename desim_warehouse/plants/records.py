@@ -47,6 +47,7 @@ _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
 _LONGEST = 100  # letters of a column's name
+_SHOWN = 30  # of them in a message
 _COMPARED = 1000  # names in which one like another is looked for
 
 
@@ -88,7 +89,7 @@ class Columns:
             if name not in self.named:
                 near = nearest(name, self.unread)
                 hint = f"; did you mean {got(near)}?" if near else ""
-                have = [*self.named.values(), *self.unread][:12]
+                have = [title[:_SHOWN] for title in (*self.named.values(), *self.unread)][:12]
                 raise ModelError(
                     [f"{where}: no column {name} (got {spoken(have) if have else 'none'}), expected it{hint}"]
                 )

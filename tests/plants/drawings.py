@@ -6,9 +6,15 @@ load at B and unload at the table.
 
 import json
 import math
+import shutil
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
+
+from tests.plants import drawn_lif
+
+HERE = Path(__file__).parent
 
 NODES = """\
 Name;X [m];Y [m];Role;Station;Remark
@@ -136,3 +142,19 @@ def dxf(folder, unit=4, scale=1000):
     space.add_point((14 * scale, -8.5 * scale), dxfattribs={"layer": "drop"})
     document.saveas(folder / "yard.dxf")
     return folder / "yard.dxf"
+
+
+def opentcs(folder):
+    return Path(shutil.copy(HERE / "yard.xml", folder))
+
+
+def lif(folder):
+    return drawn_lif.write(folder / "dock.lif.json", drawn_lif.dock())
+
+
+def rmf(folder):
+    return Path(shutil.copy(HERE / "clinic.building.yaml", folder))
+
+
+DRAWN = {one.__name__: one for one in (tables, graphml, geojson, dxf, opentcs, lif, rmf)}
+"""What writes a small plant into a folder and gives its path, for every format that can be read."""

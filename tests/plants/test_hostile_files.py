@@ -1,0 +1,130 @@
+"""Damaged and hostile files of every format: each is read, or is one message, in little time and memory."""
+
+import json
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.plants import import_layout
+from desim_warehouse.plants.formats import FORMATS
+from desim_warehouse.run import check
+from tests.plants.drawings import DRAWN
+
+SECONDS, MEGABYTES = 20, 1000
+"""For one file: seconds of processor time, and what reading all of them one after the other needs at most."""
+DAMAGED = 40  # files of each format
+NUMBERS = [b"NaN", b"inf", b"-1", b"1e308", b"1e-308", b"9" * 400, b"", b"null", b"0", b'"x"', b"[]"]
+BYTES = b"\x00\xff\"'<>&{}[],;:#-9eE\n\t "
+
+
+def outcome(path):
+    """The problems of a file, or None if it is read."""
+    begin = time.process_time()
+    try:
+        assert import_layout(path).model is not None
+        problems = None
+    except dw.ModelError as error:
+        problems = error.problems
+        assert len(problems) == 1, problems
+        assert "\n" not in problems[0]
+        assert len(problems[0]) < 3000
+    assert time.process_time() - begin < SECONDS
+    return problems
+
+
+def read_by(path):
+    """The title of the format that a file is taken for."""
+    start = path.read_bytes()[:4096].removeprefix(b"\xef\xbb\xbf").lstrip()
+    return next(one.title for one in FORMATS if one.looks(path, start))
+
+
+def test_every_format_has_a_plant_drawn_for_the_tests(tmp_path):
+    pytest.importorskip("ezdxf")
+    assert {read_by(draw(tmp_path)) for draw in DRAWN.values()} == {one.title for one in FORMATS}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_drawn_plant_can_be_checked_and_driven_on(name, tmp_path):
+    made = import_layout(DRAWN[name](tmp_path), robots=2)
+    (tmp_path / "model.yaml").write_text(made.text())
+    model = dw.load(tmp_path / "model.yaml")
+    assert model == made.model
+    found = check(model)
+    assert not [finding for finding in found.findings if finding.level == "error"]
+    assert dw.simulate(model.replace({"run.length": 1800})).kpis["tasks"] > 0
+
+
+def damaged(content, draw):
+    """The bytes of a file with something taken out, put in, doubled or changed."""
+    made = bytearray(content)
+    for _ in range(draw.choice([1, 1, 1, 4])):
+        at, much = draw.randrange(len(made) or 1), draw.choice([1, 3, 20, 200])
+        kind = draw.choice(["cut", "byte", "twice", "number", "swap", "end"])
+        if kind == "cut":
+            del made[at : at + much]
+        elif kind == "byte":
+            made[at : at + 1] = bytes([draw.choice(BYTES)])
+        elif kind == "twice":
+            made[at:at] = made[at : at + much]
+        elif kind == "number":
+            digits = [i for i in range(len(made)) if chr(made[i]).isdigit()]
+            if digits:
+                at = draw.choice(digits)
+                made[at : at + 1] = draw.choice(NUMBERS)
+        elif kind == "swap":
+            other = draw.randrange(len(made) or 1)
+            made[at : at + much], made[other : other + much] = made[other : other + much], made[at : at + much]
+        else:
+            del made[at:]
+    return bytes(made)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_damaged_files_are_read_or_are_one_message(name, tmp_path):
+    draw = random.Random(name)
+    path = DRAWN[name](tmp_path)
+    beside = [one for one in tmp_path.iterdir() if one.is_file()]  # of two tables either may be damaged
+    content = {one: one.read_bytes() for one in beside}
+    refused = 0
+    for number in range(DAMAGED):
+        hit = beside[number % len(beside)]
+        hit.write_bytes(damaged(content[hit], draw))
+        refused += outcome(path) is not None
+        hit.write_bytes(content[hit])
+    assert 0 < refused < DAMAGED
+    assert outcome(path) is None
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_file_of_another_format_is_one_message_or_known_for_what_it_is(name, tmp_path):
+    (tmp_path / "its").mkdir()
+    content = DRAWN[name](tmp_path / "its").read_bytes()
+    for other, draw in DRAWN.items():
+        (tmp_path / other).mkdir()
+        path = draw(tmp_path / other)
+        path.write_bytes(content)
+        outcome(path)
+
+
+def test_hostile_files_are_one_message_in_little_time_and_memory(tmp_path):
+    command = [sys.executable, "-W", "error", "-m", "tests.plants.hostile_files", str(tmp_path)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=500, check=False, cwd=Path(__file__).parents[2]
+    )
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert (done.returncode, done.stderr) == (0, ""), rows[-1:]
+    assert len(rows) > 100
+    for name, seconds, megabytes, problems in rows:
+        assert seconds < SECONDS, name
+        assert megabytes < MEGABYTES, name
+        if problems is None:  # what is odd there is put right, and said
+            assert any(word in name for word in ("0x10", "1_000", "\u0661")), name
+        else:
+            assert len(problems) == 1, name
+            assert "\n" not in problems[0], name
+            assert len(problems[0]) < 3000, name
