@@ -59,7 +59,7 @@ def test_the_installed_script_runs():
         (["policies", "--doc", "neerest"], "no policy 'neerest', did you mean 'nearest'? Expected one of in-order,"),
         (["policies", "--doc", "zzz"], "no policy 'zzz', expected one of in-order,"),
         (["export", "nowhere", "--format", "csv"], "nowhere: no run can be read there (No such file or directory)"),
-        (["export", MODEL, "--format", "csv"], "no run can be read there (a file is in the place of a folder)"),
+        (["export", MODEL, "--format", "trace"], "no run can be read there (a file is in the place of a folder)"),
         (["paper", "--study", MODEL], "multibots.csv: the paper's figures cannot be read (No such file or directory)"),
         (["run", MODEL, "--out", "README.md/run"], "README.md/run: the run cannot be written there"),
     ],

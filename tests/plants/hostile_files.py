@@ -55,9 +55,9 @@ def documents():
         yield f"bomb.{suffix}", BOMB.format(tag, LAUGHS)
         yield f"outside.{suffix}", OUTSIDE.format(tag)
         yield f"deep.{suffix}", f"<{tag}>" + "<graph><node id='a'>" * 200_000
-        yield f"flat.{suffix}", f"<{tag}>" + "<a/>" * 1_010_000 + f"</{tag}>"
         yield f"attributes.{suffix}", f"<{tag} " + " ".join(f'a{i}=""' for i in range(200_000)) + "/>"
         yield f"lines.{suffix}", f"<{tag}>" + "<!---->\n" * 400_000 + f"</{tag}>"
+    yield "flat.graphml", "<graphml>" + "<a/>" * 1_010_000 + "</graphml>"
     yield "keys.graphml", GRAPH.format("<key/>", "")
     yield "data.graphml", GRAPH.format("", '<node id="a">' + '<data key="x">1</data>' * 300_000 + "</node>")
     yield "unknown.graphml", GRAPH.format("", '<node id="a"><data key="y">1</data></node>')
@@ -102,7 +102,6 @@ def lines():
     yield "hatching.geojson", collection(*(line([[i / 100, 0], [i / 100, 90]]) for i in range(2_500)))
     zigzag = [[i / 100, 30 * (i % 2)] for i in range(20_000)]
     yield "zigzag.geojson", collection(line(zigzag))
-    yield "crossed.geojson", collection(line(zigzag), line([[y, x] for x, y in zigzag]))
     yield "tiny.geojson", collection(*(line([[0, 0], [1e-9, 1e-9]]) for _ in range(5_000)))
     yield "spread.geojson", collection(line([[0, 0], [1e12, 1e12]]), *(line([[i, 0], [i, 1]]) for i in range(1500)))
     yield "one spot.geojson", collection(*(line([[i % 7 / 100, 0], [i, 50]]) for i in range(1, 2500)))
