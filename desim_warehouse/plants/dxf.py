@@ -85,7 +85,10 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
         logger.removeHandler(heard)
     heard.faults += [entry.message for entry in (*auditor.errors, *auditor.fixes)]
     plant.note(
-        "changed", "fault", dict.fromkeys(fault[:_LONGEST] for fault in heard.faults), "of the drawing, repaired as it is read"
+        "changed",
+        "fault",
+        dict.fromkeys(fault[:_LONGEST] for fault in heard.faults),
+        "of the drawing, repaired as it is read",
     )
     return document
 

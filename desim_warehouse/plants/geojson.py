@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.fields import LIMITS
-from desim_warehouse.plants.json import read_json
+from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.records import EDGE, NODE, Columns, Record

@@ -149,7 +149,9 @@ class _Floor:
         names = [self.lines[rank].name for rank in sorted(self.moved)]
         self.plant.note("changed", "line", names, f"ends up to {JOIN:g} m beside another's, so they are joined")
         names = [self.lines[rank].name for rank in sorted(crossed)]
-        self.plant.note("changed", "line", names, "where they cross, or one ends on the other, without a point, they get one")
+        self.plant.note(
+            "changed", "line", names, "where they cross, or one ends on the other, without a point, they get one"
+        )
 
     def meet(self, one: _Piece, other: _Piece) -> bool:
         """Cut two pieces where they meet but at their ends; whether they do."""
