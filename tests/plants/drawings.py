@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plants import drawn_lif
+from tests.plants import drawn_lif, grids
 
 HERE = Path(__file__).parent
 
@@ -156,5 +156,26 @@ def rmf(folder):
     return Path(shutil.copy(HERE / "clinic.building.yaml", folder))
 
 
-DRAWN = {one.__name__: one for one in (tables, graphml, geojson, dxf, opentcs, lif, rmf)}
+def movingai(folder):
+    return grids.written(folder, "yard.map", grids.MAP)
+
+
+def kiva(folder):
+    return grids.written(folder, "small.map", grids.KIVA)
+
+
+def ggo(folder):
+    return grids.written(folder, "shelves.json", grids.GGO)
+
+
+def lorr(folder):
+    return grids.problem(folder)
+
+
+def rhcr(folder):
+    return grids.written(folder, "round.grid", grids.ROUND)
+
+
+_ALL = (tables, graphml, geojson, dxf, opentcs, lif, rmf, movingai, kiva, ggo, lorr, rhcr)
+DRAWN = {one.__name__: one for one in _ALL}
 """What writes a small plant into a folder and gives its path, for every format that can be read."""
