@@ -96,7 +96,10 @@ def carried(model, form):
         },
         "joined": joined,
         "loads": {place.edge[0] for place in layout.storage},
-        "stations": {name: set(item.at) for name, item in model.layout.stations.items()},
+        "stations": {
+            f"{name} (2)" if form == "opentcs" and name in graph else name: set(item.at)  # where all names differ
+            for name, item in model.layout.stations.items()
+        },
         "chargers": {bay.node for bay in layout.bays.values() if bay.chargers},
         "parking": {bay.node for bay in layout.bays.values() if not bay.chargers},
     }

@@ -5,6 +5,7 @@ from hypothesis import given
 
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
+from tests.plants.foreign import needs_plants, plant_file
 from tests.plants.round_trip import FORMATS, carried, models
 
 pytestmark = pytest.mark.parametrize("form", FORMATS)
@@ -17,9 +18,10 @@ def there_and_back(model, folder, form):
 
 
 def same(one, other):
-    """Whether both are the same, lengths and speeds to a millimetre (a second)."""
-    lanes = one.pop("lanes"), other.pop("lanes")
+    """Whether both are the same, places, lengths and speeds to a millimetre or so."""
+    lanes, nodes = ([plan.pop(key) for plan in (one, other)] for key in ("lanes", "nodes"))
     assert one == other
+    assert nodes[1] == {name: pytest.approx(at, abs=0.0011) for name, at in nodes[0].items()}
     assert lanes[0].keys() == lanes[1].keys()
     for edge, (length, speed, two_way) in lanes[0].items():
         assert lanes[1][edge] == (pytest.approx(length, abs=0.011), pytest.approx(speed, abs=1e-3), two_way)
@@ -51,4 +53,30 @@ def test_a_second_trip_changes_nothing(model, form, tmp_path_factory):
     _, second = there_and_back(first.model, folder, form)
     before, after = carried(first.model, form), carried(second.model, form)
     assert (before.pop("joined"), after.pop("joined")) == (set(), set()) or form in {"csv", "graphml"}
+    same(before, after)
+
+
+FOREIGN = (
+    "opentcs/Demo-01_v7.xml",
+    "opentcs-touchmii/labmodel.xml",
+    "opentcs-touchmii/tsh.xml",
+    "opentcs-touchmii/xxx.xml",
+    "opentcs-touchmii/zhaoqin.xml",
+    "lif-vdma/10_13_Battery_Charging_Station.json",
+    "lif-vdma/10_14_Two_Levels_of_a_Facility_in_One_LIF_File.json",
+    "lif-vdma/10_17_Edge_with_Trajectory_Definition.json",
+    "rmf/battle_royale.building.yaml",
+    "rmf/office.building.yaml",
+    "rmf/triple_H.building.yaml",
+    "ggo/kiva_small_r_mode_alternate_baseline_bi-directed.json",
+)
+
+
+@needs_plants
+@pytest.mark.parametrize("name", FOREIGN)
+def test_plants_of_others_come_back_from_every_format(form, name, tmp_path):
+    model = dw.read_layout(plant_file(name))
+    _, made = there_and_back(model, tmp_path, form)
+    before, after = carried(model, form), carried(made.model, form)
+    assert (before.pop("joined"), after.pop("joined")) == (set(), set())
     same(before, after)
