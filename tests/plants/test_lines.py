@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 
 import pytest
 
@@ -243,3 +244,11 @@ def test_what_is_no_drawing_is_one_message(tmp_path, content, said):
         dw.read_layout(tmp_path / "plan.dxf")
     [problem] = refused.value.problems
     assert said in problem
+
+
+def test_without_ezdxf_the_message_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    (tmp_path / "plan.dxf").write_bytes(b"0\nEOF\n")
+    said = r"plan\.dxf: a DXF drawing, which needs the package ezdxf; install it: pip install 'desim-warehouse\[dxf\]'"
+    with pytest.raises(dw.ModelError, match=said):
+        dw.read_layout(tmp_path / "plan.dxf")
