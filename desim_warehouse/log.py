@@ -62,7 +62,9 @@ class RowKind(NamedTuple):
 
 KINDS = {
     "released": RowKind("tasks", "a task becomes known", "number of the good; -1: it comes from no storage place"),
-    "assigned": RowKind("tasks", "a robot takes up a task; one in its queue when it gets to it", "energy"),
+    "assigned": RowKind(
+        "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
+    ),
     "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},

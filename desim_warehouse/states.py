@@ -90,7 +90,7 @@ STATES = {
         State(
             "unloading",
             doing="unloading",
-            begins="it begins to put the good down",
+            begins="it begins to put the good down, or to hand it over at a stop on its way (`via`)",
             time="putting a good down",
             draws="handling",
             role="loaded",

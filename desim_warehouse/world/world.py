@@ -235,8 +235,14 @@ class World:
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
-            f"open tasks: {list(self.dispatcher.open)[:10]}{self._unable()}"
+            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._unable()}"
         )
+
+    def _in_no_batch(self) -> str:
+        """How many tasks the batching policy has put into no batch, if there are some."""
+        batcher = self.dispatcher.batcher
+        count = 0 if batcher is None else sum(map(len, batcher.waiting))
+        return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
         """Why nobody takes the first open task, if it is for the battery."""

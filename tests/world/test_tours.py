@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.errors import BatteryError, ModelError, PolicyError
+from desim_warehouse.errors import BatteryError, ModelError, PolicyError, StallError
 from tests.accounting import faults
 from tests.auditor import audit
 from tests.world.test_flows import RING, states
@@ -315,6 +315,13 @@ def test_an_answer_that_cannot_be_is_named(answer, said, tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(POLICY.format(answer=answer), encoding="utf-8")
     with pytest.raises(PolicyError, match=f"policies.batching .Mine. at time 0: .*{said}"):
+        ring(DOCK | {}, (0, 3), policies__batching=f"{path}:Mine")
+
+
+def test_a_policy_that_leaves_tasks_out_is_named(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(POLICY.format(answer="[]"), encoding="utf-8")
+    with pytest.raises(StallError, match=r"3 tasks are in no batch \(.*mine.py:Mine\)"):
         ring(DOCK | {}, (0, 3), policies__batching=f"{path}:Mine")
 
 
