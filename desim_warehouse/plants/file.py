@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def content_of(path: Path, expected: str) -> bytes:
-    """The bytes of a foreign file, up to the limit of all files; raises ModelError."""
-    most = LIMITS["bytes"][0]
+def content_of(path: Path, expected: str, most: int = LIMITS["bytes"][0]) -> bytes:
+    """The bytes of a foreign file, up to a limit; raises ModelError."""
     try:
         regular = path.is_file() or not path.exists()  # a pipe or a device may never end
         with path.open("rb") if regular else BytesIO() as file:

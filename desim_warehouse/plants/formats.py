@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants import (
     dxf,
     geojson,
@@ -42,12 +43,14 @@ class Format:
             format that says yes reads the file and says what is wrong with it.
         read: reads it; raises ModelError with the place.
         options: what can be chosen of such a file, as keyword arguments of `read`.
+        most: bytes of a file.
     """
 
     title: str
     looks: Callable[[Path, bytes], bool]
     read: Callable[..., Any]
     options: tuple[str, ...] = ()
+    most: int = LIMITS["bytes"][0]
 
 
 FORMATS = (
@@ -61,7 +64,7 @@ FORMATS = (
     Format("a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
     Format("a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
     Format("a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
-    Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS),
+    Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, lif.LARGEST),
     Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS),
 )
 
@@ -103,9 +106,11 @@ def add_tasks(plant: Plant, path: str | Path) -> None:
 
 def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
     expected = " or ".join(one.title for one in formats)
-    content = content_of(path, expected)
+    content = content_of(path, expected, max(one.most for one in formats))
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
     for one in formats:
         if one.looks(path, start):
+            if len(content) > one.most:
+                raise ModelError([f"{path}: too large, expected {one.title} of at most {one.most:,} bytes"])
             return one, content
     raise ModelError([f"{path}: not {what} that can be read, expected {expected}"])

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Plant
 
 _MOST = 20  # problems that are told at once
+_WRONG = 500_000  # values
 _LARGEST = LIMITS["number"][0]
 _FLAGS = {"true": True, "false": False}
 
@@ -85,6 +86,7 @@ class Reader:
     strict: bool
     complete: bool = True
     found: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    count: int = 0
 
     def read(self, value: Any, kind: Kind, place: str) -> Any:
         """The value as the table says; raises ModelError where something needed is missing or wrong."""
@@ -99,6 +101,11 @@ class Reader:
 
     def wrong(self, place: str, text: str, become: str) -> None:
         """Something is not as the format says; what became of it."""
+        self.count += 1
+        if self.count > _WRONG:
+            self.refuse(
+                place, f"{text}, as are too many values, expected {_WRONG:,} at most that are not as they should be"
+            )
         self.found.setdefault((text, become), []).append(place)
 
     def finish(self, plant: Plant, letter: str) -> None:

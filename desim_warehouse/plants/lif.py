@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 EXPECTED = "a layout in LIF (JSON)"
 OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
+LARGEST, _MOST = 64_000_000, 3_000_000  # bytes and values: LIF has many words for an edge
 _LETTER = "to the letter of LIF 1.0"
 _TYPES = 1000  # of vehicles, at most
 _FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
@@ -64,7 +65,7 @@ def read(
     Raises:
         ModelError: where it cannot be read, with the JSON path.
     """
-    data = read_json(path, content, EXPECTED)
+    data = read_json(path, content, EXPECTED, _MOST)
     draft = not strict and isinstance(data, dict) and lif_2.is_draft(data, content)
     reader = Reader(str(path), strict, complete=not draft)
     if draft:
