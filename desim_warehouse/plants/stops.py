@@ -122,7 +122,7 @@ def _named(roles: Mapping[str, str], role: str) -> str:
 
 
 def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Collection[str]) -> None:
-    """The transport orders as tasks: what is loaded is brought to where robots unload next."""
+    """The transport orders as tasks: what is loaded is brought to where robots unload next, by way of stops between."""
     at = {location.name: [name for name in location.operations if name in reachable] for location in plant.locations}
     lost: list[Transport] = []
     idle: list[Transport] = []
@@ -138,7 +138,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
                 lost.append(order)
             elif role == "load" and load is None:
                 load, via = point, []
-            elif operation == VISIT and load is not None:
+            elif role == NONE and load is not None:
                 via.append(point)
             elif role == "unload" and load is not None:
                 tasks.append(Task(load, point, order.release, order.due, tuple(via), order.name))

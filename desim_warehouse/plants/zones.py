@@ -33,7 +33,9 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
         else:
             empty.append(area)
     places = {area.name: area.place for area in plant.areas}
-    model = load({**content, "traffic": {"zones": zones}}) if zones else None
+    node = next(iter(content["layout"]["nodes"]))
+    any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
+    model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
     if model is not None:
         for finding in examine(build(model.layout), model.traffic.zones, model.fleet.contact, "auto"):
             name = finding.place.removeprefix("traffic.zones.")
