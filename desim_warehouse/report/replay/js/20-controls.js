@@ -7,6 +7,7 @@ class Controls {
     this.app = app;
     const { player, sides } = app, none = (id, when) => (byId(id).disabled = when);
     for (const speed of SPEEDS) byId("speed").add(new Option(`${speed}×`, speed));
+    this.reserve(byId("time"), sides[0].clock(sides[0].span));
     byId("scrub").min = player.start;
     byId("scrub").max = player.end;
     byId("follow").max = Math.max(...sides.map((side) => side.tracks.count)) - 1;
@@ -34,6 +35,15 @@ class Controls {
     document.addEventListener("keydown", (event) => this.key(event));
     app.colours.system.addEventListener("change", () => this.recolour());
     this.keys = this.bindings();
+  }
+
+  // Room for the longest text of an element, so that the buttons beside it stay where they are.
+  reserve(item, text) {
+    item.textContent = text;
+    item.style.position = "absolute";
+    const { width } = item.getBoundingClientRect();
+    item.style.position = "";
+    item.style.minWidth = `${Math.ceil(width) + 1}px`;
   }
 
   bindings() {

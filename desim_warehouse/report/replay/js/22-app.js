@@ -60,9 +60,9 @@ class App {
   }
 
   resized() {
+    this.redress(); // first, as the legend takes more or fewer lines
     this.arrange();
     for (const { scene } of this.sides) scene.resize();
-    this.redress();
   }
 
   redress() {

@@ -49,6 +49,8 @@ async function begin() {
   for (const text of texts) text.remove();
   const app = new App(page, columns);
   Object.assign(window.desimReplay, hook(app));
+  app.show(); // with its words in place, the page has its size
+  app.resized();
   app.show();
   return performance.now();
 }
