@@ -88,6 +88,44 @@ def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(
     assert found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
 
 
+@given(st.data())
+def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_first(data: st.DataObject) -> None:
+    """Floors grown from a ring by ears (Whitney 1932), some of the lanes given as one-way along them, anywhere."""
+    places = st.tuples(st.integers(0, 30), st.integers(0, 30))
+    graph = nx.DiGraph()
+
+    def ear(path: list[str]) -> None:
+        for tail, head in itertools.pairwise(path):
+            if not graph.has_edge(tail, head) and not graph.has_edge(head, tail):
+                graph.add_edge(tail, head, given=data.draw(st.integers(0, 3)) == 0)
+
+    def fresh(number: int) -> list[str]:
+        names = [f"n{len(graph) + rank}" for rank in range(number)]
+        for name in names:
+            x, y = data.draw(places)
+            graph.add_node(name, x=x, y=y)
+        return names
+
+    ring = fresh(data.draw(st.integers(3, 6)))
+    ear([*ring, ring[0]])
+    for _ in range(data.draw(st.integers(0, 8))):
+        ends = [data.draw(st.sampled_from(sorted(graph))) for _ in range(2)]
+        if ends[0] != ends[1]:
+            ear([ends[0], *fresh(data.draw(st.integers(0, 3))), ends[1]])
+    # every ear is passed in one direction, so that what is given leaves the floor strongly connected
+    loose = [(a, b) for a, b, given in graph.edges(data="given") if not given]
+    lanes = [lane[:: data.draw(st.sampled_from([1, -1]))] for lane in loose]
+    assert nx.is_strongly_connected(graph)
+    if not lanes:
+        return
+    graph.add_edges_from([lane[::-1] for lane in loose])
+    found = oriented(graph, lanes, trials=60)
+    assert found.bridges == ()
+    assert {frozenset(lane) for lane in found.kept} == {frozenset(lane) for lane in lanes}
+    assert nx.is_strongly_connected(without(graph, found))
+    assert 1 - 1e-9 <= found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
+
+
 def test_a_grid_of_fifty_thousand_nodes_is_oriented() -> None:
     graph = floor(nx.grid_2d_graph(230, 218))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
