@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -77,6 +78,12 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
     return tuple(sorted(places, key=lambda place: round(math.dist(place, (x, y)), 9)))
 
 
+@lru_cache(maxsize=32)
+def _reach(layout: Layout, side: Point) -> float:
+    """How far out the nodes lie on a side."""
+    return float(max(side[0] * data["x"] + side[1] * data["y"] for _, data in layout.graph.nodes(data=True)))
+
+
 def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
     """Unit vectors along and away from a zone, and whether it is outside the floor.
 
@@ -96,8 +103,7 @@ def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
 
     def outside(side: Point) -> bool:
         """Whether no node lies farther out on this side."""
-        reach = max(side[0] * data["x"] + side[1] * data["y"] for _, data in graph.nodes(data=True))
-        return bool(side[0] * here["x"] + side[1] * here["y"] >= reach)
+        return bool(side[0] * here["x"] + side[1] * here["y"] >= _reach(layout, side))
 
     half = math.sqrt(0.5)
     free = [side for side in SIDES if room(side) > math.pi / 4 - 1e-9]

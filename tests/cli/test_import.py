@@ -7,6 +7,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from tests.plants.grids import KIVA
 
 YARD = str(Path(__file__).parents[1] / "plants" / "yard.xml")
 
@@ -60,3 +61,25 @@ def test_what_cannot_be_is_one_message(tmp_path):
         call(str(tmp_path / "none.xml"))
     with pytest.raises(dw.ModelError, match="cannot be written"):
         call(YARD, "-o", str(tmp_path / "none" / "model.yaml"))
+
+
+def test_a_grid_is_written_with_its_orders_beside_it(tmp_path):
+    grid, tasks, out = tmp_path / "small.map", tmp_path / "many.task", tmp_path / "small.yaml"
+    grid.write_text(KIVA)
+    tasks.write_text("\n".join(["501", *(f"0 {rank % 8} {(rank + 3) % 8}" for rank in range(501))]))
+    words = ["import", str(grid), "--tasks", str(tasks), "--cell", "1.5"]
+    done = CliRunner().invoke(desim, words)
+    assert done.exit_code == 2
+    assert "the tasks of this file are written beside the model; name one with -o" in done.output
+    done = CliRunner().invoke(desim, [*words, "-o", str(out)])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "small.orders.csv").read_text().count("\n") == 502
+    assert dw.load(out).layout.nodes["r0c2"] == (3, 0)
+    before = out.read_text()
+    done = CliRunner().invoke(desim, [*words, "-o", str(tmp_path / "other.yaml")])
+    assert done.exit_code == 0
+    (tmp_path / "other.yaml").unlink()
+    done = CliRunner().invoke(desim, [*words, "-o", str(tmp_path / "other.yaml")])
+    assert done.exit_code != 0  # its orders are there
+    assert not (tmp_path / "other.yaml").exists()
+    assert out.read_text() == before
