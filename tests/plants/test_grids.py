@@ -147,6 +147,11 @@ def test_a_problem_of_the_league_has_its_robots_and_tasks(tmp_path):
     run = dw.simulate(model, seed=0)
     audit(run)
     assert run.kpis["tasks"] == 3
+    assert [(row[1], row[4]) for row in run.record.rows if row[3] == 1 and row[1] in {"loaded", "delivered"}] == [
+        ("loaded", "r2c1"),
+        ("loaded", "r1c2"),  # the stop on the way
+        ("delivered", "r0c3"),
+    ]
 
 
 def test_a_road_network_leads_one_way(tmp_path):
