@@ -260,11 +260,9 @@ class _Map:
         ):
             points = [plant.points[names[rank]] for rank, about in abouts.items() if about.get(key)]
             plant.note_parts("left out", kind, points, why)
-        for holder, kind, why in (
-            (self.data, "lift", "models have one floor"),
-            (level, "door", "it takes no time to drive through a door here"),
-        ):
-            plant.note("left out", kind, _names(holder.get(f"{kind}s")), why)
+        for kind, why in (("lift", "models have one floor"), ("door", "it takes no time to drive through a door here")):
+            parts = [*_names(self.data.get(f"{kind}s")), *_names(level.get(f"{kind}s"))]
+            plant.note("left out", kind, parts, why)
 
     # Values
 

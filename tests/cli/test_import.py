@@ -7,7 +7,9 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from tests.plants.drawn_lif import dock, write
 from tests.plants.grids import KIVA
+from tests.plants.test_orders import ORDERS, WEIGH
 
 YARD = str(Path(__file__).parents[1] / "plants" / "yard.xml")
 
@@ -83,3 +85,23 @@ def test_a_grid_is_written_with_its_orders_beside_it(tmp_path):
     assert done.exit_code != 0  # its orders are there
     assert not (tmp_path / "other.yaml").exists()
     assert out.read_text() == before
+
+
+def test_options_of_formats(tmp_path):
+    path = str(write(tmp_path / "dock.lif.json", dock()))
+    out = str(tmp_path / "dock.yaml")
+    said = call(path, "-o", out, "--vehicle-type", "forklift", "--layout", "ground", "--strict", "--fleet", "2")
+    assert said.stdout.splitlines()[0] == f"{out}: 7 nodes, 7 edges, 1 station, 2 robots"
+    with pytest.raises(dw.ModelError, match="option 'strict': there is none for a plant model of openTCS"):
+        call(YARD, "--strict")
+    with pytest.raises(dw.ModelError, match="no layout 'attic'"):
+        call(path, "--layout", "attic")
+
+
+def test_robots_and_tasks_from_files(tmp_path):
+    robot, tasks, out = tmp_path / "robot.yaml", tmp_path / "orders.xml", tmp_path / "yard.yaml"
+    robot.write_text("robot: {radius: 0.4, speed: 1.2}")
+    tasks.write_text(ORDERS.replace(WEIGH, ""))
+    call(YARD, "-o", str(out), "--robot", str(robot), "--tasks", str(tasks))
+    model = dw.load(out)
+    assert (model.fleet.robot.radius, len(model.tasks.goods)) == (0.4, 3)

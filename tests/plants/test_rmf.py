@@ -119,7 +119,7 @@ def nav_graph():
             lanes += [[a, b, plain]] + ([[b, a, plain]] if about["bidirectional"][1] else [])
     return {
         "building_name": "clinic",
-        "doors": {},
+        "doors": {"front door": {"map": "L1"}},
         "levels": {"L1": {"lanes": lanes, "vertices": vertices}},
         "lifts": {},
     }
@@ -130,6 +130,7 @@ def test_a_navigation_graph_says_the_same(tmp_path):
     path.write_text(json.dumps(nav_graph()))
     plant = read_plant(path)
     assert (len(plant.points), len(plant.links)) == (9, 17)
+    assert ("door", ("front door",)) in {(remark.kind, remark.names) for remark in plant.remarks}
     building, graph = dw.read_layout(CLINIC), dw.read_layout(path)
     assert graph.layout.nodes == building.layout.nodes
     assert {(one.source, one.target, one.two_way) for one in graph.layout.edges} == {
