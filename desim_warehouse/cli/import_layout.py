@@ -29,7 +29,9 @@ from desim_warehouse.cli.remarks import counted, show_remarks
 @click.option(
     "--robot", metavar="FILE", help="YAML file with the sections robot and battery of a model.  [default: assumed]"
 )
-@click.option("--tasks", metavar="FILE", help="File with the tasks, such as transport orders of openTCS.")
+@click.option(
+    "--tasks", metavar="FILE", help="File with the tasks: transport orders of openTCS, tasks of LoRR or MAPD."
+)
 @click.option("--layout", metavar="NAME", help="Of several layouts or levels in FILE, the one to read.")
 @click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
 @click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")

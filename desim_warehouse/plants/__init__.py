@@ -52,15 +52,16 @@ def read_layout(
     """Read the layout of another program and make a model of it; what the file does not say is assumed.
 
     Args:
-        path: a plant model of openTCS (XML, versions 0.0.2 to 7.0.0), a layout in LIF, GraphML, GeoJSON, DXF, or a
-            table of nodes with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
+        path: a layout in LIF (JSON), a map of Open-RMF (YAML), a plant model of openTCS (XML, versions 0.0.2 to
+            7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, GeoJSON, DXF, or a table of nodes
+            with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
             nodes with x and y in metres, y downwards, and perhaps role (such as load) and station; edges perhaps with
             length, speed and side_by_side; those of an undirected graph are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
             charge, park or none; by default as the names of operations sound.
         robots: size of the fleet; default: as many as vehicles are drawn.
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
-        tasks: a file with the tasks: transport orders of openTCS (XML).
+        tasks: a file with the tasks: transport orders of openTCS (XML), or tasks of LoRR or MAPD.
         options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF maps
             `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and CSV `two_way`.
 
