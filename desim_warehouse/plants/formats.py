@@ -106,7 +106,7 @@ def add_tasks(plant: Plant, path: str | Path) -> None:
 
 def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
     expected = " or ".join(one.title for one in formats)
-    content = content_of(path, expected, max(one.most for one in formats))
+    content = content_of(path, what, max(one.most for one in formats))
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
     for one in formats:
         if one.looks(path, start):
