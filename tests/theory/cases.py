@@ -186,9 +186,9 @@ def per_time(run):
     return run.kpis["tasks"] / (run.T - run.model.run.warm_up)
 
 
-def headways(run, lane, begin=0.0):
+def headways(run, lane):
     """Times between robots that enter a lane, one after the other."""
-    return [b - a for a, b in pairwise(row[0] for row in entries(run, lane) if row[0] > begin)]
+    return [b - a for a, b in pairwise(row[0] for row in entries(run, lane))]
 
 
 def entries(run, *lanes):
