@@ -29,7 +29,7 @@ Keys = tuple[str | int, ...]
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_QUEUES = 2  # places in the stations of a grid, by the robots of the fleet
+_QUEUES = 2  # places in the stations of a grid, on which robots queue anywhere, by the robots of the fleet
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
 _LONGEST = 500  # letters about what was lost, in a message
@@ -242,10 +242,10 @@ class _Maker:
         A robot takes a task only if its station has a slot for it, so slots for one vehicle each would keep a larger
         fleet in its bays, whatever the lanes can carry.
         """
-        room = robots if self.plant.cell is None else _QUEUES * robots  # robots of planners queue anywhere
-        places = -(-room // len(self.stops.unload))
+        times, many = (1, "all") if self.plant.cell is None else (_QUEUES, "twice the")
+        places = -(-times * robots // len(self.stops.unload))
         if places > 1:
-            self.plant.assume("layout.stations", f"room beside them for {room} robots; one vehicle as drawn")
+            self.plant.assume("layout.stations", f"room beside them for {many} {robots} robots; one vehicle as drawn")
         groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
             groups.setdefault(tuple(names) if any(names) else ("", point), []).append(point)
