@@ -6,8 +6,15 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.history import History
     from desim_warehouse.model.schema import Prices
+
+
+def equipment(prices: Prices, kinds: Sequence[str], chargers: int) -> float:
+    """What robots of these kinds, and so many chargers, cost a year."""
+    return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds) + prices.charger * chargers
 
 
 def annual_cost(history: History) -> float:
@@ -21,7 +28,8 @@ def annual_cost(history: History) -> float:
         + prices.station_hour * servers
         + prices.late_order * late(history) / hours
     )
-    return _fleet(history, prices) + prices.charger * history.chargers + by_the_hour * prices.hours
+    kinds = history.model.fleet.kinds_of_robots()
+    return equipment(prices, kinds, history.chargers) + by_the_hour * prices.hours
 
 
 def cost_per_task(history: History) -> float:
@@ -44,8 +52,3 @@ def late(history: History) -> int:
 
 def _is_overdue(history: History, due: float | None, delivered: float) -> bool:
     return due is not None and history.begin <= due < history.end and math.isinf(delivered)
-
-
-def _fleet(history: History, prices: Prices) -> float:
-    kinds = history.model.fleet.kinds_of_robots()
-    return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)

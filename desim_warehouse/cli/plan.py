@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +24,15 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
+from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.report.fleet_words import Evidence
-    from desim_warehouse.study.fleet import FleetPlan, Shown, Sized
+
+ALL_YEAR = 8760.0
+"""Hours."""
 
 
 @click.command("plan")
@@ -37,8 +42,12 @@ if TYPE_CHECKING:
 @with_vary
 @click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by hand]")
 @click.option("--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by hand]")
-@click.option("--price-robot", type=click.FloatRange(0), help="Cheapest instead of fewest robots, then chargers.")
-@click.option("--price-charger", type=click.FloatRange(0), help="Likewise.")
+@click.option(
+    "--price-robot",
+    type=click.FloatRange(0),
+    help="A robot per year, instead of the model's prices.robot: with prices the cheapest are sought, not the fewest.",
+)
+@click.option("--price-charger", type=click.FloatRange(0), help="A charger per year, instead of prices.charger.")
 @click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
 @click.option(
     "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
@@ -70,9 +79,9 @@ def command(
     shown to be enough. Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report import fleet_words
-    from desim_warehouse.study.fleet import UnitPrices, plan_fleet
+    from desim_warehouse.study.fleet import plan_fleet
 
-    loaded = load_model(model, question.assignments)
+    loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     began = monotonic()
     with interruptible(None, execution.out):
         found = plan_fleet(
@@ -82,7 +91,6 @@ def command(
             strategies=_strategies(vary),
             robots=_counts(robots, "--robots"),
             chargers=_counts(chargers, "--chargers"),
-            prices=UnitPrices(price_robot, price_charger),
             zone=None if zone is None else _zone(zone),
             confidence=question.confidence or 0.95,
             seed=question.seed or 0,
@@ -92,20 +100,30 @@ def command(
             timeout=execution.timeout,
             **execution.where(),
         )
-    lines = fleet_words.sentences(found)
+    took = monotonic() - began
     shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)
+    content = fleet_words.content(found, loaded, shown) | {"seconds": round(took, 1)}
+    if execution.out is not None:
+        write_whole(Path(execution.out) / PLAN, json.dumps(content, indent=1) + "\n")
     if as_json:
-        click.echo(json.dumps(_content(found, lines, shown) | {"notes": fleet_words.notes(loaded)}))
+        click.echo(json.dumps(content))
     else:
-        for line in lines:
+        for line in content["answer"]:
             click.echo(line)
         _show(shown)
-        for line in (fleet_words.promise(found), *fleet_words.notes(loaded)):
+        for line in (content["promise"], *content["notes"]):
             click.echo(line)
-        click.echo(f"{found.runs:,} runs in {_time(monotonic() - began)}", err=True)
+        click.echo(f"{found.runs:,} runs in {_time(took)}", err=True)
     if not found.feasible:
         click.echo("no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck", err=True)
         sys.exit(NONE_MEETS)
+
+
+def _priced(model: Model, **prices: float | None) -> Model:
+    """The model with prices that options give; without a section `prices` it runs all year."""
+    given = {key: price for key, price in prices.items() if price is not None}
+    before = {"hours": ALL_YEAR} if model.prices is None else model.prices.content()
+    return model.replace({"prices": {**before, **given}}) if given else model
 
 
 def _growth(text: str) -> float:
@@ -163,49 +181,3 @@ def _show(shown: list[Evidence]) -> None:
 def _time(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
-
-
-def _content(found: FleetPlan, lines: list[str], shown: list[Evidence]) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    return {
-        "answer": lines,
-        "feasible": found.feasible,
-        "target": {"indicator": found.target.indicator, "sense": found.target.sense, "value": found.target.value},
-        "zone": found.zone,
-        "confidence": found.confidence,
-        "today": _sized(found.today),
-        "grown": None if found.grown is None else _sized(found.grown),
-        "strategies": {
-            one.label: {"saves": one.saves, "designs": [shown.verdict.verdict for shown in one.shown]}
-            for one in found.strategies
-        },
-        "strategy": found.strategy.label if found.strategy else found.own,
-        "evidence": [asdict(one) for one in shown],
-        "runs": found.runs,
-    }
-
-
-def _sized(sized: Sized) -> dict[str, Any]:
-    return {
-        "growth": sized.growth,
-        "orders_per_hour": sized.rate,
-        "best": None if sized.best is None else _design(sized.best),
-        "too_small": [_design(one) for one in sized.below],
-        "utilisation": {
-            part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()
-        },
-    }
-
-
-def _design(shown: Shown) -> dict[str, Any]:
-    return {
-        "robots": shown.robots,
-        "chargers": shown.chargers,
-        "verdict": shown.verdict.verdict,
-        "mean": None if shown.estimate is None else shown.estimate.mean,
-        "interval": None if shown.estimate is None else shown.estimate.interval,
-        "runs": shown.verdict.n,
-        "reason": shown.vetoed,
-        "set": shown.overrides,
-    }

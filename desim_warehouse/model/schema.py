@@ -239,6 +239,14 @@ class Tasks(Part):
             return any(isinstance(flow.when, PoissonArrivals | ProfileArrivals) for flow in self.flows.values())
         return isinstance(self.goods, PoissonGoods)
 
+    @property
+    def grow(self) -> bool:
+        """Whether all work comes at rates, which `demand` multiplies, but what is always open."""
+        if not self.flows:
+            return isinstance(self.goods, PoissonGoods)
+        rates = [flow.never_ends for flow in self.flows.values() if not isinstance(flow.when, SaturatedArrivals)]
+        return bool(rates) and all(rates)
+
     @model_validator(mode="after")
     def _goods_or_flows(self) -> Tasks:
         if self.goods is None and not self.flows:
@@ -447,6 +455,11 @@ class Prices(Part):
     late_order: NotNegative = Field(
         0.0, description="an order delivered late, or due and not delivered; without orders from a file a task"
     )
+
+    @property
+    def of_fleet(self) -> bool:
+        """Whether robots or chargers have a price."""
+        return any((self.robot, self.charger, *self.kinds.values()))
 
     @field_validator("kinds")
     @classmethod

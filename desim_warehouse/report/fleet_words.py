@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
@@ -50,10 +50,17 @@ def sentences(plan: FleetPlan) -> list[str]:
     if plan.strategies:
         lines.append(_strategy(plan))
     lines.append(_bottleneck(plan))
-    cost = [plan.prices.total((sized.best.robots, sized.best.chargers)) for sized in _demands(plan) if sized.best]
-    if any(total is not None for total in cost):
-        lines.append(f"They cost {spoken([words.number(total) for total in cost if total is not None])}.")
+    costs = [sized.best.cost for sized in _demands(plan) if sized.best and sized.best.cost is not None]
+    if costs:
+        lines.append(f"Robots and chargers cost {spoken([words.number(cost) for cost in costs])} a year.")
     return lines
+
+
+def question(plan: FleetPlan) -> str:
+    """What was asked."""
+    what = "robots" if plan.sized is None else "robots and chargers"
+    grown = "" if plan.grown is None else f", today and {_growth(plan.grown).lower()}"
+    return f"How many {what} does it take for {target(plan)}{grown}?"
 
 
 def promise(plan: FleetPlan) -> str:
@@ -233,3 +240,54 @@ def _value(value: Any) -> str:
     if isinstance(value, dict):
         return f"{{{', '.join(f'{key}: {_value(item)}' for key, item in value.items())}}}"
     return value if isinstance(value, str) else json.dumps(value)
+
+
+def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, Any]:
+    """A plan as JSON has it, and the file plan.json."""
+    return {
+        "name": model.name,
+        "question": question(plan),
+        "answer": sentences(plan),
+        "feasible": plan.feasible,
+        "target": {"indicator": plan.target.indicator, "sense": plan.target.sense, "value": plan.target.value},
+        "zone": plan.zone,
+        "confidence": plan.confidence,
+        "today": _demand_content(plan.today),
+        "grown": None if plan.grown is None else _demand_content(plan.grown),
+        "strategies": {
+            one.label: {"saves": one.saves, "designs": [shown.verdict.verdict for shown in one.shown]}
+            for one in plan.strategies
+        },
+        "strategy": plan.strategy.label if plan.strategy else plan.own,
+        "evidence": [asdict(one) for one in shown],
+        "promise": promise(plan),
+        "notes": notes(model),
+        "runs": plan.runs,
+    }
+
+
+def _demand_content(sized: Sized) -> dict[str, Any]:
+    return {
+        "study": sized.name.replace(" ", "-"),
+        "growth": sized.growth,
+        "orders_per_hour": sized.rate,
+        "best": None if sized.best is None else _design_content(sized.best),
+        "too_small": [_design_content(one) for one in sized.below],
+        "utilisation": {
+            part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()
+        },
+    }
+
+
+def _design_content(shown: Shown) -> dict[str, Any]:
+    return {
+        "robots": shown.robots,
+        "chargers": shown.chargers,
+        "cost": shown.cost,
+        "verdict": shown.verdict.verdict,
+        "mean": None if shown.estimate is None else shown.estimate.mean,
+        "interval": None if shown.estimate is None else shown.estimate.interval,
+        "runs": shown.verdict.n,
+        "reason": shown.vetoed,
+        "set": shown.overrides,
+    }

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 FORMAT = 1
-RUN, STUDY = "run.json", "study.json"
-"""The files by which run folders and study folders are recognised."""
+RUN, STUDY, PLAN = "run.json", "study.json", "plan.json"
+"""The files by which the folders of runs, studies and plans (`desim plan`) are recognised."""
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
 

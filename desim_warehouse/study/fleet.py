@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.feasibility.free_flow import arrival_rate
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.indicators import find, within
 from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.money import equipment
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.procedures import read_target
@@ -48,29 +49,11 @@ STRATEGIES = ("nearest", "hungarian", "earliest-due")
 
 
 @dataclass(frozen=True)
-class UnitPrices:
-    """What a robot and a charger cost, in any currency; None: fewest robots, then fewest chargers."""
-
-    robot: float | None = None
-    charger: float | None = None
-
-    def key(self, design: Counts) -> tuple[float, ...]:
-        """What to sort designs by: cost, then robots."""
-        total = self.total(design)
-        return tuple(map(float, design)) if total is None else (total, *map(float, design))
-
-    def total(self, design: Counts) -> float | None:
-        """What a design costs."""
-        if self.robot is None and self.charger is None:
-            return None
-        return design[0] * (self.robot or 0.0) + design[1] * (self.charger or 0.0)
-
-
-@dataclass(frozen=True)
 class Shown:
     """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
 
     `estimate`: of the target's indicator, None where all runs failed; `vetoed`: why it fails whatever that says.
+    `cost`: of its robots and chargers a year, None without prices of them.
     """
 
     robots: int
@@ -79,17 +62,19 @@ class Shown:
     verdict: DesignVerdict[Any]
     estimate: Estimate | None
     vetoed: str | None
+    cost: float | None
 
 
 @dataclass(frozen=True)
 class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
 
-    `best` is None if none was shown to; then `below` are the largest that failed. `rate`: tasks an hour, None where
-    the demand is not one that arrives at random. `utilisation`: the part of their time that robots, chargers and
+    `name`: of the study that shows it. `best` is None if none was shown to; then `below` are the largest that failed.
+    `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots, chargers and
     stations are busy at `best`, or at the largest design, the busiest first.
     """
 
+    name: str
     growth: float
     rate: float | None
     best: Shown | None
@@ -124,7 +109,6 @@ class FleetPlan:
     grown: Sized | None
     strategies: tuple[Strategy, ...]
     strategy: Strategy | None
-    prices: UnitPrices
     sized: str | None
     runs: int
 
@@ -165,6 +149,19 @@ class Designs:
             found[f"{key}.places"] = math.ceil(chargers / nodes)
         return found
 
+    def cost(self, design: Counts) -> float | None:
+        """What the robots and chargers of a design cost a year; None without prices of them."""
+        prices = self.model.prices
+        if prices is None or not prices.of_fleet:
+            return None
+        robots, chargers = design
+        special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
+        return equipment(prices, [*special, *[""] * (robots - len(special))], self._others + chargers)
+
+    def key(self, design: Counts) -> tuple[float, ...]:
+        """What to sort designs by: cost, then robots, then chargers."""
+        return (self.cost(design) or 0.0, *map(float, design))
+
     def counts(self, growth: float) -> tuple[list[int], list[int]]:
         """Robots and chargers that are searched; by the hand calculation where nobody says which."""
         model = _grown(self.model, growth)
@@ -192,20 +189,28 @@ class Designs:
     @property
     def today(self) -> int:
         """Chargers of the model as it is, in the bays whose chargers are sized."""
-        layout = build(self.model.layout)
-        return sum(n for node, n in chargers_at(self.model, layout).items() if layout.bays[node].zone == self.zone)
+        return _chargers(self.model).get(self.zone or "", 0)
+
+    @cached_property
+    def _others(self) -> int:
+        """Chargers in other bays."""
+        return sum(_chargers(self.model).values()) - self.today
 
 
 def _charging_zone(model: Model) -> str | None:
     """The bays that have most of the chargers; None without."""
-    if model.battery is None:
-        return None
+    found = {} if model.battery is None else _chargers(model)
+    return max(found, key=lambda zone: found[zone]) if found else None
+
+
+def _chargers(model: Model) -> dict[str, int]:
+    """The chargers of each zone of bays."""
     layout = build(model.layout)
     found: dict[str, int] = {}
     for node, chargers in chargers_at(model, layout).items():
         zone = layout.bays[node].zone
         found[zone] = found.get(zone, 0) + chargers
-    return max(found, key=lambda zone: found[zone]) if found else None
+    return found
 
 
 def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
@@ -219,14 +224,14 @@ def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
 
 def _demand(model: Model, growth: float) -> dict[str, Any]:
     """What makes demand so many times as large."""
-    goods = model.tasks.goods
     if growth == 1:
         return {}
-    if not isinstance(goods, PoissonGoods):
+    if not model.tasks.grow:
         raise StudyError(
-            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an hour}"
+            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an hour}, "
+            "or flows that arrive at a rate"
         )
-    return {"tasks.goods": {**goods.content(), "poisson": round(goods.poisson * growth, 9)}}
+    return {"tasks.demand": round(model.tasks.demand * growth, 9)}
 
 
 def _grown(model: Model, growth: float) -> Model:
@@ -242,7 +247,6 @@ class _Planner:
     zone: float
     confidence: float
     designs: Designs
-    prices: UnitPrices
     seed: int
     first: int
     cap: int
@@ -300,7 +304,7 @@ class _Planner:
         doubts = self.follow(
             scout,
             lambda _: statistics.scout_steps(
-                counts, self.prices.key, self.target, 1 if deterministic else SCOUTS, self.budget
+                counts, self.designs.key, self.target, 1 if deterministic else SCOUTS, self.budget
             ),
         )
         study = self.study(name, factors, changes, self.seed)
@@ -308,7 +312,7 @@ class _Planner:
             study,
             lambda veto: statistics.cheapest_meeting_steps(
                 counts,
-                self.prices.key,
+                self.designs.key,
                 self.target,
                 doubts,
                 self.confidence,
@@ -324,15 +328,16 @@ class _Planner:
         best = None if found.design is None else shown[found.design]
         below = tuple(shown[number] for number in found.below)
         busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
-        goods = study.plan.base.tasks.goods
-        rate = goods.poisson if isinstance(goods, PoissonGoods) else None
-        return Sized(growth, rate, best, below, utilisation(study, study.points[busiest]), changes)
+        base = study.plan.base
+        rate = arrival_rate(base)
+        hourly = None if rate is None else rate * base.units.hour
+        return Sized(name, growth, hourly, best, below, utilisation(study, study.points[busiest]), changes)
 
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[Any], vetoed: str | None
     ) -> Shown:
         mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
-        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed)
+        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, self.designs.cost(counts))
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
@@ -434,7 +439,6 @@ def plan_fleet(
     strategies: Mapping[str, Any] | None = None,
     robots: Sequence[int] | None = None,
     chargers: Sequence[int] | None = None,
-    prices: UnitPrices | None = None,
     zone: float | None = None,
     confidence: float = 0.95,
     seed: int = 0,
@@ -447,13 +451,13 @@ def plan_fleet(
     """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse; its bays with most chargers are those whose chargers are sized.
+        model: the warehouse; its bays with most chargers are those whose chargers are sized. Where its section
+            `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then chargers.
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3; None: today's only.
         strategies: key of the model -> its values, to be tried with designs too small; default: `STRATEGIES`.
         robots: fleet sizes that could be bought; default: around what the hand calculation needs.
         chargers: likewise.
-        prices: of a robot and a charger; default: fewest robots, then fewest chargers.
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
         confidence: that all that is said of one demand is right.
         seed: of all runs.
@@ -476,9 +480,7 @@ def plan_fleet(
     _demand(model, growth or 1.0)
     budget = statistics.Budget(runs)
     designs = Designs(model, robots, chargers)
-    planner = _Planner(
-        model, goal, zone, confidence, designs, prices or UnitPrices(), seed, first, cap, timeout, budget, where
-    )
+    planner = _Planner(model, goal, zone, confidence, designs, seed, first, cap, timeout, budget, where)
     if strategies is None:
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
     today, grown = _sizes(planner, growth, {}, "")
@@ -491,9 +493,7 @@ def plan_fleet(
     if better is not None:
         today, grown = _sizes(planner, growth, better.overrides, f" with {better.label}")
     own = ", ".join(str(_level(model, key)) for key in strategies)
-    return FleetPlan(
-        goal, zone, confidence, own, today, grown, tried, better, planner.prices, designs.zone, budget.spent
-    )
+    return FleetPlan(goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent)
 
 
 def _sizes(

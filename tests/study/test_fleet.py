@@ -9,7 +9,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report import fleet_words
-from desim_warehouse.study.fleet import Designs, UnitPrices, plan_fleet
+from desim_warehouse.study.fleet import Designs, plan_fleet
 from tests.docs import pages
 from tests.study import plans
 
@@ -153,11 +153,40 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
     assert own.today.best.robots > found.today.best.robots
 
 
-def test_prices_choose_the_cheapest():
-    prices = UnitPrices(30_000, 8_000)
-    assert prices.total((3, 2)) == 106_000
-    assert prices.key((3, 2)) < prices.key((4, 1))
-    assert UnitPrices().key((3, 9)) < UnitPrices().key((4, 1))
+def test_prices_of_the_model_choose_the_cheapest_and_are_those_of_its_annual_cost(here):
+    prices = {"hours": 4000, "robot": 30_000, "charger": 8_000}
+    model = dw.load("w.yaml", {"run.length": 3600, "run.warm_up": 600, "prices": prices})
+    designs = Designs(model)
+    assert designs.cost((3, 2)) == 106_000
+    assert designs.key((3, 2)) < designs.key((4, 1))
+    assert dw.simulate(model.replace(designs.overrides((3, 2)))).kpis["annual_cost"] == 106_000
+    free = Designs(model.replace({"prices": {"hours": 4000, "energy": 1}}))
+    assert free.cost((3, 9)) is None
+    assert free.key((3, 9)) < free.key((4, 1))
+
+
+def test_robots_of_a_kind_have_their_own_price():
+    kinds = {"fleet.kinds": {"heavy": {"count": 1, "speed": 1}}, "fleet.size": 3}
+    prices = {"hours": 4000, "robot": 10, "kinds": {"heavy": 25}, "charger": 1}
+    designs = Designs(dw.load("models/mir250.yaml", {**kinds, "prices": prices}))
+    assert designs.cost((4, 2)) == 25 + 3 * 10 + 2
+
+
+def test_the_command_takes_prices_from_the_model_or_from_options(here):
+    plan = (
+        f"desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet {SHORT} --robots 1..3 "
+        "--json"
+    )
+    section = "--set 'prices={hours: 4000, robot: 9000, charger: 800}'"
+    own, options, both = (
+        json.loads(pages.run_desim(f"{plan} {prices}")[1])
+        for prices in (section, "--price-robot 9000 --price-charger 800", f"{section} --price-charger 8000")
+    )
+    best = own["today"]["best"]
+    assert own["answer"] == options["answer"]
+    cost = 9000 * best["robots"] + 800 * best["chargers"]
+    assert own["answer"][-1] == f"Robots and chargers cost {cost:,} a year."
+    assert both["today"]["best"]["cost"] == 9000 * best["robots"] + 8000 * best["chargers"]
 
 
 def test_chargers_come_with_places_for_the_robots_at_them():
