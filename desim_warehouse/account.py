@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections import defaultdict
+from collections import Counter, defaultdict
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.history import History, StateSpan, TaskHistory, Wait, Whereabouts
 
-By = Literal["task", "robot", "edge", "node", "hour"]
+By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""
 
 
@@ -50,6 +50,8 @@ OF_ROBOTS = {
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
 OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
 """The parts of a task's time: waiting for a robot to take it, also in a robot's queue; then what that robot does."""
+OF_WORK = ("task", "flow", "station")
+"""Accounts of the time of tasks; the others are of robots."""
 
 
 class Piece(NamedTuple):
@@ -69,7 +71,7 @@ class Piece(NamedTuple):
 
 
 def account(history: History, by: By = "robot") -> pd.DataFrame:
-    """The parts of the time of every task, robot, edge, node or hour (see `Run.account`)."""
+    """The parts of the time of every task, flow, station, robot, edge, node or hour (see `Run.account`)."""
     import pandas as pd
 
     if by not in get_args(By):
@@ -82,13 +84,15 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
     for row, part, length in found:
         spent[row, part].append(length)
-    columns = OF_TASKS if by == "task" else OF_ROBOTS
+    columns = OF_TASKS if by in OF_WORK else OF_ROBOTS
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
 
 
 Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
 """The rows of a table, and for each stretch of time its row, its part and its length."""
+ALL = "all tasks"
+"""The row of tasks that belong to no flow."""
 
 
 # Robots
@@ -175,9 +179,32 @@ def _by_hour(history: History) -> Found:
 # Tasks
 
 
+def _counted_tasks(history: History) -> dict[int, TaskHistory]:
+    return {number: task for number, task in history.tasks.items() if history.counts(task.delivered)}
+
+
 def _by_task(history: History) -> Found:
-    tasks = {number: task for number, task in history.tasks.items() if history.counts(task.delivered)}
+    tasks = _counted_tasks(history)
     return list(tasks), _parts_of_tasks(history, tasks)
+
+
+def _by_flow(history: History) -> Found:
+    return _means(history, list(history.model.tasks.flows) or [ALL], lambda task: task.flow or ALL)
+
+
+def _by_station(history: History) -> Found:
+    stations = history.layout.stations
+    names = {node: f"{item.zone} at {node}" for node, item in stations.items()}
+    return _means(history, list(names.values()), lambda task: names.get(task.station, ""))
+
+
+def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
+    """The parts of each row's mean task; rows without tasks, and tasks without one of the rows, are left out."""
+    tasks = _counted_tasks(history)
+    of = {number: row(task) for number, task in tasks.items()}
+    count = Counter(of.values())
+    found = ((of[number], part, length / count[of[number]]) for number, part, length in _parts_of_tasks(history, tasks))
+    return [name for name in rows if count[name]], found
 
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
@@ -203,6 +230,8 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
 
 _TABLES: dict[By, Callable[[History], Found]] = {
     "task": _by_task,
+    "flow": _by_flow,
+    "station": _by_station,
     "robot": _by_robot,
     "edge": _by_edge,
     "node": _by_node,

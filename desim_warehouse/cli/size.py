@@ -68,7 +68,8 @@ def command(
     """
     from desim_warehouse.study.procedures import most, size
 
-    study = question.study(model, {key: _read_range(values)}, "size", execution, f"--range {values} --key")
+    varied = f"--range {values} --key"
+    study = question.study(model, {key: _read_range(values)}, "size", execution, varied, target=target)
     study.plan = study.plan.unreplicated()
     searched = [point.labels[key] for point in study.points]
     _see_upwards(values, searched)

@@ -115,6 +115,7 @@ _OPTIONS: dict[Keys, str] = {
     ("design",): "--design",
     ("indicators",): "--indicator",
     ("warm_up",): "--warm-up",
+    ("target",): "--target",
 }
 """Key of a study: the option that gives it."""
 

@@ -36,6 +36,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @click.option(
     "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
 )
+@click.option("--target", help="Name the designs that meet it, such as 'on_time >= 95 %'.")
 @with_indicator
 @with_page
 @with_question
@@ -49,6 +50,7 @@ def command(
     cap: int | None,
     design: str,
     warm_up: str | None,
+    target: str | None,
     indicators: tuple[str, ...],
     page: str | None,
     question: ModelOptions,
@@ -75,6 +77,7 @@ def command(
         indicators=list(indicators) or None,
         design=read_yaml(design, "--design").data,
         warm_up=warm_up,
+        target=target,
     )
     refuse_page(page, study.plan)
     with interruptible(study, execution.out):

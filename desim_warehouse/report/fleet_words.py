@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.power import start_energy
-from desim_warehouse.indicators import find
 from desim_warehouse.layout import build
 from desim_warehouse.report import words
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
-    from desim_warehouse.study.statistics import Estimate
 
 PARTS = {"robots": "robots", "chargers": "charging", "stations": "packing at the stations"}
 """What may be the bottleneck, in words."""
@@ -60,15 +58,15 @@ def question(plan: FleetPlan) -> str:
     """What was asked."""
     what = "robots" if plan.sized is None else "robots and chargers"
     grown = "" if plan.grown is None else f", today and {_growth(plan.grown).lower()}"
-    return f"How many {what} does it take for {target(plan)}{grown}?"
+    return f"How many {what} does it take for {words.target(plan.target)}{grown}?"
 
 
 def promise(plan: FleetPlan) -> str:
     """What is meant by enough, and how sure it is."""
-    zone = _amount(plan, plan.zone)
+    zone = words.amount(plan.target.indicator, plan.zone)
     return (
-        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {target(plan)}, and no smaller "
-        f"one is better than that by {zone} or more (if more robots and chargers never do worse)."
+        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, and "
+        f"no smaller one is better than that by {zone} or more (if more robots and chargers never do worse)."
     )
 
 
@@ -81,12 +79,6 @@ def notes(model: Model) -> list[str]:
     lasts, runs = (words.number(time / model.units.hour, 1) for time in (found.lasts, length))
     cure = "Let runs last longer (run.length), or batteries start at random levels (fleet.start_energy)."
     return [f"All batteries start full and last {lasts} h, the runs {runs} h: what charging costs hardly shows. {cure}"]
-
-
-def target(plan: FleetPlan) -> str:
-    """The target as people write it."""
-    goal = plan.target
-    return f"{goal.indicator} {goal.sense} {_amount(plan, goal.value)}"
 
 
 def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
@@ -110,7 +102,7 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
     busiest = sized.best or sized.below[-1]
     indicators = tuple(name for part in sized.utilisation for name in INDICATORS[part])
     overrides = {**sized.overrides, **busiest.overrides}
-    busy = ", ".join(f"{part} {_share(estimate)}" for part, estimate in sized.utilisation.items())
+    busy = ", ".join(f"{part} {words.share_text(estimate)}" for part, estimate in sized.utilisation.items())
     found.append(
         Evidence(
             f"{_fleet(busiest)}, busy",
@@ -147,8 +139,7 @@ def _when(sized: Sized, when: str) -> str:
 
 def _fleet(shown: Shown) -> str:
     """The robots and chargers of a design."""
-    robots = f"{shown.robots} robot{'s' * (shown.robots != 1)}"
-    return f"{robots} and {shown.chargers} charger{'s' * (shown.chargers != 1)}" if shown.chargers else robots
+    return words.design_spoken({"fleet.size": shown.robots, **({"chargers": shown.chargers} if shown.chargers else {})})
 
 
 def _is_close(shown: Shown) -> bool:
@@ -182,41 +173,16 @@ def _bottleneck(plan: FleetPlan) -> str:
     """What is busiest at the last answer."""
     sized = plan.grown or plan.today
     (part, most), *others = sized.utilisation.items()
-    rest = ", ".join(f"{name} {_share(estimate)}" for name, estimate in others)
+    rest = ", ".join(f"{name} {words.share_text(estimate)}" for name, estimate in others)
     are = "The bottleneck is the robots" if part == "robots" else f"The bottleneck is {PARTS[part]}"
     who = {"robots": "they are busy", "chargers": "chargers are in use", "stations": "servers are busy"}[part]
-    return f"{are}: {who} {_share(most)} of the time" + (f" ({rest})." if rest else ".")
+    return f"{are}: {who} {words.share_text(most)} of the time" + (f" ({rest})." if rest else ".")
 
 
 def _found(plan: FleetPlan, shown: Shown) -> str:
     """The mean of the target's indicator with its interval, or why the design fails in spite of it."""
-    text = "no value" if shown.estimate is None else _interval(plan, shown.estimate)
+    text = "no value" if shown.estimate is None else words.interval_text(plan.target.indicator, shown.estimate)
     return f"{text}, but {shown.vetoed}" if shown.vetoed else text
-
-
-def _interval(plan: FleetPlan, estimate: Estimate) -> str:
-    if find(plan.target.indicator).is_share:
-        return _share(estimate)
-    if estimate.interval is None:
-        return f"{words.number(estimate.mean)} (exact)"
-    low, high = estimate.interval
-    digits = words.decimals((high - low) / 2)
-    return f"{words.number(estimate.mean, digits)} ({words.number(low, digits)} to {words.number(high, digits)})"
-
-
-def _share(estimate: Estimate) -> str:
-    """A share in per cent, with its interval."""
-    if estimate.interval is None:
-        return f"{words.number(100 * estimate.mean, 1)} % (exact)"
-    low, high = (100 * end for end in estimate.interval)
-    digits = min(max(words.decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
-    shown = [words.number(value, digits) for value in (100 * estimate.mean, low, high)]
-    return f"{shown[0]} % ({shown[1]} to {shown[2]})"
-
-
-def _amount(plan: FleetPlan, value: float) -> str:
-    """A value of the target's indicator."""
-    return f"{100 * value:.4g} %" if find(plan.target.indicator).is_share else words.number(value)
 
 
 def command_line(

@@ -6,6 +6,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any, get_args
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.indicators import look_up
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.factors import readable
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.statistics import Estimate
+
+    from desim_warehouse.study.statistics import Estimate, Target
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}
 """Columns of a study table that are no indicators: name for people, and unit."""
@@ -140,6 +142,21 @@ def design_name(design: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} = {level(value)}" for key, value in design.items()) or "the model as it is"
 
 
+def design_spoken(design: Mapping[str, Any]) -> str:
+    """A design point as one says it: `6 robots and 2 chargers, battery.threshold = 2`."""
+    counts = [f"{n} {what}{'s' * (n != 1)}" for key, n in design.items() if (what := _counted(key, n))]
+    others = {key: value for key, value in design.items() if not _counted(key, value)}
+    return ", ".join([spoken(counts)] * bool(counts) + [design_name(others)] * bool(others or not counts))
+
+
+def _counted(key: str, value: Any) -> str:
+    """What a factor counts, in the singular; empty if it is not a number of robots or chargers."""
+    if not str(value).isdecimal():
+        return ""
+    charger = key == "chargers" or key.endswith(".total_chargers")
+    return "robot" if key == "fleet.size" else "charger" if charger else ""
+
+
 def number(value: float, digits: int | None = None) -> str:
     """A number with separated thousands: four significant digits, or the given decimals."""
     if not math.isfinite(value):
@@ -180,3 +197,37 @@ def replications(plan: StudyPlan) -> str:
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
     )
+
+
+def target(goal: Target) -> str:
+    """A target as people write it, shares in per cent."""
+    return f"{goal.indicator} {goal.sense} {amount(goal.indicator, goal.value)}"
+
+
+def amount(indicator: str, value: float) -> str:
+    """A value of an indicator, shares in per cent."""
+    known = look_up(indicator)
+    return f"{100 * value:.4g} %" if known and known.is_share else number(value)
+
+
+def interval_text(indicator: str, estimate: Estimate, unit: str = "") -> str:
+    """A mean with the ends of its interval, rounded alike; shares in per cent."""
+    known = look_up(indicator)
+    if known and known.is_share:
+        return share_text(estimate)
+    of = f" {unit}" if unit else ""
+    if estimate.interval is None:
+        return f"{number(estimate.mean)}{of} ({'exact' if estimate.deterministic else 'one run'})"
+    low, high = estimate.interval
+    digits = decimals((high - low) / 2)
+    return f"{number(estimate.mean, digits)}{of} ({number(low, digits)} to {number(high, digits)})"
+
+
+def share_text(estimate: Estimate) -> str:
+    """A share in per cent, with the ends of its interval."""
+    if estimate.interval is None:
+        return f"{number(100 * estimate.mean, 1)} % ({'exact' if estimate.deterministic else 'one run'})"
+    low, high = (100 * end for end in estimate.interval)
+    digits = min(max(decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
+    shown = [number(value, digits) for value in (100 * estimate.mean, low, high)]
+    return f"{shown[0]} % ({shown[1]} to {shown[2]})"

@@ -32,6 +32,7 @@ seed: 0                                # replication r has the same run seed at 
 indicators: [T, S, C]                  # columns of the table; default: all
 baseline: {fleet.size: 3}              # the design that others are compared with; default: the first
 confidence: 0.95
+target: on_time >= 95 %                # what designs should meet: reports name those that do
 timeout: 60                            # seconds that a run may take; default: no limit
 warm_up: auto                          # run.warm_up of each design from five pilot runs of it; default: as in the model
 """
@@ -74,6 +75,7 @@ from desim_warehouse.model.messages import Outline
 from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
 from desim_warehouse.study.factors import Factor, Form, Label, factor_of, label
 from desim_warehouse.study.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
+from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
     from pydantic_core import PydanticCustomError
@@ -96,6 +98,14 @@ def _auto(given: Any) -> Any:
         return given
     time = f", or a time for all designs as set: {{run.warm_up: {got(given)}}}" if isinstance(given, NUMBER) else ""
     raise wrong(f"should be auto (got {got(given)}){time}")
+
+
+def _target(text: str) -> str:
+    try:
+        read_target(text)
+    except StudyError as error:
+        raise wrong(str(error)) from None
+    return text
 
 
 def _power_of_two(size: int) -> int:
@@ -186,6 +196,9 @@ class StudyFile(Part):
     )
     baseline: Mapping[str, Any] = Field({}, description="a value for each factor, such as {fleet.size: 3}")
     confidence: Fraction = Field(0.95, description="a number between 0 and 1, such as 0.95")
+    target: Annotated[Text, AfterValidator(_target)] = Field(
+        "", description="what designs should meet, such as on_time >= 95 %: reports name those that do"
+    )
     timeout: Positive | None = Field(None, description="seconds that a run may take, above 0")
     warm_up: Annotated[Literal["auto"] | None, BeforeValidator(_auto)] = Field(
         None, description="`auto`: each design has its own `run.warm_up`, from five pilot runs of it (MSER-5)"

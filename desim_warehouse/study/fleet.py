@@ -24,9 +24,9 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.money import equipment
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import is_deterministic
-from desim_warehouse.study.procedures import read_target
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.study import Study
+from desim_warehouse.study.target import read_target
 from desim_warehouse.verdicts import judge
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
 
     `name`: of the study that shows it. `best` is None if none was shown to; then `below` are the largest that failed.
-    `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots, chargers and
-    stations are busy at `best`, or at the largest design, the busiest first.
+    `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots, chargers
+    and stations are busy at `best`, or at the largest design, the busiest first.
     """
 
     name: str
@@ -228,8 +228,8 @@ def _demand(model: Model, growth: float) -> dict[str, Any]:
         return {}
     if not model.tasks.grow:
         raise StudyError(
-            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an hour}, "
-            "or flows that arrive at a rate"
+            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an "
+            "hour}, or flows that arrive at a rate"
         )
     return {"tasks.demand": round(model.tasks.demand * growth, 9)}
 
@@ -272,6 +272,7 @@ class _Planner:
             changes=changes,
             seed=seed,
             confidence=self.confidence,
+            target=str(self.target),
             timeout=self.timeout,
             name=name,
         )

@@ -37,6 +37,7 @@ class StudyPlan:
     name: str = "study"
     description: str = ""
     warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
+    target: str = ""  # that designs should meet; empty: none
 
     def points(self) -> list[Point]:
         """The design points, with the warm-up of each where that is known."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.indicators import INDICATORS, find, look_up, within
+from desim_warehouse.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.plan import is_deterministic, models
 from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
@@ -195,27 +195,3 @@ def _more_is_better(name: str) -> bool:
             "(in Python: maximise=False or True)"
         )
     return better == "more"
-
-
-_PERCENT = re.compile(r"([\d.]+)\s*%\s*$")
-
-
-def read_target(text: str) -> statistics.Target:
-    """A target as users write it; shares are given as 0.95 or as 95 %.
-
-    Raises:
-        StudyError: not a target, or a share outside 0 to 1.
-    """
-    percent = _PERCENT.search(text)
-    goal = statistics.parse_target(text[: percent.end(1)] if percent else text)
-    if look_up(goal.indicator) is None:
-        statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)  # says what is meant
-    if not find(goal.indicator).is_share:
-        if percent:
-            raise StudyError(f"target {text!r}: {goal.indicator} is no share, expected a number without %")
-        return goal
-    goal = replace(goal, value=goal.value / 100) if percent else goal
-    if not 0 <= goal.value <= 1:
-        meant = f"; did you mean {goal.value:g} %?" if not percent and 1 < goal.value <= 100 else ""  # noqa: PLR2004
-        raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
-    return goal

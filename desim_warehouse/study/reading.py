@@ -106,6 +106,7 @@ def _plan(document: Document) -> StudyPlan:
         file.name,
         file.description,
         file.warm_up,
+        file.target,
     )
     made = models(plan, plan.points(), places, run_code=True)
     if plan.warm_up:

@@ -65,6 +65,7 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
         "indicators": plan.indicators,
         "baseline": plan.baseline,
         "confidence": plan.confidence,
+        "target": plan.target,
         "timeout": plan.timeout,
         "warm_up": plan.warm_up,
         "base": plan.base.content(),
@@ -140,6 +141,7 @@ def _plan(content: Mapping[str, Any]) -> StudyPlan:
         name=content["name"],
         description=content["description"],
         warm_up=tuple(content["warm_up"]) if content.get("warm_up") else None,
+        target=content.get("target", ""),  # 0.1.0 had none
     )
 
 

@@ -55,6 +55,7 @@ class Study:
         design: str | Mapping[str, int] = "grid",
         changes: Mapping[str, Any] | None = None,
         confidence: float = 0.95,
+        target: str | None = None,
         timeout: float | None = None,
         name: str = "study",
         description: str = "",
@@ -72,6 +73,7 @@ class Study:
             design: grid, paired, or a sampled design such as `{"sobol": 64}`.
             changes: changes to the model for all runs (`set` of a study file).
             confidence: of intervals.
+            target: what designs should meet, such as "on_time >= 95 %"; reports name those that do.
             timeout: seconds that a run may take.
             name: for tables and messages.
             description: a sentence or two.
@@ -95,6 +97,7 @@ class Study:
                 "indicators": None if indicators is None else list(indicators),
                 "baseline": baseline,
                 "confidence": confidence,
+                "target": target,
                 "timeout": timeout,
                 "warm_up": warm_up,
             },

@@ -176,7 +176,7 @@ def test_every_state_is_a_part():
 
 def test_a_saved_run_has_the_same_account(run, tmp_path):
     again = dw.load_run(run.save(tmp_path / "run"))
-    for by in ("task", "robot", "edge", "node", "hour"):
+    for by in ("task", "flow", "station", "robot", "edge", "node", "hour"):
         assert again.account(by).equals(run.account(by))
 
 
@@ -188,5 +188,7 @@ def test_a_log_without_waits_is_refused(level):
 
 
 def test_another_table_is_refused(run):
-    with pytest.raises(dw.ReportError, match="account by 'day': expected one of task, robot, edge, node, hour"):
+    with pytest.raises(
+        dw.ReportError, match="account by 'day': expected one of task, flow, station, robot, edge, node, hour"
+    ):
         run.account("day")

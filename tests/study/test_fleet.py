@@ -174,8 +174,8 @@ def test_robots_of_a_kind_have_their_own_price():
 
 def test_the_command_takes_prices_from_the_model_or_from_options(here):
     plan = (
-        f"desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet {SHORT} --robots 1..3 "
-        "--json"
+        "desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet --json --robots 1..3 "
+        f"{SHORT}"
     )
     section = "--set 'prices={hours: 4000, robot: 9000, charger: 800}'"
     own, options, both = (
