@@ -37,6 +37,9 @@ CHARGERS_BUSY = 0.95
 MOST_WAITING = 0.5
 """Share of the fleet's time spent waiting in traffic from which it is jammed."""
 
+LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL")
+"""Verdicts on designs that cannot last, whatever their indicators say of the time simulated."""
+
 
 @dataclass(frozen=True)
 class Verdict:

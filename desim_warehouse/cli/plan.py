@@ -24,7 +24,6 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:
@@ -102,9 +101,9 @@ def command(
         )
     took = monotonic() - began
     shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)
-    content = fleet_words.content(found, loaded, shown) | {"seconds": round(took, 1)}
+    content = fleet_words.content(found, loaded, shown)
     if execution.out is not None:
-        write_whole(Path(execution.out) / PLAN, json.dumps(content, indent=1) + "\n")
+        fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1))
     if as_json:
         click.echo(json.dumps(content))
     else:

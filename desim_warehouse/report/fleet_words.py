@@ -12,9 +12,11 @@ from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.power import start_energy
 from desim_warehouse.layout import build
 from desim_warehouse.report import words
+from desim_warehouse.run.folder import PLAN, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
@@ -65,8 +67,8 @@ def promise(plan: FleetPlan) -> str:
     """What is meant by enough, and how sure it is."""
     zone = words.amount(plan.target.indicator, plan.zone)
     return (
-        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, and "
-        f"no smaller one is better than that by {zone} or more (if more robots and chargers never do worse)."
+        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, "
+        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse)."
     )
 
 
@@ -206,6 +208,11 @@ def _value(value: Any) -> str:
     if isinstance(value, dict):
         return f"{{{', '.join(f'{key}: {_value(item)}' for key, item in value.items())}}}"
     return value if isinstance(value, str) else json.dumps(value)
+
+
+def save(plan: FleetPlan, model: Model, shown: list[Evidence], folder: Path, seconds: float | None = None) -> None:
+    """Write plan.json, from which `desim report` makes a page."""
+    write_whole(folder / PLAN, json.dumps(content(plan, model, shown) | {"seconds": seconds}, indent=1) + "\n")
 
 
 def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,9 +24,14 @@ class Html:
         return self.source
 
 
-def paragraph(text: str, kind: str = "") -> Html:
-    """A paragraph; `kind` is lead or note."""
-    return Html(f"<p{_class(kind)}>{escape(text)}</p>")
+def paragraph(text: str, kind: str = "", end: Html | None = None) -> Html:
+    """A paragraph; `kind` is lead, question or note; `end` such as a link."""
+    return Html(f"<p{_class(kind)}>{escape(text)}{end.source if end else ''}</p>")
+
+
+def link(text: str, address: str) -> Html:
+    """A link to a file beside the page."""
+    return Html(f'<a href="{escape(quote(address))}">{escape(text)}</a>')
 
 
 def heading(text: str) -> Html:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.run.folder import RUN, STUDY
+from desim_warehouse.run.folder import PLAN, RUN, STUDY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from nbformat import NotebookNode
 
 _NEEDED = ("nbclient", "nbconvert", "nbformat", "ipykernel")
-_KINDS = {"study": STUDY, "run": RUN}
+KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
 """Notebook: the file by which its kind of folder is known."""
+_DEEPEST = 6
+"""Levels of headings."""
 
 
 def report(
@@ -31,15 +33,17 @@ def report(
     pdf: bool = False,
     code: bool = False,
     keep: str | Path | None = None,
+    replay: bool = False,
 ) -> Path:
-    """Write the report of a study folder or a run folder.
+    """Write the report of the folder of a plan, a study or a run.
 
     Args:
-        folder: what `desim study --out`, `desim what-if --out` or `desim run --out` wrote.
+        folder: what `desim plan`, `study`, `what-if`, `size`, `best` or `run` wrote with `--out`.
         out: the page; default: report.html in the folder (report.pdf with `pdf`).
         pdf: print the page with an installed Chromium or Chrome.
         code: show the notebook's code cells, too.
         keep: write the executed notebook here, to continue in Jupyter.
+        replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
 
     Returns:
         What was written.
@@ -53,7 +57,8 @@ def report(
     folder = Path(folder)
     kind = kind_of(folder)
     path = folder / ("report.pdf" if pdf else "report.html") if out is None else Path(out)
-    notebook = executed(kind, folder)
+    beside = path.with_name(f"{path.stem}-replay.html").resolve()
+    notebook = executed(kind, folder, replay=beside if replay else None)
     if keep is not None:
         _write(Path(keep), _as_file(notebook))
     page = page_of(notebook, title_of(notebook), code=code)
@@ -67,12 +72,12 @@ def report(
 
 
 def kind_of(folder: Path) -> str:
-    """Whether a folder holds a study or a run."""
-    for kind, file in _KINDS.items():
+    """Whether a folder holds a plan, a study or a run."""
+    for kind, file in KINDS.items():
         if (folder / file).is_file():
             return kind
     raise ReportError(
-        f"{folder}: neither a study nor a run there; desim study STUDY --out DIR or desim run MODEL --out DIR makes one"
+        f"{folder}: neither a plan, nor a study, nor a run there; desim plan, what-if, study or run --out DIR makes one"
     )
 
 
@@ -85,16 +90,17 @@ def template(kind: str) -> Path:
     raise ReportError(f"{name} is missing from this installation of desim-warehouse")
 
 
-def executed(kind: str, folder: Path) -> NotebookNode:
-    """The notebook with its `parameters` cell set for a folder, run from the first cell to the last."""
+def executed(kind: str, folder: Path | None, *, replay: Path | None = None) -> NotebookNode:
+    """A kind's notebook, run from the first cell to the last: with its parameters for a folder, or as it is."""
     with _quiet(), tempfile.TemporaryDirectory(prefix="desim-", ignore_cleanup_errors=True) as sockets:
         import nbformat
         from nbclient import NotebookClient
         from nbclient.exceptions import CellExecutionError, DeadKernelError
 
-        here = str(folder.resolve())
+        here = str((folder or Path(sockets)).resolve())
         notebook = nbformat.read(template(kind), as_version=4)
-        set_parameters(notebook, {"folder": here})
+        if folder is not None:
+            set_parameters(notebook, {"folder": here, "replay": replay and str(replay)})
         client = NotebookClient(
             notebook,
             timeout=None,
@@ -161,9 +167,16 @@ def _shown(notebook: NotebookNode) -> Iterator[str]:
 
 
 def page_of(notebook: NotebookNode, title: str, *, code: bool = False) -> str:
-    """An executed notebook as one page: styles and figures inside, no scripts, no external links."""
+    """An executed notebook as one page: styles and figures inside, no scripts, no external links.
+
+    Sections in which there is nothing to show are left out, unless code is shown.
+    """
     with _quiet():
+        import nbformat
         from nbconvert import HTMLExporter
+
+        if not code:
+            notebook = nbformat.from_dict({**notebook, "cells": _filled(notebook.cells)})
 
         exporter = HTMLExporter(
             template_name="desim",
@@ -175,6 +188,29 @@ def page_of(notebook: NotebookNode, title: str, *, code: bool = False) -> str:
         )
         page, _ = exporter.from_notebook_node(notebook, resources={"report_title": title})
     return str(page)
+
+
+def _filled(cells: list[NotebookNode]) -> list[NotebookNode]:
+    """The cells without headings that nothing follows."""
+    kept: list[NotebookNode] = []
+    lowest = 0  # the highest heading that has something below it already, from the end on; 0: a heading would be empty
+    for cell in reversed(cells):
+        level = _heading(cell)
+        if level is None:
+            lowest = _DEEPEST if cell.get("outputs") else lowest
+        elif lowest >= level:
+            lowest = level - 1
+        else:
+            continue
+        kept.append(cell)
+    return kept[::-1]
+
+
+def _heading(cell: NotebookNode) -> int | None:
+    """The level of a markdown heading; None: another cell."""
+    if cell.cell_type != "markdown" or not cell.source.startswith("#"):
+        return None
+    return len(cell.source) - len(cell.source.lstrip("#"))
 
 
 def _as_file(notebook: NotebookNode) -> str:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import platform
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot, sentences, words
-from desim_warehouse.report.model_parts import model_facts
+from desim_warehouse.report.first_page import example, in_full
+from desim_warehouse.report.model_parts import model_facts, work
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.axes import Axes
 
     from desim_warehouse.account import By
@@ -26,13 +31,36 @@ _SPANS = 400
 """The most states in the Gantt chart; of longer runs a part is shown."""
 
 
-def heading(run: Run) -> Html:
-    """Title and what the model is."""
-    title = html.heading(f"{run.model.name}, seed {run.seed}")
-    return title + html.paragraph(run.model.description or "One simulation run.", "lead")
+def read(folder: str | Path | None) -> Run:
+    """The run of a folder, with everything logged: again if it was not; None: of a small warehouse."""
+    from desim_warehouse.run import simulate
+    from desim_warehouse.run.folder import load_run
+
+    if folder is None:
+        return simulate(example())
+    run = load_run(folder)
+    if run.record.level == "all":
+        return run
+    again = in_full(run.model, run.seed)
+    same = again is not None and again.record.end == run.record.end and again.record.robots == run.record.robots
+    return again if again is not None and same else run
 
 
-def short(run: Run) -> Html:
+def first_page(run: Run, replay: str | None = None) -> Html:
+    """The question, the answer, and what a year like the run costs."""
+    return pages.first_page(run.model.name, run.model.description, question(run), answer(run), run, replay)
+
+
+def question(run: Run) -> str:
+    """What was simulated."""
+    model = run.model
+    fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
+    if model.battery is not None:
+        fleet["chargers"] = run.history.chargers
+    return f"What do {words.design_spoken(fleet)} do? {work(model)[:1].upper()}{work(model)[1:]}."
+
+
+def answer(run: Run) -> list[str]:
     """The run in a few sentences, verdicts first."""
     kpis = run.kpis
     lines = [
@@ -41,13 +69,25 @@ def short(run: Run) -> Html:
             f"{words.number(kpis['tasks'])} tasks delivered in {_counted_time(run)}, "
             f"{words.number(kpis['throughput_per_hour'])} an hour."
         ),
-        (
-            f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
-            f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
-        ),
-        f"{words.number(kpis['C'])} charge cycles after which a robot went out again.",
     ]
-    return html.bullets(lines, "answers")
+    if "on_time" in kpis:
+        lines.append(f"{words.amount('on_time', kpis['on_time'])} of the tasks were delivered on time.")
+    lines.append(
+        f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
+        f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
+    )
+    if run.model.battery is not None:
+        lines.append(f"{words.number(kpis['C'])} charge cycles after which a robot went out again.")
+    if "annual_cost" in kpis:
+        each = kpis["cost_per_task"]
+        task = f", a task {words.number(each)}" if math.isfinite(each) else ""
+        lines.append(f"A year like this costs {words.number(kpis['annual_cost'])}{task}.")
+    return lines
+
+
+def short(run: Run) -> Html:
+    """The answer by itself."""
+    return html.bullets(answer(run), "answers")
 
 
 def _counted_time(run: Run) -> str:
@@ -83,7 +123,7 @@ def flow_figures(run: Run) -> list[Axes]:
     return [plot.arrivals(run)] if run.history.tasks else []
 
 
-def resources(run: Run) -> Html:
+def resources(run: Run) -> Html | None:
     """How busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
     if run.record.level != "all":
         return html.paragraph("How busy stations and chargers are needs a run with log: all.", "note")
@@ -107,7 +147,7 @@ def resources(run: Run) -> Html:
         for node, (zone, number) in places.items()
     ]
     if not rows or not counted:
-        return html.paragraph("There are no stations and no chargers.", "note")
+        return None
     return html.table(["where", "servers or chargers", "in use", "robots queueing, on average"], rows, name="resources")
 
 
@@ -132,10 +172,14 @@ def _accounted(run: Run) -> By | None:
     return "task" if len(run.account("task")) else "robot"
 
 
-def account_figures(run: Run) -> list[Axes]:
-    """Where the time of tasks went, if the log says it."""
-    by = _accounted(run)
-    return [] if by is None else [plot.account(run, by)]
+def account_figures(run: Run | None) -> list[Axes]:
+    """Where the time of a task went by flow and by station (of a robot, where there were no tasks), if the log says."""
+    by = None if run is None else _accounted(run)
+    if run is None or by is None:
+        return []
+    if by == "robot":
+        return [plot.account(run, by)]
+    return [plot.account(run, "flow"), *([plot.account(run, "station")] if len(run.account("station")) > 1 else [])]
 
 
 def account(run: Run) -> Html:
@@ -156,10 +200,20 @@ def account(run: Run) -> Html:
     )
     if by == "task":
         said += "; each from its release to its delivery, or to the end of the run"
-    return html.paragraph(f"{said}.", "note")
+    return html.paragraph(f"{said}.")
 
 
-def worst_places(run: Run) -> Html:
+def account_of(run: Run, design: str) -> Html:
+    """The same of one run of a design."""
+    return account(run) + html.paragraph(f"One run of {design} (seed {run.seed}).", "note")
+
+
+def congestion_figures(run: Run | None) -> list[Axes]:
+    """The map of waits, where anybody waited."""
+    return [] if run is None or not run.kpis["S"] else [plot.congestion(run)]
+
+
+def worst_places(run: Run) -> Html | None:
     """The edges and intersections with the most waiting."""
     places = [
         (f"{kind} {name}", float(row["blocked"]), int(row["waits"]), int(row["passages"]))
@@ -168,7 +222,7 @@ def worst_places(run: Run) -> Html:
     ]
     worst = sorted((item for item in places if item[2]), key=lambda item: -item[1])[:_PLACES]
     if not worst:
-        return html.paragraph("No robot waited for another.", "note")
+        return None
     rows = [
         [place, words.number(blocked), words.number(waits), words.number(passages)]
         for place, blocked, waits, passages in worst
@@ -187,19 +241,23 @@ def warm_up_figures(run: Run) -> list[Axes]:
         return []
 
 
-def warm_up(run: Run) -> Html:
+def warm_up(run: Run) -> Html | None:
     """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
-        return html.paragraph("This run ends with its work, or is too short: there is no steady state.", "note")
+        return None  # it ends with its work, or is too short: there is no steady state
     return html.paragraph(f"Counted from {words.number(run.record.begin)} {run.model.units.time} on.", "note")
 
 
-def method(run: Run, folder: str) -> Html:
+def method(run: Run, folder: str | None) -> Html:
     """How to get the same run again."""
     from desim_warehouse import __version__
 
     rows = [
-        ("To repeat it in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})"),
+        *(
+            [("To repeat it in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})")]
+            if folder
+            else []
+        ),
         ("Seed", str(run.seed)),
         ("Model", f"{run.model.name}, SHA-256 {run.model.digest()}"),
         ("desim-warehouse", __version__),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -90,8 +90,13 @@ def _follows(study: Results, indicator: str, row: Difference) -> bool:
 
 def name_of(study: Results, design: str) -> str:
     """A design in words; factors that do not vary are left out."""
+    return words.design_name(levels_of(study, design))
+
+
+def levels_of(study: Results, design: str) -> dict[str, Any]:
+    """The levels of a design by factor, without the factors that do not vary."""
     levels = zip(study.factors, study.designs[design], strict=True)
-    return words.design_name({key: level for key, level in levels if key in study.varied or len(study.factors) == 1})
+    return {key: level for key, level in levels if key in study.varied or len(study.factors) == 1}
 
 
 def _amount(study: Results, indicator: str, row: Difference) -> str:

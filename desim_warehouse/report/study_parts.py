@@ -7,13 +7,16 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ReportError, StudyError, WarehouseError
-from desim_warehouse.report import html, plot, sentences, words
+from desim_warehouse.errors import ReportError, StudyError
+from desim_warehouse.report import answers, html, plot, run_parts, sentences, words
+from desim_warehouse.report import first_page as pages
+from desim_warehouse.report.first_page import example
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.sentences import name_of
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import first_order, main_effects
+from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import RESULTS, is_numeric
 
 if TYPE_CHECKING:
@@ -27,14 +30,19 @@ _PANELS = 12
 """Panels of a figure; with more combinations of further factors, it averages over them, and says so."""
 _FOREST = 24
 """Designs in a forest plot."""
+_UNNAMED = ("what-if", "size", "best", "study")
+"""Names of studies that nobody named: their reports have the name of the model."""
+_MET = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
 
 
-def read(folder: str | Path) -> Results:
-    """The results of a study folder that has something to report.
+def read(folder: str | Path | None) -> Results:
+    """The results of a study folder that has something to report; None: of a small study made now.
 
     Raises:
         ReportError: where there is no study, it is damaged, or no run has finished without an error.
     """
+    if folder is None:
+        return Study(example(), {"fleet.size": [1, 2, 3]}, replications=5, target="on_time >= 90 %").run().results
     try:
         results = Results.load(folder)
     except StudyError as error:
@@ -47,36 +55,37 @@ def read(folder: str | Path) -> Results:
     return results
 
 
-def heading(study: Results) -> Html:
-    """Title and what the study is."""
-    lead = html.paragraph(study.plan.description or study.base.description or "A what-if study.", "lead")
-    return html.heading(study.plan.name) + lead
+def first_page(study: Results, run: Run | None, replay: str | None = None) -> Html:
+    """The question, the answer, and what a year costs; `run` is linked as a replay where there is a path for it."""
+    title = study.base.name if study.plan.name in _UNNAMED else study.plan.name
+    about = study.plan.description or study.base.description
+    return pages.first_page(title, about, answers.question(study), answers.answer(study)[0], run, replay)
 
 
-def question(study: Results) -> Html:
-    """What was varied, and which indicators are compared."""
-    looked_at = _listed([words.in_sentence(name) for name in study.main])
-    if not study.factors:
-        return html.paragraph(f"What are {looked_at} of the model as it is?")
-    lines = [f"{key}: {_said(key)}{_values(study, key)}" for key in study.factors]
-    return html.paragraph(f"How do {looked_at} change with:") + html.bullets(lines)
+def first_figure(study: Results) -> list[Axes]:
+    """The indicator of the target, or the first that differs, by all factors."""
+    first = _first(study)
+    return [] if first is None else [_figure(study, first)]
 
 
-def _said(key: str) -> str:
-    """The schema's description of a factor, as the beginning of a sentence."""
-    meaning = words.description(key)
-    return f"{meaning}; " if meaning else ""
+def _first(study: Results) -> str | None:
+    first = study.target.indicator if study.target else next(iter(study.moving), None)
+    return first if study.factors and first in study.table else None
 
 
-def _values(study: Results, key: str) -> str:
-    found = study.levels(key)
-    if len(found) > 12:  # noqa: PLR2004 - a line of text
-        return f"{len(found)} values from {words.level(found[0])} to {words.level(found[-1])}"
-    return ", ".join(words.level(value) for value in found)
+def example_run(study: Results) -> Run | None:
+    """A run of the design that the answer names, simulated again with everything logged."""
+    _, design = answers.answer(study)
+    good = [] if design is None else [row for row in study.runs(design) if row.outcome.error is None]
+    if design is None or not good or design not in study.models:
+        return None
+    return pages.in_full(study.models[design], good[0].seed)
 
 
-def _listed(items: list[str]) -> str:
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+def account(study: Results, run: Run | None) -> Html | None:
+    """The biggest part of a task's time, and which run that was."""
+    _, design = answers.answer(study)
+    return None if run is None or design is None else run_parts.account_of(run, name_of(study, design))
 
 
 def conclusions(study: Results) -> Html:
@@ -113,6 +122,10 @@ def results(study: Results) -> Html:
     head = [*study.factors, "runs", *(words.indicator_label(name, units) for name in study.main)]
     shown = list(study.designs)[:_ROWS]
     rows = [_result(study, design) for design in shown]
+    if study.target is not None:
+        head.append(words.target(study.target))
+        met = {design: _MET[one.verdict] for design, one in study.judged.items()}
+        rows = [[*row, met.get(design, "–")] for row, design in zip(rows, shown, strict=True)]
     if any(study.verdicts.values()):
         head.append("verdict")
         rows = [[*row, sentences.marks(study, design)] for row, design in zip(rows, shown, strict=True)]
@@ -139,33 +152,47 @@ def _result(study: Results, design: str) -> list[str]:
 
 
 def result_figures(study: Results) -> list[Axes]:
-    """Each main indicator by the first factors, a panel for each level of the others; throughput with its knee."""
-    if not study.varied:
-        return []
-    rule = study.plan.rule
-    first, second = study.varied[0], study.varied[1] if len(study.varied) > 1 else None
-    further = study.varied[2:]
-    grouped = second is not None and len(study.levels(second)) <= len(plot.COLOURS) and not rule.sampled
-    panels = math.prod(len(study.levels(key)) for key in further)
+    """Each main indicator that differs by all factors, but that of the first page; a surface of two where they fit."""
+    first, varied = _first(study), study.varied
     figures = []
     for indicator in study.moving:
-        common: dict[str, Any] = {"confidence": study.plan.confidence, "model": study.base}
-        if grouped and further and rule.name == "grid" and panels <= _PANELS:
-            figures.append(plot.facets(study.table, first, indicator, group=second, by=further, **common))
-        elif indicator == "throughput_per_hour" and first == "fleet.size" and not grouped and not rule.sampled:
-            figures.append(plot.throughput(study.table, **common))
-        else:
-            figures.append(plot.by_factor(study.table, first, indicator, group=second if grouped else None, **common))
-        if second is not None and not grouped and all(is_numeric(study.levels(key)) for key in (first, second)):
-            figures.append(plot.surface(study.table, first, second, indicator, model=study.base))
+        figures += [] if indicator == first else [_figure(study, indicator)]
+        numeric = len(varied) > 1 and all(is_numeric(study.levels(key)) for key in varied[:2])
+        if numeric and _arranged(study)[1] is None:
+            figures.append(plot.surface(study.table, varied[0], varied[1], indicator, model=study.base))
     return figures
 
 
-def effects(study: Results) -> Html:
+def _arranged(study: Results) -> tuple[str, str | None, list[str]]:
+    """The factor along the axis (robots if they vary), that with a line for each level, those with panels."""
+    ahead = [key for key in study.varied if key == "fleet.size"]
+    ahead += [key for key in study.varied if "charger" in key]
+    factor, *others = dict.fromkeys([*ahead, *study.varied]) or study.factors
+    few = (key for key in others if len(study.levels(key)) <= len(plot.COLOURS))
+    group = None if study.plan.rule.sampled else next(few, None)
+    return factor, group, [key for key in others if key != group]
+
+
+def _figure(study: Results, indicator: str) -> Axes:
+    """An indicator by the factors; throughput by robots alone with its knee, that of the target with a line there."""
+    factor, group, further = _arranged(study)
+    goal = study.target if study.target and study.target.indicator == indicator else None
+    common: dict[str, Any] = {"confidence": study.plan.confidence, "model": study.base}
+    aim = {**common, "target": goal and goal.value}
+    panels = math.prod(len(study.levels(key)) for key in further)
+    if further and study.plan.rule.name == "grid" and panels <= _PANELS:
+        return plot.facets(study.table, factor, indicator, group=group, by=further, **aim)
+    alone = not (goal or group or further or study.plan.rule.sampled)
+    if alone and (indicator, factor) == ("throughput_per_hour", "fleet.size"):
+        return plot.throughput(study.table, **common)
+    return plot.by_factor(study.table, factor, indicator, group=group, **aim)
+
+
+def effects(study: Results) -> Html | None:
     """Which factor matters: largest minus smallest mean over each factor's levels, and its share of variance."""
     varied = study.varied
     if len(varied) < 2 or study.plan.rule.name == "paired":  # noqa: PLR2004 - one factor is all there is
-        return html.paragraph("One factor, or factors varied together: their effects cannot be told apart.", "note")
+        return None  # one factor, or factors varied together: their effects cannot be told apart
     rows, doubts = [], []
     for indicator in study.moving:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
@@ -181,7 +208,7 @@ def effects(study: Results) -> Html:
     return html.table(head, rows, words=2, name="effects") + html.paragraph(note, "note")
 
 
-def comparison(study: Results) -> Html:
+def comparison(study: Results) -> Html | None:
     """Paired differences to the baseline, for each indicator."""
     parts = Html("")
     statement = ""
@@ -203,7 +230,7 @@ def comparison(study: Results) -> Html:
         parts += html.table(head, rows, name=f"comparison-{indicator}")
         statement = "exact differences of deterministic models" if study.deterministic else found.statement
     if not statement:
-        return html.paragraph("There is nothing to compare with the baseline.", "note")
+        return None
     return parts + html.paragraph(f"For each indicator: {statement}.", "note")
 
 
@@ -224,49 +251,10 @@ def comparison_figures(study: Results) -> list[Axes]:
     ]
 
 
-def busiest(study: Results) -> tuple[str, Run] | None:
-    """The design with the most waiting (else collisions), simulated again with the seed of its first good run."""
-    from desim_warehouse.run import simulate
-
-    by = next((name for name in ("waiting", "S") if name in study.table), None)
-    if by is None:
-        return None
-    good = {design: [row for row in study.runs(design) if not math.isnan(row.value(by))] for design in study.designs}
-    means = {design: math.fsum(row.value(by) for row in rows) / len(rows) for design, rows in good.items() if rows}
-    design = max(means, key=lambda key: means[key], default="")
-    if design not in study.models:
-        return None
-    if any(spec.own for spec in study.models[design].policies.specs().values()):
-        return None  # opening a colleague's study must not run their code
-    try:
-        return design, simulate(study.models[design].replace({"log": "tasks"}), good[design][0].seed)
-    except WarehouseError:
-        return None
-
-
-def congestion(study: Results, again: tuple[str, Run] | None) -> Html:
-    """Which run the map shows, and where robots wait most."""
-    from desim_warehouse.report.run_parts import worst_places
-
-    if again is None:
-        own = any(spec.own for model in study.models.values() for spec in model.policies.specs().values())
-        why = ": a report does not run the code of policies of your own" if own else ""
-        return html.paragraph(f"No run is simulated again{why}.", "note")
-    design, run = again
-    what = "waiting" if "waiting" in study.table else "collisions"
-    where = f"One run of {name_of(study, design)}, the design with the most {what} (seed {run.seed})."
-    return html.paragraph(where) + worst_places(run)
-
-
 def method(study: Results) -> Html:
     """How to get the same numbers again, and which runs failed."""
-    rows = [
-        ("To repeat it in Python", f"dw.Study.open({str(study.folder)!r}).run(out=DIR)"),
-        ("Study seed", str(study.plan.seed)),
-        ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
-        *((name, version) for name, version in study.versions.items()),
-        ("Report made with", f"Python {platform.python_version()}"),
-    ]
+    rows = [("To repeat it in Python", f"dw.Study.open({str(study.folder)!r}).run(out=DIR)")] if study.folder else []
+    rows += versions(study)
     steps = [
         "Each run is a discrete-event simulation; its seed is in the column seed of results.parquet.",
         (
@@ -283,6 +271,16 @@ def method(study: Results) -> Html:
     if study.deterministic:
         steps[1:] = ["The models are deterministic: every difference is exact."]
     return html.bullets(steps) + html.facts(rows, "method") + _failures(study)
+
+
+def versions(study: Results) -> list[tuple[str, str]]:
+    """What the runs were made with."""
+    return [
+        ("Study seed", str(study.plan.seed)),
+        ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
+        *study.versions.items(),
+        ("Report made with", f"Python {platform.python_version()}"),
+    ]
 
 
 def _failures(study: Results) -> Html:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
-
     from desim_warehouse.study.statistics import Estimate, Target
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}
@@ -58,6 +57,12 @@ def indicator_kind(indicator: str) -> str:
     return known.unit if known else _COLUMNS.get(indicator, ("", ""))[1]
 
 
+def is_share(indicator: str) -> bool:
+    """Whether values of an indicator lie between 0 and 1, and are shown in per cent."""
+    known = look_up(indicator)
+    return known is not None and known.is_share
+
+
 def indicator_name(indicator: str) -> str:
     """An indicator's title; the column's own name if it is no indicator."""
     known = look_up(indicator)
@@ -89,6 +94,11 @@ def factor_label(key: str, units: Units | None) -> str:
     short = meaning.split(";")[0].split(":")[0]
     name = f"{short[0].upper()}{short[1:]}, {key}" if short and len(short) <= _LONGEST else key
     return with_unit(name, factor_unit(key, units))
+
+
+def factor_name(key: str) -> str:
+    """What a factor is called in a legend: what its last part says, `charging` for `policies.charging`."""
+    return {"fleet.size": "robots"}.get(key, key.rpartition(".")[2].replace("_", " "))
 
 
 def averaged(factors: Sequence[str]) -> str:
@@ -206,14 +216,12 @@ def target(goal: Target) -> str:
 
 def amount(indicator: str, value: float) -> str:
     """A value of an indicator, shares in per cent."""
-    known = look_up(indicator)
-    return f"{100 * value:.4g} %" if known and known.is_share else number(value)
+    return f"{100 * value:.4g} %" if is_share(indicator) else number(value)
 
 
 def interval_text(indicator: str, estimate: Estimate, unit: str = "") -> str:
     """A mean with the ends of its interval, rounded alike; shares in per cent."""
-    known = look_up(indicator)
-    if known and known.is_share:
+    if is_share(indicator):
         return share_text(estimate)
     of = f" {unit}" if unit else ""
     if estimate.interval is None:

@@ -27,7 +27,7 @@ from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
-from desim_warehouse.verdicts import judge
+from desim_warehouse.verdicts import LASTING, judge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 
 SCOUTS = 3
 """Runs of each design that the search looks at before anything is shown."""
-LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL")
-"""Verdicts on designs that cannot last, whatever their indicators say of the time simulated."""
 ROOM = 2.5
 """Times the robots needed by hand up to which robots are searched, where nobody says up to how many."""
 STRATEGIES = ("nearest", "hungarian", "earliest-due")

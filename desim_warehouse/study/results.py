@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -20,7 +20,8 @@ from desim_warehouse.study.factors import RESERVED
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import is_lifelong, models
 from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
-from desim_warehouse.verdicts import judge
+from desim_warehouse.study.target import read_target
+from desim_warehouse.verdicts import LASTING, judge
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -128,6 +129,8 @@ class Results:
     def main(self) -> tuple[str, ...]:
         """The indicators of a report: those of the study if they are few, without those that have no value."""
         chosen = self.plan.indicators if 0 < len(self.plan.indicators) <= _MOST_MAIN else self.usual()
+        if self.target is not None:
+            chosen = list(dict.fromkeys((self.target.indicator, *chosen)))
         return tuple(name for name in chosen if name in self.table and self.table[name].notna().any())
 
     @cached_property
@@ -321,6 +324,32 @@ class Results:
         from desim_warehouse.report.explore import explore
 
         return explore(self, path, command=command)
+
+    @cached_property
+    def target(self) -> statistics.Target | None:
+        """What designs should meet."""
+        return read_target(self.plan.target) if self.plan.target else None
+
+    @cached_property
+    def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
+        """Whether each design that has values meets the target: all of this is right at once, with the confidence.
+
+        One that cannot last (see `desim_warehouse.verdicts`) fails, whatever its values.
+        """
+        goal = self.target
+        if goal is None:
+            return {}
+        values = {design: self.values(design, goal.indicator) for design in self.designs}
+        known = {design: found[np.isfinite(found)].tolist() for design, found in values.items()}
+        level = 1 - (1 - self.plan.confidence) / max(sum(map(bool, known.values())), 1)
+        found = {}
+        for design, given in known.items():
+            if given:
+                exact = _deterministic(self.runs(design))
+                one = statistics.judged(design, given, goal, level, exact, within(goal.indicator))
+                lasts = not any(said.code in LASTING for said in self.verdicts.get(design, ()))
+                found[design] = one if lasts else replace(one, verdict="fails")
+        return found
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
         kind = cast("Literal['bonferroni', 'holm']", method)

@@ -36,6 +36,7 @@ def by_factor(
     confidence: float = 0.95,
     model: Model | None = None,
     seconds: bool = False,
+    target: float | None = None,
     title: str | None = None,
     style: look.Style = "light",
     ax: Axes | None = None,
@@ -51,6 +52,7 @@ def by_factor(
         confidence: of each interval; none is drawn where replications cannot differ, or there is only one.
         model: gives the axes their units.
         seconds: show times in seconds (needs `model`).
+        target: a value of the indicator to draw a line at.
 
     The paper's Fig. 6 is `by_factor(table, "fleet.size", "T", group="tasks.goods", seconds=True, ...)`.
     Other factors are averaged over, replication by replication; the horizontal axis says so.
@@ -78,9 +80,13 @@ def by_factor(
         axes.set_xlabel(axes.get_xlabel() + look.text(words.averaged(averaged_over(table, keys))))
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
         axes.margins(x=0.04)
-        if all(cell.estimate.mean >= 0 for cell in found):
+        if target is not None:
+            _target(axes, indicator, target * scale)
+        elif all(cell.estimate.mean >= 0 for cell in found):
             axes.set_ylim(bottom=0)
-        look.legend(axes, len(groups), group)
+        if words.is_share(indicator):
+            axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
+        look.legend(axes, len(groups), group and words.factor_name(group))
         return axes
 
 
@@ -95,13 +101,14 @@ def facets(
     confidence: float = 0.95,
     model: Model | None = None,
     seconds: bool = False,
+    target: float | None = None,
     title: str | None = None,
     style: look.Style = "light",
 ) -> Axes:
     """`by_factor` once for each combination of levels of further factors, side by side on one scale.
 
     Args:
-        table, factor, indicator, group, kind, confidence, model, seconds: as `by_factor`.
+        table, factor, indicator, group, kind, confidence, model, seconds, target: as `by_factor`.
         by: the further factors; each combination of their levels that has runs is a panel, named by them.
         title: of the whole figure.
         style: as `by_factor`.
@@ -127,6 +134,7 @@ def facets(
                 confidence=confidence,
                 model=model,
                 seconds=seconds,
+                target=target,
                 title=name,
                 style=style,
                 ax=axes,
@@ -140,6 +148,18 @@ def facets(
         if title:
             panels[0].figure.suptitle(look.text(title))
         return panels[0]
+
+
+def _target(axes: Axes, indicator: str, value: float) -> None:
+    """A line at the target, with its value; the axis goes as far as means, intervals and the line do."""
+    axes.axhline(value, color=palette.INK, linestyle=(0, (6, 3)), linewidth=1.3, zorder=1)
+    low, high = axes.get_ylim()
+    room = 0.08 * (max(high, value) - min(low, value))
+    axes.set_ylim(min(low, value - room), max(high, value + room))
+    label = f"target {words.amount(indicator, value)}"
+    axes.annotate(
+        label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"
+    )
 
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:

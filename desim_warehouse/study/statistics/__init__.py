@@ -55,6 +55,7 @@ from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_
 from desim_warehouse.study.statistics.sizing import (
     DesignVerdict,
     Sizing,
+    judged,
     smallest_meeting,
     smallest_meeting_steps,
 )
@@ -110,6 +111,7 @@ __all__ = [
     "follow",
     "gains_steps",
     "holm",
+    "judged",
     "kn",
     "kn_constants",
     "kn_steps",

@@ -1,0 +1,165 @@
+"""The sections of a plan's report, as the notebook shows them one by one."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError, StudyError, reason
+from desim_warehouse.report import first_page as pages
+from desim_warehouse.report import html, plot, run_parts, words
+from desim_warehouse.report.model_parts import model_facts
+from desim_warehouse.report.study_parts import versions
+from desim_warehouse.run.folder import PLAN
+from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.results import Results
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.html import Html
+    from desim_warehouse.run import Run
+
+
+@dataclass(frozen=True)
+class PlanFolder:
+    """What `desim plan --out` wrote: the content of plan.json, and the studies of each demand, today's first."""
+
+    content: Mapping[str, Any]
+    studies: tuple[Results, ...]
+    scouts: tuple[Results, ...]
+
+    @property
+    def demands(self) -> list[Mapping[str, Any]]:
+        """What plan.json says of each demand."""
+        return [self.content[name] for name in ("today", "grown") if self.content[name] is not None]
+
+    @property
+    def model(self) -> Model:
+        """The model at the last answer, or at the largest design looked at."""
+        last = self.demands[-1]
+        changes = (last["best"] or last["too_small"][-1])["set"]
+        return self.studies[-1].base.replace(changes)
+
+
+def read(folder: str | Path | None) -> PlanFolder:
+    """The plan of a folder; None: a small one made now.
+
+    Raises:
+        ReportError: no plan there, or it is damaged.
+    """
+    if folder is None:
+        with tempfile.TemporaryDirectory() as made:
+            return _small(Path(made))
+    path = Path(folder) / PLAN
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        names = [content[name]["study"] for name in ("today", "grown") if content[name] is not None]
+        studies = (tuple(Results.load(path.parent / f"{name}{end}") for name in names) for end in ("", "-scout"))
+        return PlanFolder(content, *studies)
+    except (OSError, ValueError, KeyError, TypeError, StudyError) as error:
+        raise ReportError(f"{path}: not the plan of desim plan --out ({reason(error)})") from error
+
+
+def _small(folder: Path) -> PlanFolder:
+    from desim_warehouse.report.fleet_words import save
+    from desim_warehouse.study.fleet import plan_fleet
+
+    model = pages.example()
+    found = plan_fleet(model, "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=folder)
+    save(found, model, [], folder)
+    return read(folder)
+
+
+def first_page(plan: PlanFolder, run: Run | None, replay: str | None = None) -> Html:
+    """The question, and the answer as `desim plan` prints it."""
+    said = [*plan.content["answer"], *plan.content["notes"]]
+    return pages.first_page(plan.content["name"], plan.model.description, plan.content["question"], said, run, replay)
+
+
+def first_figure(plan: PlanFolder) -> Axes:
+    """What the target asks for by robots, a line for each number of chargers, a panel for each demand."""
+    import pandas as pd
+
+    goal = plan.content["target"]
+    table = pd.concat([part for part in _tables(plan, goal["indicator"]) if not part.empty], ignore_index=True)
+    common: dict[str, Any] = {
+        "group": "chargers" if "chargers" in table else None,
+        "confidence": plan.content["confidence"],
+        "model": plan.model,
+        "target": goal["value"],
+    }
+    if len(plan.demands) == 1:
+        return plot.by_factor(table, "fleet.size", goal["indicator"], **common)
+    return plot.facets(table, "fleet.size", goal["indicator"], by=["demand"], **common)
+
+
+def _tables(plan: PlanFolder, indicator: str) -> Iterator[pd.DataFrame]:
+    """The runs of the designs that were judged; of others those of the search before."""
+    for demand, study, scout in zip(plan.demands, plan.studies, plan.scouts, strict=True):
+        judged = study.frame([indicator])
+        factors = list(study.factors)
+        seen = set(judged[factors].itertuples(index=False, name=None))
+        before = scout.frame([indicator])
+        others = before[[row not in seen for row in before[factors].itertuples(index=False, name=None)]]
+        for table in (judged, others):
+            part = table[[*factors, "replication", indicator, "deterministic"]].copy()
+            if "chargers" in part:
+                part["chargers"] = part["chargers"].astype(int)
+            part.insert(0, "demand", _demand(demand))
+            yield part
+
+
+def _demand(demand: Mapping[str, Any]) -> str:
+    rate = demand["orders_per_hour"]
+    when = "today" if demand["growth"] == 1 else f"x {demand['growth']:g}"
+    return when if rate is None else f"{when}, {words.number(rate)} an hour"
+
+
+def example_run(plan: PlanFolder) -> Run | None:
+    """A run of the last answer, simulated again with everything logged."""
+    return pages.in_full(plan.model, run_seed(plan.studies[-1].plan.seed, 0))
+
+
+def account(plan: PlanFolder, run: Run | None) -> Html | None:
+    """The biggest part of a task's time, and which run that was."""
+    return None if run is None else run_parts.account_of(run, _demand(plan.demands[-1]))
+
+
+def evidence(plan: PlanFolder) -> Html:
+    """The numbers behind the answer."""
+    rows = [[one["what"], one["found"], words.number(one["runs"])] for one in plan.content["evidence"]]
+    shown = html.table(["design", plan.content["target"]["indicator"], "runs"], rows, words=2, name="evidence")
+    return shown + html.paragraph(plan.content["promise"], "note")
+
+
+def commands(plan: PlanFolder) -> Html | None:
+    """The line that shows each number again."""
+    parts = [html.paragraph(one["what"]) + html.code(one["command"]) for one in plan.content["evidence"]]
+    return sum(parts[1:], parts[0]) if parts else None
+
+
+def warehouse(plan: PlanFolder) -> Html:
+    """The model in numbers."""
+    return model_facts(plan.model)
+
+
+def method(plan: PlanFolder) -> Html:
+    """How the answer was found, and with what."""
+    steps = [
+        "A scout halves the ranges of robots and chargers with three runs of each design.",
+        (
+            "The design that it names, and those that rule out every smaller one, are judged with fresh runs until the "
+            "bounds are clear of the target; all verdicts on one demand hold at once."
+        ),
+        "A design whose backlog grows, or whose batteries fall, does not count as enough.",
+    ]
+    rows = [("Runs", words.number(plan.content["runs"]))]
+    return html.bullets(steps) + html.facts([*rows, *versions(plan.studies[0])], "method")
