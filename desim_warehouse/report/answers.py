@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
 
 _LISTED = 6
-"""Designs and levels that are named one by one; of more it is said how many there are."""
+"""Designs and levels that are named one by one; of more, how many there are."""
 
 
 def question(study: Results) -> str:
@@ -51,25 +52,39 @@ def cost(study: Results, design: str) -> list[str]:
 
 
 def _on_target(study: Results) -> tuple[list[str], str | None]:
-    """The first design that meets the target, the cheapest where there are prices, and which others do."""
+    """For each demand the first design that meets the target, the cheapest where there are prices."""
+    if not study.judged:
+        return [f"No run has a value that {study.plan.target} could be judged by."], None
+    parts: dict[str, list[str]] = {}
+    for design in _cheapest_first(study, list(study.judged)):
+        parts.setdefault(_name(study, design, demand=True), []).append(design)
+    found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
+    met = Counter(one.verdict for one in study.judged.values())
+    count = f"Of {len(study.judged)} designs {met['meets']} meet it, {met['fails']} do not"
+    close = f", {met['undecided']} are too close to tell" if met["undecided"] else ""
+    return [*(line for line, _ in found), f"{count}{close}."], found[-1][1]
+
+
+def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, str]:
+    """The answer for one demand, and the design that it names."""
     goal, judged = study.target, study.judged
     assert goal is not None
-    if not judged:
-        return [f"No run has a value of {goal.indicator}."], None
+    when, aim = f"{demand}: " if demand else "", words.target(goal)
+    enough = [design for design in designs if judged[design].verdict == "meets"]
+    if not enough:
+        near = max(designs, key=lambda design: goal.sign * judged[design].mean)
+        return f"{when}no design was shown to meet {aim}; with {_found(study, near, goal.indicator)}.", near
+    how = "" if len(enough) == 1 else " most cheaply" if _priced(study) else " first"
+    return f"{when}{aim} is met{how} with {_found(study, enough[0], goal.indicator)}.", enough[0]
+
+
+def on_target(study: Results) -> list[str]:
+    """Every design by whether it meets the target."""
     by: dict[str, list[str]] = {"meets": [], "undecided": [], "fails": []}
-    for design in _cheapest_first(study, list(judged)):
-        by[judged[design].verdict].append(design)
-    if not by["meets"]:
-        near = max(judged, key=lambda design: goal.sign * judged[design].mean)
-        lines = [f"No design was shown to meet {words.target(goal)}; with {_found(study, near, goal.indicator)}."]
-    else:
-        near, *others = by["meets"]
-        how = " most cheaply" if others and _priced(study) else " first" if others else ""
-        lines = [f"{words.target(goal)} is met{how} with {_found(study, near, goal.indicator)}."]
-        lines += [f"Met with {_names(study, others)}, too."] if others else []
-    lines += [f"Too close to tell: {_names(study, by['undecided'])}."] if by["undecided"] else []
-    lines += [f"Not met with {_names(study, by['fails'])}."] if by["fails"] and by["meets"] else []
-    return lines, near
+    for design, one in study.judged.items():
+        by[one.verdict].append(words.design_spoken(sentences.levels_of(study, design)))
+    said = {"meets": "Met with", "undecided": "Too close to tell:", "fails": "Not met with"}
+    return [f"{said[verdict]} {_cut(designs)}." for verdict, designs in by.items() if designs]
 
 
 def _best(study: Results) -> tuple[list[str], str | None]:
@@ -101,14 +116,25 @@ def _found(study: Results, design: str, indicator: str) -> str:
     return f"{_name(study, design)}: {words.interval_text(indicator, estimate, unit)}{''.join(wrong)}"
 
 
-def _name(study: Results, design: str) -> str:
-    return words.design_spoken(sentences.levels_of(study, design))
+def _name(study: Results, design: str, *, demand: bool = False) -> str:
+    """What is decided in a design, or else the demand that it is for."""
+    levels = sentences.levels_of(study, design)
+    asked = [key for key in levels if study.is_demand(key)]
+    if study.target is None or len(asked) == len(levels):
+        asked = []
+    found = {key: level for key, level in levels.items() if (key in asked) == demand}
+    return words.design_spoken(found) if found else ""
 
 
 def _names(study: Results, designs: list[str]) -> str:
-    shown = designs if len(designs) <= _LISTED + 1 else designs[:_LISTED]
-    more = len(designs) - len(shown)
-    return "; ".join([*(_name(study, design) for design in shown), *([f"and {more} more"] if more else [])])
+    return _cut([_name(study, design) for design in designs])
+
+
+def _cut(names: list[str]) -> str:
+    """Names, of many the first."""
+    shown = names if len(names) <= _LISTED + 1 else names[:_LISTED]
+    more = len(names) - len(shown)
+    return "; ".join([*shown, *([f"and {more} more"] if more else [])])
 
 
 def _priced(study: Results) -> bool:

@@ -59,7 +59,8 @@ def work(model: Model) -> str:
         ("poisson", "lifelong, {} tasks an hour on average"),
     ):
         if hasattr(goods, name):
-            return text.format(words.number(getattr(goods, name)))
+            rate = model.tasks.demand if name == "poisson" else 1
+            return text.format(words.number(getattr(goods, name) * rate))
     return "as in the model"
 
 

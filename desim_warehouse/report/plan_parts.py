@@ -120,7 +120,7 @@ def _tables(plan: PlanFolder, indicator: str) -> Iterator[pd.DataFrame]:
 def _demand(demand: Mapping[str, Any]) -> str:
     rate = demand["orders_per_hour"]
     when = "today" if demand["growth"] == 1 else f"x {demand['growth']:g}"
-    return when if rate is None else f"{when}, {words.number(rate)} an hour"
+    return when if rate is None else f"{when} ({words.number(rate)} an hour)"
 
 
 def example_run(plan: PlanFolder) -> Run | None:
@@ -130,7 +130,11 @@ def example_run(plan: PlanFolder) -> Run | None:
 
 def account(plan: PlanFolder, run: Run | None) -> Html | None:
     """The biggest part of a task's time, and which run that was."""
-    return None if run is None else run_parts.account_of(run, _demand(plan.demands[-1]))
+    last = plan.demands[-1]
+    design = last["best"] or last["too_small"][-1]
+    fleet = {"fleet.size": design["robots"], **({"chargers": design["chargers"]} if design["chargers"] else {})}
+    name = f"{words.design_spoken(fleet)}, demand {_demand(last)}"
+    return None if run is None else run_parts.account_of(run, name)
 
 
 def evidence(plan: PlanFolder) -> Html:

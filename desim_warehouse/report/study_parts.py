@@ -91,7 +91,7 @@ def account(study: Results, run: Run | None) -> Html | None:
 def conclusions(study: Results) -> Html:
     """What is wrong, and what the statistics show, one sentence a finding; or that they show nothing."""
     wrong = [sentences.sentence(line) for line in sentences.verdicts(study)]
-    lines = sentences.conclusions(study)
+    lines = [*answers.on_target(study), *sentences.conclusions(study)]
     said = html.bullets([*wrong, *lines], "answers") if wrong or lines else Html("")
     return said if lines else said + html.paragraph("No difference between the designs is significant.", "note")
 

@@ -197,6 +197,12 @@ class Results:
         """The factors that have several values."""
         return tuple(key for key in self.factors if len(self.levels(key)) > 1)
 
+    def is_demand(self, factor: str) -> bool:
+        """Whether a factor changes the work that is asked for, and nothing that is decided about the warehouse."""
+        [found] = [one for one in self.plan.factors if one.key == factor]
+        changed = {key for level in found.levels for key in level.overrides} or {factor}
+        return all(key.startswith(("tasks.demand", "tasks.goods", "tasks.flows")) for key in changed)
+
     @cached_property
     def verdicts(self) -> Mapping[str, list[Verdict]]:
         """What is wrong with each design, by the means of its runs (see `desim_warehouse.verdicts`)."""

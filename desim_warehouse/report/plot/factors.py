@@ -9,6 +9,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette, words
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.study.table import averaged_over, cells, is_numeric, order, plain, usable
+from desim_warehouse.study.table import levels as levels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +33,7 @@ def by_factor(
     indicator: str,
     *,
     group: str | None = None,
+    groups: Sequence[Any] | None = None,
     kind: Kind = "auto",
     confidence: float = 0.95,
     model: Model | None = None,
@@ -48,6 +50,7 @@ def by_factor(
         factor: along the horizontal axis; numbers are to scale.
         indicator: along the vertical axis, in the unit of the model file.
         group: a second factor, one line or set of bars for each of its levels.
+        groups: its levels in the order of their colours; default: those that have runs.
         kind: auto is lines for numbers, points for more than 24 of them, bars for names.
         confidence: of each interval; none is drawn where replications cannot differ, or there is only one.
         model: gives the axes their units.
@@ -67,15 +70,15 @@ def by_factor(
     keys = [factor] if group is None else [group, factor]
     found = cells(table, keys, indicator, confidence, scale)
     levels = _merged([cell.levels[-1] for cell in found])
-    groups = list(dict.fromkeys(cell.levels[0] for cell in found)) if group else [None]
+    names = (groups or list(dict.fromkeys(cell.levels[0] for cell in found))) if group else [None]
     if kind == "auto":
         kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
     alt = f"{words.indicator_name(indicator)} by {factor}" + (f" and {group}" if group else "")
     with look.drawing(ax, style, title, (6.4, 3.8), alt) as axes:
-        for index, name in enumerate(groups):
+        for index, name in enumerate(names):
             chosen = [cell for cell in found if group is None or cell.levels[0] == name]
             label = "" if group is None else look.text(words.level(name))
-            _draw(axes, kind, chosen, levels, label, index, len(groups))
+            _draw(axes, kind, chosen, levels, label, index, len(names))
         _horizontal(axes, factor, levels, model, named=kind == "bars" or not is_numeric(levels))
         axes.set_xlabel(axes.get_xlabel() + look.text(words.averaged(averaged_over(table, keys))))
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
@@ -86,7 +89,7 @@ def by_factor(
             axes.set_ylim(bottom=0)
         if words.is_share(indicator):
             axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
-        look.legend(axes, len(groups), group and words.factor_name(group))
+        look.legend(axes, len(names), group and words.factor_name(group))
         return axes
 
 
@@ -123,6 +126,7 @@ def facets(
         raise ReportError("facets: expected at least one factor that has a panel for each of its levels")
     parts = _parts(table, by, indicator)
     alt = f"{words.indicator_name(indicator)} by {', '.join([factor, *([group] if group else []), *by])}"
+    groups = None if group is None else levels_of(usable(table, [group, *by], indicator), group)
     with look.panels(len(parts), style, (4.4, 3.4), alt) as panels:
         for axes, (name, part) in zip(panels, parts, strict=True):
             by_factor(
@@ -130,6 +134,7 @@ def facets(
                 factor,
                 indicator,
                 group=group,
+                groups=groups,
                 kind=kind,
                 confidence=confidence,
                 model=model,
@@ -158,7 +163,7 @@ def _target(axes: Axes, indicator: str, value: float) -> None:
     axes.set_ylim(min(low, value - room), max(high, value + room))
     label = f"target {words.amount(indicator, value)}"
     axes.annotate(
-        label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"
+        label, (0.02, value), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points", va="bottom"
     )
 
 
@@ -193,7 +198,7 @@ def _errors(chosen: list[Cell]) -> list[list[float]] | None:
 
 def _draw(axes: Axes, kind: Kind, chosen: list[Cell], levels: list[Any], label: str, index: int, groups: int) -> None:
     """One group: a line, points or bars, with the intervals."""
-    means, errors = [cell.estimate.mean for cell in chosen], _errors(chosen)
+    means, errors = [cell.estimate.mean for cell in chosen], _errors(chosen) if chosen else None
     if kind == "bars":
         width = 0.8 / groups
         places = [levels.index(cell.levels[-1]) + (index - (groups - 1) / 2) * width for cell in chosen]
