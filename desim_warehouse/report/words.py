@@ -97,8 +97,8 @@ def factor_label(key: str, units: Units | None) -> str:
 
 
 def factor_name(key: str) -> str:
-    """What a factor is called in a legend: what its last part says, `charging` for `policies.charging`."""
-    return {"fleet.size": "robots"}.get(key, key.rpartition(".")[2].replace("_", " "))
+    """A factor in a legend: its key, of a long one what its last part says."""
+    return key if len(key) <= _LONGEST // 2 else key.rpartition(".")[2].replace("_", " ")
 
 
 def averaged(factors: Sequence[str]) -> str:

@@ -78,7 +78,7 @@ def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
 
 
 def test_a_report_averages_over_none_of_three_factors(tmp_path):
-    """A bar a design, as high as the mean in the page's table: two chargers and four are not thrown together."""
+    """A point a design, as high as the mean in the page's table: two chargers and four are not thrown together."""
     plan = Study.read(HERE / "chargers_and_growth.yaml").plan
     base = plan.base.replace({"run.length": 2700, "run.warm_up": 900})
     Study.of(dataclasses.replace(plan, base=base, replications=1)).run(out=tmp_path)
@@ -88,14 +88,14 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
     drawn = {}
     for panel in axes.figure.axes:
         assert "averaged" not in panel.get_xlabel()
-        demands = [tick.get_text() for tick in panel.get_xticklabels()]
-        for size, bars in zip((8, 10, 12), panel.containers, strict=True):
-            for demand, bar in zip(demands, bars, strict=True):
-                drawn[demand, str(size), panel.get_title("left")] = words.number(bar.get_height())
+        assert panel.get_xlabel() == words.factor_label("fleet.size", study.base.units)
+        for line, chargers in zip(panel.containers, study.levels("chargers"), strict=True):
+            for size, height in zip(*line.lines[0].get_data(), strict=True):
+                drawn[panel.get_title("left"), str(size), chargers] = words.number(height)
     table = re.findall(r"<tr.*?</tr>", study_parts.results(study).source)
     head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
     place = head.index(label)
-    assert drawn == {(row[0], row[1], f"chargers = {row[2]}"): row[place] for row in rows}
+    assert drawn == {(f"demand = {row[0]}", row[1], row[2]): row[place] for row in rows}
     assert len(drawn) == 12
 
 

@@ -21,7 +21,8 @@ import desim_warehouse as dw
 from desim_warehouse.account import OF_TASKS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import browser, notebook, words
+from desim_warehouse.report import answers, browser, notebook, words
+from desim_warehouse.report.first_page import example
 from desim_warehouse.report.notebook import report
 from desim_warehouse.report.sentences import conclusions
 from desim_warehouse.report.study_parts import read
@@ -160,15 +161,15 @@ def test_versions_seed_and_digest_are_there(page, study_folder):
 
 
 def test_code_is_hidden_unless_asked_for(made):
-    assert "parts.question(study)" not in made[0]
+    assert "parts.conclusions(study)" not in made[0]
     shown = Page(notebook.page_of(made[1], "x", code=True))
-    assert "parts.question(study)" in shown.text
+    assert "parts.conclusions(study)" in shown.text
 
 
 def test_the_executed_notebook_can_be_kept_and_has_its_parameters(made, study_folder):
     tags = [cell.metadata.get("tags") for cell in made[1].cells[:2]]
     assert tags == [["parameters"], ["injected-parameters"]]
-    assert made[1].cells[1].source == f"folder = {str(study_folder.resolve())!r}"
+    assert made[1].cells[1].source == f"folder = {str(study_folder.resolve())!r}\nreplay = None"
 
 
 def small(path):
@@ -207,7 +208,7 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     worst = lifelong.nodes["blocked"].max()
     assert words.number(worst) in {row[1] for row in page.tables["places"]}
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
-        "Layout", "Tasks", "Share", "States", "Energy", "Account", "Time", "Warm-up",
+        "Tasks", "Account", "Time", "Share", "States", "Energy", "Layout", "Warm-up",
     ]  # fmt: skip
     parts = lifelong.account("task").sum()
     share = words.number(100 * parts.max() / parts.sum(), 0)
@@ -246,6 +247,86 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
 
 
+def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_beside_it(tmp_path):
+    prices = {"hours": 4000, "robot": 9000, "charger": 800}
+    base = example().replace({"prices": prices})
+    study = Study(base, {"fleet.size": [1, 2, 3]}, replications=5, target="on_time >= 90 %").run(out=tmp_path / "study")
+    path = report(tmp_path / "study", tmp_path / "boss.html", replay=True)
+    source = path.read_text(encoding="utf-8")
+    first, _, rest = source.partition("<h2")
+    page = Page(first)
+    assert "What meets on_time >= 90 %: 1 to 3 robots?" in page.text
+    lines, design = answers.answer(study.results)
+    assert design == "fleet.size=2"
+    assert lines[0].startswith("on_time >= 90 % is met most cheaply with 2 robots: ")
+    found = study.results.estimate(study.results.runs(design), "annual_cost")
+    assert found.mean == 2 * 9000 + 800
+    assert lines[-1].startswith("A year with 2 robots costs 18,800")
+    for line in lines:
+        assert line in page.text
+    assert [picture["alt"] for picture in page.pictures] == ["Delivered on time by fleet.size"]
+    assert 'href="boss-replay.html"' in first
+    assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
+    assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")
+    assert "Met with 2 robots; 3 robots." in Page(source).text
+    _, *rows = Page(source).tables["results"]
+    shown = {row[0]: row[Page(source).tables["results"][0].index("on_time >= 90 %")] for row in rows}
+    assert shown == {"1": "not met", "2": "met", "3": "met"}
+    assert "Which factor matters" not in source  # there is one
+
+
+def test_an_answer_for_each_demand_names_a_fleet_for_it():
+    factors = {"tasks.demand": [1, 2], "fleet.size": [1, 2, 4]}
+    study = Study(example(), factors, replications=5, target="on_time >= 90 %").run()
+    lines, design = answers.answer(study.results)
+    assert lines[0].startswith("tasks.demand = 1: on_time >= 90 % is met first with 2 robots: ")
+    assert lines[1].startswith("tasks.demand = 2: on_time >= 90 % is met with 4 robots: ")
+    assert design == "tasks.demand=2, fleet.size=4"
+    verdicts = [one.verdict for one in study.results.judged.values()]
+    assert lines[2] == f"Of 6 designs {verdicts.count('meets')} meet it, {verdicts.count('fails')} do not."
+
+
+def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_path):
+    from desim_warehouse.report import fleet_words, plan_parts
+    from desim_warehouse.study.fleet import plan_fleet
+
+    found = plan_fleet(example(), "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=tmp_path)
+    shown = fleet_words.evidence(found, "w.yaml", (), 0)
+    fleet_words.save(found, example(), shown, tmp_path)
+    source = report(tmp_path).read_text(encoding="utf-8")
+    page = needs_nothing_from_outside(source)
+    assert (
+        "How many robots and chargers does it take for on_time >= 90 %, today and with 30 % more orders?" in page.text
+    )
+    for line in fleet_words.sentences(found):
+        assert line in page.text
+    assert page.tables["evidence"][1:] == [[one.what, one.found, str(one.runs)] for one in shown]
+    for one in shown:
+        assert one.command in page.text
+    plan = plan_parts.read(tmp_path)
+    best = found.grown.best
+    assert (plan.model.fleet.size, plan.model.tasks.demand) == (best.robots, 1.3)
+    today, grown = plan_parts.first_figure(plan).figure.axes
+    assert [line.get_ydata()[0] for line in today.lines if len(set(line.get_ydata())) == 1][-1] == 0.9
+    drawn = {(x, round(y, 9)) for box in grown.containers for x, y in zip(*box.lines[0].get_data(), strict=True)}
+    assert (best.robots, round(best.estimate.mean, 9)) in drawn
+
+
+def test_a_damaged_plan_is_one_message(tmp_path):
+    (tmp_path / "plan.json").write_text("{}")
+    with pytest.raises(ReportError, match="not the plan of desim plan --out"):
+        report(tmp_path)
+
+
+def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_path):
+    from desim_warehouse.report import run_parts
+
+    run = dw.simulate(model.replace({"log": "tasks"}))
+    again = run_parts.read(run.save(tmp_path))
+    assert again.record.level == "all"
+    assert again.kpis == pytest.approx(run.kpis, nan_ok=True)
+
+
 def test_failed_runs_are_listed(study_folder, tmp_path):
     for file in ("study.json", "results.parquet"):
         (tmp_path / file).write_bytes((study_folder / file).read_bytes())
@@ -260,14 +341,22 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
 
-@pytest.mark.parametrize("kind", ["study", "run"])
+@pytest.mark.parametrize("kind", ["study", "run", "plan"])
+def test_notebooks_run_as_shipped_on_something_small(kind):
+    page = Page(notebook.page_of(notebook.executed(kind, None), "x"))
+    assert "an example" in page.text
+    assert "The largest part of a task's time is " in page.text
+    assert {"Account", "Layout"} <= {picture["alt"].split()[0] for picture in page.pictures}
+
+
+@pytest.mark.parametrize("kind", ["study", "run", "plan"])
 def test_templates_are_plain_notebooks_without_outputs(kind):
     made = nbformat.read(notebook.template(kind), as_version=4)
     nbformat.validate(made)
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
-    assert 'folder = "."' in code[0].source
+    assert "folder = None" in code[0].source
 
 
 def test_the_wheel_has_the_templates(tmp_path):
@@ -279,7 +368,7 @@ def test_the_wheel_has_the_templates(tmp_path):
     )
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run")} <= inside
+    assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run", "plan")} <= inside
     assert {f"desim_warehouse/report/templates/desim/{name}" for name in ("conf.json", "index.html.j2")} <= inside
 
 
@@ -290,7 +379,7 @@ def test_a_missing_extra_is_named(study_folder, monkeypatch):
 
 
 def test_folders_without_anything_to_report_are_refused(tmp_path):
-    with pytest.raises(ReportError, match="neither a study nor a run"):
+    with pytest.raises(ReportError, match="neither a plan, nor a study, nor a run"):
         report(tmp_path)
     (tmp_path / "study.json").write_text("{")
     with pytest.raises(ReportError, match="cannot be read"):
