@@ -46,8 +46,11 @@ def cost(study: Results, design: str) -> list[str]:
     """What a year with a design costs, if the model has prices."""
     found = [study.estimate(study.runs(design), name) for name in ("annual_cost", "cost_per_task")]
     year, task = (one and words.interval_text("annual_cost", one) for one in found)
-    if year is None:
+    if found[0] is None or year is None:
         return []
+    prices = study.base.prices
+    if prices is not None and not (prices.energy or prices.late_order):
+        year = words.number(found[0].mean)  # nothing in it depends on a run
     return [f"A year with {_name(study, design)} costs {year}" + (f", a task {task}." if task else ".")]
 
 

@@ -37,7 +37,7 @@ def read(folder: str | Path | None) -> Run:
     from desim_warehouse.run.folder import load_run
 
     if folder is None:
-        return simulate(example())
+        return simulate(example().replace({"log": "all"}))
     run = load_run(folder)
     if run.record.level == "all":
         return run

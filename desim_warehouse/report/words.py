@@ -156,7 +156,8 @@ def design_spoken(design: Mapping[str, Any]) -> str:
     """A design point as one says it: `6 robots and 2 chargers, battery.threshold = 2`."""
     counts = [f"{n} {what}{'s' * (n != 1)}" for key, n in design.items() if (what := _counted(key, n))]
     others = {key: value for key, value in design.items() if not _counted(key, value)}
-    return ", ".join([spoken(counts)] * bool(counts) + [design_name(others)] * bool(others or not counts))
+    parts = [*([spoken(counts)] if counts else []), *([design_name(others)] if others or not counts else [])]
+    return ", ".join(parts)
 
 
 def _counted(key: str, value: Any) -> str:
