@@ -56,15 +56,6 @@ def drafted(folder: Path) -> Path:
     return model
 
 
-def drafted(folder: Path) -> Path:
-    """The model that docs/plan-a-warehouse.md drafts."""
-    from desim_warehouse.draft import Draft, draft
-
-    model = folder / "w.yaml"
-    model.write_text(draft(Draft(aisles=8, stations=3, due=5.0)), encoding="utf-8")
-    return model
-
-
 def floor(folder: Path) -> None:
     """The floor of that warehouse, as `desim draw` draws it."""
     from desim_warehouse.report.plot.floor import save
@@ -120,15 +111,33 @@ def play(browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
 
 
 def report(browser: Any, folder: Path) -> None:
-    """The first page of the report of the plan that docs/plan-a-warehouse.md makes; some minutes, unless it is there."""
+    """The first page of the report of the plan that docs/plan-a-warehouse.md makes, which takes some minutes."""
     desim, page = str(Path(sys.executable).with_name("desim")), folder / "report.html"
     options = "--growth 30% --robots 6..20 --chargers 1..6 --price-robot 9000 --price-charger 800 --workers 2 --quiet"
     plan = [desim, "plan", str(drafted(folder)), "--target", "on_time >= 95 %", *options.split()]
     for command in ([*plan, "--out", str(folder / "plan")], [desim, "report", str(folder / "plan"), "-o", str(page)]):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - our own commands
     browser.get(page.as_uri())
+    metrics = {"width": 1100, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     end = browser.execute_script("return document.querySelector('h2').getBoundingClientRect().top")
     shoot(browser, "report.png", 1100, int(end))
+
+
+def what_if(browser: Any, folder: Path) -> None:
+    """The what-if page of docs/how-to/share-results.md, with other designs chosen than it begins with."""
+    factors = {"fleet.size": range(2, 7), "policies.allocation": ["in-order", "nearest"]}
+    changes, page = {"tasks.goods": {"random": 20}}, folder / "what-if.html"
+    study = dw.Study(
+        ROOT / "models" / "multibots.yaml", factors, changes=changes, replications=10, indicators=["T", "S", "C"]
+    )
+    study.run().page(page)
+    browser.get(page.as_uri())
+    browser.execute_script(
+        "for (const [id, level] of [['a-0', 1], ['b-0', 1], ['b-1', 1]]) {"
+        "const field = document.getElementById(id); field.value = level; field.dispatchEvent(new Event('input')); }"
+    )
+    shoot(browser, "what-if.png", 1400, 900)
 
 
 def main() -> None:
