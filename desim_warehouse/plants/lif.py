@@ -29,6 +29,7 @@ EXPECTED = "a layout in LIF (JSON)"
 OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
 LARGEST, _MOST = 64_000_000, 3_000_000  # bytes and values: LIF has many words for an edge
 _LETTER = "to the letter of LIF 1.0"
+_OPEN = "lists no vehicle type, which says that none may use it; taken to be open to all"
 _TYPES = 1000  # of vehicles, at most
 _FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
 _RAMP = 1.0  # metres: a lift or ramp is at least so long
@@ -206,6 +207,10 @@ class _Drawn:
             x, y = (node.item["nodePosition"][axis] for axis in "xy")
             plant.points[name] = Waypoint(name, x, -y if y else 0.0, place=node.item[PLACE])
         kept = self.add_links(nodes, edges, kind)
+        open_ = [plant.points[name] for name, node in nodes.items() if node.item.get("vehicleTypeNodeProperties") == []]
+        plant.note_parts("changed", "node", open_, _OPEN)
+        empty = {edge.item[PLACE] for edge in edges if edge.item.get("vehicleTypeEdgeProperties") == []}
+        plant.note_parts("changed", "edge", [link for link in plant.links if link.place in empty], _OPEN)
         on_nodes = [(name, _of(node.item.get("vehicleTypeNodeProperties"), kind)) for name, node in nodes.items()]
         self.add_locations(dict(on_nodes))
         lif_losses.note_edges(plant, kept)

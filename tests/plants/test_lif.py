@@ -175,6 +175,16 @@ def test_to_the_letter_the_dock_is_as_it_should_be(drawn):
     assert strict == lenient
 
 
+def test_nodes_and_edges_for_no_vehicle_type_are_open_to_all(drawn):
+    def nobody(_, layout):
+        layout["nodes"][4]["vehicleTypeNodeProperties"] = []
+        layout["edges"][4]["vehicleTypeEdgeProperties"] = []
+
+    made = import_layout(drawn(nobody))
+    assert remarks(made, "changed") >= {("node", ("rack",)), ("edge", ("B-rack",))}
+    assert len(made.plant.links) == 10
+
+
 def test_degrees_and_millimetres_are_doubted(drawn):
     def in_degrees(_, layout):
         for one in layout["nodes"]:
