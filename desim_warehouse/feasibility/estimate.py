@@ -187,7 +187,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     found = HandCalculation(
         *_extent(layout),
         model.units.metre,
-        checks.capacity(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
+        checks.room(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
         fleet.size,
         at_work,
         alone,

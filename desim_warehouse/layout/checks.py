@@ -404,6 +404,15 @@ def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> in
     )
 
 
+def room(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
+    """Robots that can stand in the lanes at once: clear of the nodes, and one on each node before a short edge."""
+    short = [
+        lane for lane in layout.lanes if lane not in closed and contact - EPS <= layout.length(lane) < 2 * contact - EPS
+    ]
+    on_nodes = {node for lane in short for node in (lane if layout.graph.edges[lane].get("two_way") else lane[:1])}
+    return capacity(layout, contact, closed) + len(on_nodes)
+
+
 def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> list[Sequence[str]]:
     """The shortest rings, by length, where gridlock would form first; found from the first `searched` edges."""
     import networkx as nx

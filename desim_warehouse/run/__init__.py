@@ -201,7 +201,7 @@ def check(model: Model) -> Check:
     facts = [
         f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
         f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {checks.capacity(layout, contact)} robots at once, the fleet has {model.fleet.size}",
+        f"the lanes hold {checks.room(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
     facts += _times_that_vary(model)
     for ring in checks.shortest_rings(graph):

@@ -261,6 +261,15 @@ def test_tasks_of_others_are_tours():
     assert lines[1] == "task 0,0,r26c53,r22c12,r4c33"  # 1717, 1420, 289 in rows of 64 cells
 
 
+def test_cells_hold_a_robot_each(tmp_path):
+    from desim_warehouse.layout.checks import room
+
+    model = dw.read_layout(written(tmp_path, "small.map", KIVA))
+    assert room(build(model.layout), model.fleet.contact) == len(model.layout.nodes) == 36
+    thin = model.replace({"fleet.robot.radius": 0.25})  # two fit between neighbours: one more on each of 54 lanes
+    assert room(build(thin.layout), thin.fleet.contact) == 54
+
+
 # Large ones
 
 
