@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot, sentences, words
 from desim_warehouse.report.first_page import example, in_full
 from desim_warehouse.report.model_parts import model_facts, work
+from desim_warehouse.resources import resources as of_stations_and_chargers
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,7 +48,8 @@ def read(folder: str | Path | None) -> Run:
 
 def first_page(run: Run, replay: str | None = None) -> Html:
     """The question, the answer, and what a year like the run costs."""
-    return pages.first_page(run.model.name, run.model.description, question(run), answer(run), run, replay)
+    about = run.model.description or f"Work: {work(run.model)}."
+    return pages.first_page(run.model.name, about, question(run), answer(run), run, replay)
 
 
 def question(run: Run) -> str:
@@ -57,7 +58,7 @@ def question(run: Run) -> str:
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:
         fleet["chargers"] = run.history.chargers
-    return f"What do {words.design_spoken(fleet)} do? {work(model)[:1].upper()}{work(model)[1:]}."
+    return f"What do {words.design_spoken(fleet)} achieve in {_counted_time(run)}?"
 
 
 def answer(run: Run) -> list[str]:
@@ -127,26 +128,17 @@ def resources(run: Run) -> Html | None:
     """How busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
     if run.record.level != "all":
         return html.paragraph("How busy stations and chargers are needs a run with log: all.", "note")
-    nodes, counted, layout = run.account("node"), run.history.counted, run.layout
-    servers = {node: (item.zone, item.servers) for node, item in layout.stations.items()}
-    chargers = {
-        node: (layout.bays[node].zone, number)
-        for node, number in (chargers_at(run.model, layout) if run.model.battery else {}).items()
-    }
+    begin, end = run.history.begin, run.history.end
     rows = [
         [
-            f"{kind} {zone} at {node}",
-            words.number(number),
-            f"{words.number(100 * float(nodes[doing][node]) / (number * counted), 1)} %",
-            words.number(float(nodes[waiting][node]) / counted, 2),
+            f"{'chargers of' if one.kind == 'chargers' else one.kind} {one.zone} at {one.node}",
+            words.number(one.number),
+            f"{words.number(100 * one.utilisation(begin, end), 1)} %",
+            words.number(one.mean_queue(begin, end), 2),
         ]
-        for kind, places, doing, waiting in (
-            ("station", servers, "unloading", "queueing_server"),
-            ("chargers of", chargers, "charging", "queueing_charger"),
-        )
-        for node, (zone, number) in places.items()
+        for one in of_stations_and_chargers(run.history)
     ]
-    if not rows or not counted:
+    if not rows or not run.history.counted:
         return None
     return html.table(["where", "servers or chargers", "in use", "robots queueing, on average"], rows, name="resources")
 
