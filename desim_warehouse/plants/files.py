@@ -14,7 +14,7 @@ from desim_warehouse.model import layout_file
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from desim_warehouse.plants.stops import Task
+    from desim_warehouse.plants.stops import PlantTask
 
     Content = dict[str, Any]
 
@@ -40,14 +40,14 @@ def _size(part: Any) -> int:
     return len(part) + sum(len(item.get("at", ())) for item in items if isinstance(item, dict))
 
 
-def are_orders(tasks: list[Task]) -> bool:
+def are_orders(tasks: list[PlantTask]) -> bool:
     """Whether tasks are written as orders, in a file of their own: many, or some with stops on the way."""
     return len(tasks) > MOST or any(task.via for task in tasks)
 
 
-def orders_text(tasks: Sequence[Task]) -> str:
+def orders_text(tasks: Sequence[PlantTask]) -> str:
     """The tasks as a file of orders, earliest first."""
-    columns: dict[str, Callable[[Task], str]] = {
+    columns: dict[str, Callable[[PlantTask], str]] = {
         "order": lambda task: task.name,
         "release": lambda task: f"{task.release:g}",
         "from": lambda task: task.source,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _ANY = float("inf")
 
 
-class Kind(NamedTuple):
+class CellKind(NamedTuple):
     """What a letter of a grid stands for: what robots do in such cells; they cannot enter those that are not `free`."""
 
     name: str
@@ -29,8 +29,8 @@ class Kind(NamedTuple):
     free: bool = True
 
 
-BLOCKED = Kind("blocked", free=False)
-AISLE = Kind("aisle")
+BLOCKED = CellKind("blocked", free=False)
+AISLE = CellKind("aisle")
 Cell = tuple[int, int]
 
 
@@ -39,9 +39,9 @@ class Grid:
     """Rows of letters, all of one length, and what the letters stand for."""
 
     rows: Sequence[str]
-    kinds: Mapping[str, Kind]
+    kinds: Mapping[str, CellKind]
 
-    def kind(self, cell: Cell) -> Kind:
+    def kind(self, cell: Cell) -> CellKind:
         """What stands in a cell; outside of the grid nothing can be entered."""
         row, column = cell
         if not (0 <= row < len(self.rows) and 0 <= column < len(self.rows[row])):
@@ -157,7 +157,7 @@ class Lines:
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]
 
-    def rows(self, height: int, width: int, kinds: Mapping[str, Kind]) -> list[str]:
+    def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
         """The rows of a grid of this size, which end the file."""
         if height < 1 or width < 1:
             self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
@@ -172,7 +172,7 @@ class Lines:
         not_too_many(self.path, sum(kinds[letter].free for line in made for letter in line))
         return made
 
-    def row(self, line: str, row: int, width: int, kinds: Mapping[str, Kind]) -> None:
+    def row(self, line: str, row: int, width: int, kinds: Mapping[str, CellKind]) -> None:
         """Refuse a row of another width, and letters that stand for nothing."""
         if len(line) != width:
             self.refuse(f"row {row} has {len(line)} cells, expected {width} as the head of the file says")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, Grid, Kind, Lines, not_too_many, plant_of
+from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, CellKind, Grid, Lines, not_too_many, plant_of
 from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.plants.plant import Plant
 
-_KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": Kind("workstation", ("unload",))}
-_PICK = Kind("endpoint", ("load",))
+_KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": CellKind("workstation", ("unload",))}
+_PICK = CellKind("endpoint", ("load",))
 _EXPECTED = "a grid with the key layout, a list of rows (JSON)"
 _TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))
 _COUNTS = {"n_endpoint": "e", "n_agent_loc": "r", "n_shelf": "@", "n_workstation": "w"}

@@ -12,7 +12,7 @@ import re
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.grid import AISLE, BLOCKED, Grid, Kind, Lines, plant_of
+from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, plant_of
 from desim_warehouse.plants.plant import Transport, Vehicle
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.plants.plant import Plant
 
-ENDPOINT = Kind("endpoint", ("load", "unload"))
-HOME = Kind("home", parking=True)
+ENDPOINT = CellKind("endpoint", ("load", "unload"))
+HOME = CellKind("home", parking=True)
 _KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME}
 _BEGIN = re.compile(rb"\d+[ \t]*[ \t,][ \t]*\d+[ \t]*\r?\n[ \t]*\d+[ \t]*\r?\n")
 _TASK = "release, pickup and delivery, such as '12 3 41'"

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.grid import AISLE, BLOCKED, Grid, Kind, Lines, plant_of, point
+from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, plant_of, point
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _KINDS = {
     **dict.fromkeys("@OTW", BLOCKED),
     **dict.fromkeys(".GS", AISLE),
-    "E": Kind("delivery", ("unload",)),
+    "E": CellKind("delivery", ("unload",)),
 }
-_PICK = Kind("pick", ("load",))
+_PICK = CellKind("pick", ("load",))
 _HEAD = "the lines 'type octile', 'height H', 'width W' and 'map' before the rows"
 
 

@@ -29,7 +29,7 @@ VISIT = "visit"
 """The operation of a stop on the way, where a robot does nothing but come by."""
 
 
-class Task(NamedTuple):
+class PlantTask(NamedTuple):
     """A load to be brought from one point to another, past others in this order."""
 
     source: str
@@ -49,7 +49,7 @@ class Stops:
     charge: dict[str, list[str]] = field(default_factory=dict)
     park: dict[str, list[str]] = field(default_factory=dict)
     other: dict[str, list[str]] = field(default_factory=dict)
-    tasks: list[Task] = field(default_factory=list)
+    tasks: list[PlantTask] = field(default_factory=list)
 
 
 def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, str]) -> Stops:
@@ -129,7 +129,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
     several: list[Transport] = []
     skipped: list[str] = []
     for order in plant.transports:
-        tasks: list[Task] = []
+        tasks: list[PlantTask] = []
         load, via = None, list[str]()
         for name, operation in order.stops:
             point = name if name in reachable else next(iter(at.get(name, ())), None)
@@ -141,7 +141,7 @@ def _tasks(plant: Plant, found: Stops, roles: Mapping[str, str], reachable: Coll
             elif role == NONE and load is not None:
                 via.append(point)
             elif role == "unload" and load is not None:
-                tasks.append(Task(load, point, order.release, order.due, tuple(via), order.name))
+                tasks.append(PlantTask(load, point, order.release, order.due, tuple(via), order.name))
                 load = None
             else:
                 skipped.append(f"{operation} at {name}")
