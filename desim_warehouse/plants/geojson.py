@@ -14,7 +14,7 @@ from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, Record
+from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -103,12 +103,12 @@ class _Reader:
         unread.pop("layer", None)
         self.plant.note("left out", "property", list(unread), "nothing that a layout has")
 
-    def record(self, properties: Mapping[str, Any], where: str, known: Mapping[str, tuple[str, ...]]) -> Record:
+    def record(self, properties: Mapping[str, Any], where: str, known: Mapping[str, tuple[str, ...]]) -> TableRecord:
         place = f"{self.path}: {where}"
         columns = Columns.of(properties, known, place)
-        return Record(columns, properties, place, where)
+        return TableRecord(columns, properties, place, where)
 
-    def line(self, record: Record, where: str, each: list[list[Spot]]) -> None:
+    def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
         """A lane, in both directions unless it says otherwise."""
         speed, two_way, one_way = record.above_0("speed") or math.inf, record.flag("two_way"), record.get("one_way")
         backwards = str(one_way).strip() in {"-1", "reverse"}
@@ -119,7 +119,7 @@ class _Reader:
             back = speed if two_way and not backwards else 0.0
             self.lines.append((Line(name, (), speed, back, where), points[::-1] if backwards else points))
 
-    def mark(self, record: Record, where: str, each: list[list[Spot]]) -> None:
+    def mark(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
         """A place."""
         role = record.get("role")
         operations = tuple(filter(None, (one.strip() for one in str(role).split("+")))) if role is not None else ()

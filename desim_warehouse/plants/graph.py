@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, Record, fill
+from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord, fill
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
     node_columns.require(f"{plant.source}: nodes", "x", *(() if "north" in node_columns.named else ("y",)))
     fill(
         plant,
-        [Record(node_columns, values, where, place) for where, place, values in nodes],
-        [Record(edge_columns, values, where, place) for where, place, values in edges],
+        [TableRecord(node_columns, values, where, place) for where, place, values in nodes],
+        [TableRecord(edge_columns, values, where, place) for where, place, values in edges],
         two_way=two_way,
     )
     for kind, columns in (("node", node_columns), ("edge", edge_columns)):

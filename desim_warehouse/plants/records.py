@@ -104,7 +104,7 @@ def _size(unit: str, name: str, where: str) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class TableRecord:
     """A row: its values by column, where it stands for messages, and its place in the file, such as a row."""
 
     columns: Columns
@@ -172,7 +172,7 @@ def _or_nan(number: float | None) -> float:
     return math.nan if number is None else number
 
 
-def fill(plant: Plant, nodes: Iterable[Record], edges: Iterable[Record], *, two_way: bool = False) -> None:
+def fill(plant: Plant, nodes: Iterable[TableRecord], edges: Iterable[TableRecord], *, two_way: bool = False) -> None:
     """Put nodes and edges into a plant.
 
     Args:
@@ -194,7 +194,7 @@ def fill(plant: Plant, nodes: Iterable[Record], edges: Iterable[Record], *, two_
         raise ModelError([f"{plant.source}: no nodes, expected some"])
 
 
-def _point(record: Record, plant: Plant, stations: dict[str, Location]) -> None:
+def _point(record: TableRecord, plant: Plant, stations: dict[str, Location]) -> None:
     name = record.text("name")
     if name in plant.points:
         record.refuse("name", f"a node of this name stands before (got {got(name)}), expected every name once")
@@ -213,7 +213,7 @@ def _point(record: Record, plant: Plant, stations: dict[str, Location]) -> None:
         stations.setdefault(called, Location(called, {}, record.place)).operations[name] = operations
 
 
-def _link(record: Record, plant: Plant, two_way: bool) -> None:
+def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     ends = record.text("from"), record.text("to")
     for column, end in zip(("from", "to"), ends, strict=True):
         if end not in plant.points:

@@ -14,7 +14,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, Record, fill
+from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord, fill
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -96,7 +96,7 @@ class _Table:
         """The columns that are read."""
         return Columns.of(filter(None, self.header), known, f"{self.path}:1")
 
-    def records(self, columns: Columns) -> Iterator[Record]:
+    def records(self, columns: Columns) -> Iterator[TableRecord]:
         """The rows that are not empty."""
         count = 0
         while (cells := self.row()) is not None:
@@ -108,7 +108,7 @@ class _Table:
             count += 1
             if count > LIMITS["nodes"][0] * 4:
                 raise ModelError([f"{where}: too many rows, expected at most {4 * LIMITS['nodes'][0]:,}"])
-            yield Record(
+            yield TableRecord(
                 columns,
                 dict(zip(self.header, map(self.cell, cells), strict=False)),
                 where,
