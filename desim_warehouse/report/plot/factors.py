@@ -84,7 +84,7 @@ def by_factor(
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
         axes.margins(x=0.04)
         if target is not None:
-            _target(axes, indicator, target * scale)
+            _target(axes, indicator, target * scale, [cell.estimate.mean for cell in found])
         elif all(cell.estimate.mean >= 0 for cell in found):
             axes.set_ylim(bottom=0)
         if words.is_share(indicator):
@@ -155,15 +155,15 @@ def facets(
         return panels[0]
 
 
-def _target(axes: Axes, indicator: str, value: float) -> None:
-    """A line at the target, with its value; the axis goes as far as means, intervals and the line do."""
+def _target(axes: Axes, indicator: str, value: float, means: list[float]) -> None:
+    """A line at the target, with its value; the axis is for means and the line, and may cut off wide intervals."""
     axes.axhline(value, color=palette.INK, linestyle=(0, (6, 3)), linewidth=1.3, zorder=1)
-    low, high = axes.get_ylim()
-    room = 0.08 * (max(high, value) - min(low, value))
-    axes.set_ylim(min(low, value - room), max(high, value + room))
+    low, high = min(*means, value), max(*means, value)
+    room = 0.25 * (high - low) or 0.1 * abs(value) or 1.0
+    axes.set_ylim(low - room, high + room)
     label = f"target {words.amount(indicator, value)}"
     axes.annotate(
-        label, (0.02, value), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points", va="bottom"
+        label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"
     )
 
 
