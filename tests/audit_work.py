@@ -49,7 +49,8 @@ class Work:
             state[task] = kind
             if kind == "assigned":
                 if hands[robot] and (given[robot] != time or len(hands[robot]) == most[robot]):
-                    self.fault(time, f"robot {robot} was given task {task} while it had {sorted(hands[robot])}")
+                    held = ", ".join(f"task {one}" for one in sorted(hands[robot]))
+                    self.fault(time, f"robot {robot} was given task {task} while it had {held}")
                 hands[robot].add(task)
                 given[robot] = time
             elif kind != "released":

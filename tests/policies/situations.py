@@ -1,5 +1,7 @@
 """Situations made by hand: places on a line of nodes, times given as a table."""
 
+import math
+
 import numpy as np
 
 from desim_warehouse.policies import Handling, RobotView, Situation, Task
@@ -53,6 +55,7 @@ def situation(robots, tasks, times, *, forbidden=(), busy=(), station="S", waits
         random=lambda: np.random.default_rng(0),
         handling=Handling(load_time=1, unload_time=2, clear_time=0),
         length=lambda edge: 0.0,
+        tour_time=lambda one, other: math.nan,  # no tours here
     )
 
 
