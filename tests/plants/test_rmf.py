@@ -2,7 +2,6 @@
 
 import copy
 import json
-import random
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from desim_warehouse.layout import build
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.plants import import_layout, read_plant
 from tests.auditor import audit
+from tests.plants.damage import one_message, refused_at_random
 from tests.plants.foreign import needs_plants, plant_file
 
 CLINIC = Path(__file__).parent / "clinic.building.yaml"
@@ -218,31 +218,14 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
 def test_a_hostile_map_is_one_message(tmp_path, text, said):
     path = tmp_path / "map.yaml"
     path.write_bytes(text.encode("latin-1"))
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(path)
-    [problem] = refused.value.problems
+    problem = one_message(path)
     assert said in problem
     assert "\n" not in problem
 
 
 def test_maps_with_random_damage_are_read_or_are_one_message(tmp_path):
-    draw, path = random.Random(11), tmp_path / "damaged.yaml"
-    refused = 0
-    for _ in range(100):
-        damaged = bytearray(TEXT.encode())
-        for _ in range(draw.choice([1, 1, 5])):
-            at = draw.randrange(len(damaged))
-            if draw.random() < 0.5:
-                damaged[at : at + draw.randrange(40)] = b""
-            else:
-                damaged[at] = draw.choice(b'\x00"[]{}:,-9\xff')
-        path.write_bytes(damaged)
-        try:
-            dw.read_layout(path)
-        except dw.ModelError as error:
-            refused += 1
-            assert len(error.problems) == 1, error  # noqa: PT017 - it may as well be read
-    assert 30 < refused < 100
+    odd = b'\x00"[]{}:,-9\xff'
+    assert 30 < refused_at_random(tmp_path / "damaged.yaml", TEXT.encode(), seed=11, files=100, odd=odd) < 100
 
 
 # Of others: lanes and vertices as listed, points on lanes, robots, places of work, chargers, as counted by hand
