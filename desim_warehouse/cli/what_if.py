@@ -36,7 +36,9 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @click.option(
     "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
 )
-@click.option("--target", help="Name the designs that meet it, such as 'on_time >= 95 %'.")
+@click.option(
+    "--target", help="A target, such as 'on_time >= 95 %': reports of the study name the designs that meet it."
+)
 @with_indicator
 @with_page
 @with_question
