@@ -11,6 +11,7 @@ from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import TaskBatch, WaitingTasks
 from desim_warehouse.world.ask import asked
 from desim_warehouse.world.events import BATCHES, end_of_instant
+from desim_warehouse.world.reach import suits
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ class Batcher:
             if not tasks:
                 continue
             some = list(tasks.values())
-            view = WaitingTasks(now, some, self._loads(key), self.to_come(some[0]), self.travel)
+            view = WaitingTasks(now, some, self._loads(key, some[0]), self.to_come(some[0]), self.travel)
             batches = asked("batching", policy, now, partial(_answer, policy, view))
             for batch in self._checked(batches, tasks, view.most):
                 if batch.at > now + EPS:
@@ -86,19 +87,11 @@ class Batcher:
         if then < math.inf:
             self._ask_at(then)
 
-    def _loads(self, key: Key) -> int:
-        """The most that a robot carries of those that may do tasks of a sort."""
+    def _loads(self, key: Key, task: Task) -> int:
+        """The most that a robot carries of those that may do tasks of a sort, such as this one."""
         if key not in self._most:
-            load_type, kinds = key
-            self._most[key] = max(
-                (
-                    robot.capacity
-                    for kind, robot in self._robots
-                    if (not kinds or kind in kinds)
-                    and (not load_type or not robot.carries or load_type in robot.carries)
-                ),
-                default=1,
-            )
+            able = (robot.capacity for kind, robot in self._robots if suits(task, kind, robot.carries))
+            self._most[key] = max(able, default=1)
         return self._most[key]
 
     def _checked(self, batches: Iterable[object], tasks: Mapping[int, Task], most: int) -> list[TaskBatch]:

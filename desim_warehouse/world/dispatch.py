@@ -159,7 +159,7 @@ class Dispatcher:
 
     def _record(self, kind: str, robot: Robot, task: Task) -> None:
         """A row of the log for each task of a tour."""
-        for member in task.members or (task,):
+        for member in task.tasks:
             robot.body.task = member.number
             robot.record(kind)
 

@@ -229,10 +229,7 @@ class Lane:
     def commit(self, robot: Body, target: float, now: float, delay: float = 0.0) -> None:
         """Let a robot drive on to `target`, after a delay, and all set off who gain by it."""
         self._set_off(robot, target, now + delay)
-        if robot.behind is not None:
-            self.move_up(robot.behind, now)
-        elif self.wanted:
-            self.start.serve(now)
+        self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
         """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.

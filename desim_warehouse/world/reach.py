@@ -28,13 +28,16 @@ if TYPE_CHECKING:
     from desim_warehouse.world.stops import Stop
 
 
+def suits(task: Task, kind: str, carries: Collection[str]) -> bool:
+    """Whether a task, or each of a tour, is for robots of a kind that carry some types of load (none: all types)."""
+    if task.kinds and kind not in task.kinds:
+        return False
+    return not task.load_type or not carries or task.load_type in carries
+
+
 def may_do(robot: RobotView, task: Task) -> bool:
     """Whether a robot is of a kind that does a task, and carries its load, or all of a tour."""
-    if task.kinds and robot.kind not in task.kinds:
-        return False
-    if task.load_type and robot.carries and task.load_type not in robot.carries:
-        return False
-    return not task.members or len(task.members) <= robot.loads
+    return suits(task, robot.kind, robot.carries) and (not task.members or len(task.members) <= robot.loads)
 
 
 def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
@@ -281,7 +284,7 @@ class Reach:
         travel = self.travel(robot.speed)
         before, after = travel.along(task.edge, task.offset)
         unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
-        if task.members or task.via:
+        if task.is_tour:
             stops = self.stations.stops(robot, task) if stops is None else stops
             return float(
                 rates["empty"] * (before + (tasks.clear_time + travel.half_turn))

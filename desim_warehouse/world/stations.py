@@ -77,7 +77,7 @@ class Stations:
         A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
         `comes_from`: on a tour; without it, of a tour where it ends.
         """
-        if comes_from is None and (task.members or task.via):
+        if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
         nodes, choice, stations = task.to or self.nodes, self.choice, self.by_node
         if choice == "each" and not task.to:
@@ -114,7 +114,7 @@ class Stations:
 
         For a tour there must be a slot in every station of it.
         """
-        if task.members or task.via:
+        if task.is_tour:
             stations = {stop.station for stop in self.stops(robot, task)} - {None}
             return all(one is None or one.free > 0 or robot.number in one.inside for one in stations)
         station = self.at_drop(task, node)
@@ -127,7 +127,7 @@ class Stations:
 
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
         """What a robot has to do for a task or tour, in order; `node`: where a task by itself is unloaded."""
-        if task.members or task.via:
+        if task.is_tour:
             return stops_of_tour(task, self._travel, partial(self._stop, robot))
         drop, source = task.drop, task.edge
         edge, offset = ((node, node), 0.0) if drop is None else drop

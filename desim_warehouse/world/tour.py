@@ -110,10 +110,11 @@ class Tour:
             self.dispatcher.stations.release((stop,), ())
         del self.stops[:1]
         if self.stops:
+            then = self.stops[0].task.number
             if stop.act == "unload":
-                robot.body.task = self.stops[0].task.number
-            robot.enter("loaded")
-            robot.body.task = self.stops[0].task.number
+                robot.body.task = then
+            robot.enter("loaded")  # of a load just taken up the row still names its own task
+            robot.body.task = then
         if station is not None and turn is not None:
             station.servers.release(turn)
 
