@@ -98,6 +98,13 @@ def fit(plant: Plant, side: float) -> None:
     plant.assume("fleet.robot.speed", "a cell a second")
 
 
+def instant_handling(plant: Plant) -> None:
+    """Loading and unloading take no time, as benchmarks have it."""
+    plant.handling = 0.0
+    for key in ("tasks.load_time", "tasks.unload_time"):
+        plant.assume(key, "as in the benchmark: a visit takes no time")
+
+
 def _lane(one: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) -> Link:
     there, back = weights.get((one, other), 1.0), weights.get((other, one), 1.0)
     if there > back:
@@ -147,7 +154,10 @@ class Lines:
 
     def number(self, expected: str) -> int:
         """The next line, which holds one whole number."""
-        (number,) = self.numbers(self.take(expected), 1, expected)
+        line = self.take(expected)
+        number, *more = self.numbers(line, 1, expected)
+        if more:
+            self.refuse(f"more than one number (got {got(line)}), expected {expected}")
         return number
 
     def numbers(self, line: str, count: int, expected: str) -> list[int]:
@@ -157,18 +167,27 @@ class Lines:
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]
 
+    def counted(self, number: int, what: str, one: str = "line") -> Iterator[str]:
+        """The lines that end the file, as many as its head says; refuses fewer and more.
+
+        Args:
+            number: how many.
+            what: what they are, with their number, for messages.
+            one: what to call one more of them.
+        """
+        for rank in range(number):
+            yield self.take(f"{what} as the head of the file says; {rank} are there")
+        if (more := next(self, None)) is not None:
+            self.refuse(f"one more {one} (got {got(more)}), expected {what} as the head of the file says")
+
     def rows(self, height: int, width: int, kinds: Mapping[str, CellKind]) -> list[str]:
         """The rows of a grid of this size, which end the file."""
         if height < 1 or width < 1:
             self.refuse(f"a grid without cells (got {height} rows of {width}), expected at least one of each")
         made = []
-        for row in range(height):
-            line = self.take(f"{height} rows as the head of the file says; {row} are there")
+        for row, line in enumerate(self.counted(height, f"{height} rows", "row")):
             self.row(line, row, width, kinds)
             made.append(line)
-        more = next(self, None)
-        if more is not None:
-            self.refuse(f"one more row (got {got(more)}), expected {height} as the head of the file says")
         not_too_many(self.path, sum(kinds[letter].free for line in made for letter in line))
         return made
 
@@ -194,6 +213,11 @@ def not_too_many(path: Path, free: int) -> None:
     """Refuse a grid with more free cells than a layout has nodes, or with none."""
     most = LIMITS["nodes"][0]
     if not free:
-        raise ModelError([f"{path}: no cell that robots can enter, expected some"])
+        refuse(path, "no cell that robots can enter, expected some")
     if free > most:
-        raise ModelError([f"{path}: too many cells that robots can enter (got {free:,}), expected at most {most:,}"])
+        refuse(path, f"too many cells that robots can enter (got {free:,}), expected at most {most:,}")
+
+
+def refuse(path: Path, text: str) -> NoReturn:
+    """Raise the error that something is wrong in a file."""
+    raise ModelError([f"{path}: {text}"])

@@ -9,11 +9,11 @@ Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent pa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError, got
+from desim_warehouse.errors import got
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, CellKind, Grid, Lines, not_too_many, plant_of
+from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, CellKind, Grid, Lines, not_too_many, plant_of, refuse
 from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
 
 if TYPE_CHECKING:
@@ -39,11 +39,11 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     head = read_json(path, content, _EXPECTED)
     rows = head.get("layout") if isinstance(head, dict) else None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, str) for row in rows):
-        _refuse(path, f"no rows of cells, expected {_EXPECTED}")
+        refuse(path, f"no rows of cells, expected {_EXPECTED}")
     lines = Lines(path, [row.rstrip() for row in rows])
     width = _number(head, "n_col", len(lines.lines[0]), path)
     if _number(head, "n_row", len(rows), path) != len(rows):
-        _refuse(path, f"layout: {len(rows)} rows, expected {head['n_row']} as n_row says")
+        refuse(path, f"layout: {len(rows)} rows, expected {head['n_row']} as n_row says")
     for rank, row in enumerate(lines.lines):
         lines.row(row, rank, width, _KINDS)
     kinds = {**_KINDS, "e": _PICK} if any("w" in row for row in lines.lines) else _KINDS
@@ -68,7 +68,7 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 def _number(head: dict[str, Any], key: str, default: int, path: Path) -> int:
     value = head.get(key, default)
     if type(value) is not int or value < 1:
-        _refuse(path, f"{key}: not a number of cells (got {got(value)}), expected a whole number")
+        refuse(path, f"{key}: not a number of cells (got {got(value)}), expected a whole number")
     return value
 
 
@@ -89,11 +89,11 @@ def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, C
     if not isinstance(given, list) or len(given) - len(steps) not in {0, 1, len(cells)}:
         count = f"{len(given)} weights" if isinstance(given, list) else "no list"
         expected = f"{len(steps)}, one for each step between neighbours, after one or {len(cells)} for waiting"
-        _refuse(path, f"weights: {count}, expected {expected}")
+        refuse(path, f"weights: {count}, expected {expected}")
     ours = given[len(given) - len(steps) :]
     for rank, weight in enumerate(ours, len(given) - len(steps)):
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not _LEAST <= weight <= _MOST:
-            _refuse(path, f"weights[{rank}]: not a weight (got {got(weight)}), expected a number above 0")
+            refuse(path, f"weights[{rank}]: not a weight (got {got(weight)}), expected a number above 0")
     return dict(zip(steps, map(float, ours), strict=True))
 
 
@@ -102,7 +102,3 @@ _LEAST, _MOST = 1e-6, 1e6
 
 def _next(cell: Cell, turn: tuple[int, int]) -> Cell:
     return cell[0] + turn[0], cell[1] + turn[1]
-
-
-def _refuse(path: Path, text: str) -> NoReturn:
-    raise ModelError([f"{path}: {text}"])

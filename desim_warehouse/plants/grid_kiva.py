@@ -11,8 +11,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import got
-from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, plant_of
+from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, instant_handling, plant_of
 from desim_warehouse.plants.plant import Transport, Vehicle
 
 if TYPE_CHECKING:
@@ -60,8 +59,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
     """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
     lines = Lines.of(path, content)
     number = lines.numbers(lines.take("the number of tasks"), 1, "the number of tasks")[0]
-    for rank in range(number):
-        line = lines.take(f"{number} tasks as the head of the file says; {rank} are there")
+    for rank, line in enumerate(lines.counted(number, f"{number} tasks")):
         release, *ends = lines.numbers(line, 3, _TASK)[:3]
         for end in ends:
             if end not in plant.numbered:
@@ -70,8 +68,4 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
         names = [plant.numbered[end] for end in ends]
         stops = tuple(zip(names, ("load", "unload"), strict=True))
         plant.transports.append(Transport(f"task {rank}", stops, float(release), None, f"{path.name}:{lines.next}"))
-    if (more := next(lines, None)) is not None:
-        lines.refuse(f"one more line (got {got(more)}), expected {number} tasks as the head of the file says")
-    plant.handling = 0.0
-    plant.assume("tasks.load_time", "as in the benchmark: a visit takes no time")
-    plant.assume("tasks.unload_time", "as in the benchmark: a visit takes no time")
+    instant_handling(plant)

@@ -11,14 +11,14 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import grid_movingai
 from desim_warehouse.plants.file import content_of
-from desim_warehouse.plants.grid import Lines
+from desim_warehouse.plants.grid import Lines, instant_handling, refuse
 from desim_warehouse.plants.plant import Transport, Vehicle
 from desim_warehouse.plants.stops import VISIT
 
@@ -43,10 +43,10 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     """Read a problem with cells of this side, in metres; raises ModelError with the place where it cannot be."""
     head = read_json(path, content, _EXPECTED)
     if not isinstance(head, dict):
-        _refuse(path, f"not a problem (got {got(head)}), expected {_EXPECTED}")
+        refuse(path, f"not a problem (got {got(head)}), expected {_EXPECTED}")
     files = {key: _file(path, head, key) for key in ("mapFile", "agentFile", "taskFile") if key in head}
     if "mapFile" not in files:
-        _refuse(path, f"no mapFile, expected {_EXPECTED}")
+        refuse(path, f"no mapFile, expected {_EXPECTED}")
     there = files["mapFile"]
     plant = grid_movingai.read(there, content_of(there, "a MovingAI map"), cell)
     plant.name, plant.source = path.stem, f"{path.name} (problem of the League of Robot Runners)"
@@ -65,7 +65,7 @@ def _file(path: Path, head: dict[str, Any], key: str) -> Path:
     """A file that the problem names: below its folder, or of the same name beside it."""
     name = head[key]
     if not isinstance(name, str) or not name or "\0" in name or PurePosixPath(name).is_absolute() or ".." in name:
-        _refuse(path, f"{key}: not a file below the folder of the problem (got {got(name)}), expected its name")
+        refuse(path, f"{key}: not a file below the folder of the problem (got {got(name)}), expected its name")
     below, beside = path.parent / name, path.parent / PurePosixPath(name).name
     return below if below.exists() or not beside.exists() else beside
 
@@ -75,10 +75,10 @@ def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem
     starts = _listed(Lines.of(path, content_of(path, "agents"), "#"), plant, "agents", 1)
     team = head.get("teamSize", len(starts))
     if type(team) is not int or not 1 <= team <= len(starts):
-        _refuse(problem, f"teamSize: not so many (got {got(team)}), expected 1 to {len(starts)}, as agents are listed")
+        refuse(problem, f"teamSize: not so many (got {got(team)}), expected 1 to {len(starts)}, as agents are listed")
     size = head.get("agentSize", 1.0)
     if isinstance(size, bool) or not isinstance(size, int | float) or not 0 < size <= 1:
-        _refuse(problem, f"agentSize: not a part of a cell (got {got(size)}), expected a number above 0, at most 1")
+        refuse(problem, f"agentSize: not a part of a cell (got {got(size)}), expected a number above 0, at most 1")
     taken: dict[str, int] = {}
     for rank, (place, line) in enumerate(starts[:team]):
         here = plant.numbered[place[0]]
@@ -92,10 +92,7 @@ def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem
 
 def looks_like_tasks(path: Path, start: bytes) -> bool:
     """Whether a file may hold such tasks: comments, a number, and a list of numbers with commas, or its name."""
-    return (
-        path.suffix.lower() == ".tasks"
-        or re.match(rb"(#[^\n]*\n)*\d+[ \t]*\r?\n\d+(,\d+)*[ \t]*\r?(\n|$)", start) is not None
-    )
+    return path.suffix.lower() == ".tasks" or _TASKS.match(start) is not None
 
 
 def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
@@ -108,9 +105,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
             names *= 2
         stops = tuple(zip(names, operations, strict=True))
         plant.transports.append(Transport(f"task {rank}", stops, place=f"{path.name}:{line}"))
-    plant.handling = 0.0
-    for key in ("tasks.load_time", "tasks.unload_time"):
-        plant.assume(key, "as in the benchmark: a visit takes no time")
+    instant_handling(plant)
 
 
 def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tuple[list[int], int]]:
@@ -120,8 +115,7 @@ def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tup
     most = LIMITS["tasks"][0]
     if number > most:
         lines.refuse(f"too many {what} (got {number:,}), expected at most {most:,}")
-    for rank in range(number):
-        line = lines.take(f"{number} {what} as the head of the file says; {rank} are there")
+    for line in lines.counted(number, f"{number} {what}"):
         cells = lines.numbers(line, 1, expected)
         if each is not None and len(cells) != each:
             lines.refuse(f"not what it should be (got {got(line)}), expected {expected}")
@@ -129,10 +123,4 @@ def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tup
             if cell not in plant.numbered:
                 lines.refuse(f"no cell that robots can enter (got {cell}), expected {expected}")
         found.append((cells, lines.next))
-    if (more := next(lines, None)) is not None:
-        lines.refuse(f"one more line (got {got(more)}), expected {number} {what} as the head of the file says")
     return found
-
-
-def _refuse(path: Path, text: str) -> NoReturn:
-    raise ModelError([f"{path}: {text}"])

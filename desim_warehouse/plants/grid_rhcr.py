@@ -44,15 +44,12 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     width, height, *_ = lines.numbers(lines.take(_SIZE), 2, _SIZE)
     lines.take("the names of the columns")
     squares: dict[tuple[int, int], _Square] = {}
-    for rank in range(width * height):
-        line = lines.take(f"{width} x {height} cells as the head of the file says; {rank} are there")
+    for rank, line in enumerate(lines.counted(width * height, f"{width} x {height} cells")):
         square = _square(line, lines)
         if (square.x, square.y) != divmod(rank, height):
             place = "x {}, y {}".format(*divmod(rank, height))
             lines.refuse(f"cell {rank} is x {square.x}, y {square.y}, expected {place}: column by column")
         squares[square.x, square.y] = square
-    if (more := next(lines, None)) is not None:
-        lines.refuse(f"one more line (got {got(more)}), expected {width} x {height} cells as the head of the file says")
     plant = Plant(path.stem, f"{path.name} (road network of RHCR)")
     _fill(plant, squares, height, cell)
     not_too_many(path, len(plant.points))

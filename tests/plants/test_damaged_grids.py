@@ -55,6 +55,7 @@ DAMAGED = {
     "k narrow": (change(KIVA, ".eeee.r.", ".eeee.r"), ":6: row 1 has 7 cells, expected 8"),
     "k letter": (change(KIVA, ".eeee.r.", ".eeeE.r."), ":6: row 1, column 4: unknown cell (got 'E')"),
     "k agents": (change(KIVA, "8\n2\n", "8\ntwo\n"), ":3: not what it should be (got 'two')"),
+    "k two numbers": (change(KIVA, "8\n2\n", "8\n2 3\n"), ":3: more than one number (got '2 3')"),
     "k horizon": ("5 8\n8\n2\n", ":3: the file ends here, expected the number of steps"),
     "k sizes": (change(KIVA, "5 8", "0 8"), "a grid without cells (got 0 rows of 8)"),
     "k transposed": (change(KIVA, "5 8", "8 5"), ":5: row 0 has 8 cells, expected 5"),
@@ -117,6 +118,7 @@ PROBLEMS = {
     "task words": ({}, {"yard.tasks": "1\n1;8\n"}, "yard.tasks:2: not what it should be (got '1;8')"),
     "task in a wall": ({}, {"yard.tasks": "# x\n1\n1,2\n"}, "yard.tasks:3: no cell that robots can enter (got 2)"),
     "tasks few": ({}, {"yard.tasks": "3\n1,8\n"}, "yard.tasks:2: the file ends here, expected 3 tasks"),
+    "tasks of two numbers": ({}, {"yard.tasks": "1 2\n1,8\n"}, "yard.tasks:1: more than one number (got '1 2')"),
     "tasks gigantic": ({}, {"yard.tasks": "999999999\n1,8\n"}, "too many tasks (got 999,999,999)"),
 }
 TASK_FILES = {
