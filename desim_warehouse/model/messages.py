@@ -122,10 +122,10 @@ def report(problems: Iterable[Problem], places: Places) -> list[str]:
     more = first.pop(_MORE, None)
     lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
-    return [_one_line(f"{begin}: {text}") for _, begin, text in lines] + ([more.text] if more else [])
+    return [printable(f"{begin}: {text}") for _, begin, text in lines] + ([more.text] if more else [])
 
 
-def _one_line(text: str) -> str:
+def printable(text: str) -> str:
     """The text with line ends and other unseen characters spelt out."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 

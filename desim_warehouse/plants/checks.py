@@ -8,7 +8,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
+    from desim_warehouse.plants.plant import Link, Plant
 
 APART = 0.01
 """Points drawn on one spot are moved so far from each other, in metres."""
@@ -30,9 +30,7 @@ def put_right(plant: Plant) -> None:
     plant.locations = [location for location in plant.locations if location.operations]
     plant.note_parts("left out", "location", unlinked, "no link to a point, so no vehicle gets there")
     short = [
-        link
-        for link in plant.links
-        if link.length is not None and link.length < _SHORT * distance(plant, link.source, link.target)
+        link for link in plant.links if length_of(plant, link) < _SHORT * distance(plant, link.source, link.target)
     ]
     why = "shorter than the straight line between its points; the length counts, not the drawing"
     plant.note_parts("changed", "link", short, why)
@@ -56,6 +54,11 @@ def _separate(plant: Plant) -> None:
             plant.points[point.name] = replace(point, x=x)
             moved.append(point)
     plant.note_parts("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m or more beside it")
+
+
+def length_of(plant: Plant, link: Link) -> float:
+    """How long a link is: as drawn, else the straight distance."""
+    return distance(plant, link.source, link.target) if link.length is None else link.length
 
 
 def distance(plant: Plant, source: str, target: str) -> float:

@@ -6,7 +6,7 @@ import itertools
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout import build
-from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, claim, unique
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -108,11 +108,9 @@ class _Drawing:
             if bay.chargers != 0:
                 chargers.setdefault(bay.zone, {})[node] = ("charge",)
         goods: dict[str, dict[str, tuple[str, ...]]] = {f"goods at {one}": {one: ("load",)} for one in self.loads}
-        taken: dict[str, None] = {}
+        taken: set[str] = set()
         for wanted, operations in (*stations.items(), *chargers.items(), *goods.items()):
-            name = unique(wanted, taken)
-            taken[name] = None
-            self.plant.locations.append(Location(name, operations))
+            self.plant.locations.append(Location(claim(wanted, taken), operations))
 
     def fleet(self) -> None:
         battery, fleet, seconds = self.model.battery, self.model.fleet, self.model.units.seconds

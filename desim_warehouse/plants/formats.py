@@ -22,6 +22,7 @@ from desim_warehouse.plants import (
     orders,
     rmf,
     tables,
+    xml,
 )
 from desim_warehouse.plants.file import content_of
 
@@ -58,19 +59,19 @@ FORMATS = (
     Format("a graph (GraphML)", graph.looks, graph.read),
     Format("lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",)),
     Format("a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
-    Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", opentcs.looks, opentcs.read),
+    Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read),
     Format("a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
     Format("a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
     Format("a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
     Format("a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
     Format("a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
     Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, lif.LARGEST),
-    Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS),
+    Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS, rmf.LARGEST),
 )
 
 
 TASK_FILES = (
-    Format("transport orders of openTCS (XML)", orders.looks, orders.read),
+    Format("transport orders of openTCS (XML)", xml.looks, orders.read),
     Format("tasks of the League of Robot Runners", grid_lorr.looks_like_tasks, grid_lorr.read_tasks),
     Format("tasks of MAPD", grid_kiva.looks_like_tasks, grid_kiva.read_tasks),
 )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.fields import LIMITS
+from desim_warehouse.model.messages import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -97,7 +98,7 @@ class Reader:
 
     def refuse(self, place: str, text: str) -> NoReturn:
         """Raise the error that something is wrong at a place."""
-        raise ModelError([_printable(f"{self.file}: {place}: {text}")])
+        raise ModelError([printable(f"{self.file}: {place}: {text}")])
 
     def wrong(self, place: str, text: str, become: str) -> None:
         """Something is not as the format says; what became of it."""
@@ -115,9 +116,9 @@ class Reader:
                 f"{self.file}: {place}: {text} ({letter})" for (text, _), all_ in self.found.items() for place in all_
             ]
             more = len(lines) - _MOST
-            raise ModelError(list(map(_printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
+            raise ModelError(list(map(printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
         for (text, become), places in self.found.items():
-            plant.note("changed", "value", list(map(_printable, places)), f"{text}; {become}")
+            plant.note("changed", "value", list(map(printable, places)), f"{text}; {become}")
 
     def _value(self, value: Any, kind: Kind, place: str) -> Any:  # noqa: PLR0911 - a return for each kind
         if isinstance(kind, Section):
@@ -192,7 +193,3 @@ class Reader:
     def _bad(self, value: Any, kind: Kind, place: str) -> Any:
         self.wrong(place, f"not {_WORDS[type(kind)]} (got {got(value)})", "left out")
         return _GONE
-
-
-def _printable(text: str) -> str:
-    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)

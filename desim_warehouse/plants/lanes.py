@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.checks import length_of
 
 if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Link, Plant
@@ -67,8 +67,7 @@ def lanes_of(plant: Plant) -> list[DrawnLane]:
 
 
 def _directions(plant: Plant, link: Link) -> list[_Direction]:
-    straight = distance(plant, link.source, link.target)
-    length = straight if link.length is None else link.length
+    length = length_of(plant, link)
     both = ((link.source, link.target, link.speed), (link.target, link.source, link.speed_back))
     return [_Direction(link, a, b, length, speed) for a, b, speed in both if speed > 0]
 

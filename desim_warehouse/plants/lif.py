@@ -19,7 +19,7 @@ from desim_warehouse.plants.checks import distance
 from desim_warehouse.plants.keyed import PLACE, Reader
 from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.nurbs import arc_length
-from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, unique
+from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -255,10 +255,9 @@ class _Drawn:
         plant = self.plant
         served: set[str] = set()
         outside: list[Item] = []
-        taken: dict[str, None] = {}
+        taken: set[str] = set()
         for station, at in self.stations:
-            name = unique(station["stationId"], taken)
-            taken[name] = None
+            name = claim(station["stationId"], taken)
             here = {point: _actions(on_nodes[point]) for point in at if point in on_nodes}
             served |= here.keys()
             if at and not here:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.fields import LIMITS
-from desim_warehouse.plants.plant import Link, Location, Waypoint, unique
+from desim_warehouse.plants.plant import Link, Location, Waypoint, claim, unique
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -231,7 +231,7 @@ class _Network:
             self.meeting.update(chain[:-1])
             self.meeting.update(chain[1:])
         self.named: dict[Spot, str] = {}
-        self.taken: dict[str, None] = {}
+        self.taken: set[str] = set()
         for spot, here in marks.items():
             self.name(spot, here[0].name)
         curved = [line.name for line, chain in zip(lines, chains, strict=True) if chain and self.link(line, chain)]
@@ -243,8 +243,7 @@ class _Network:
 
     def name(self, spot: Spot, wanted: str) -> str:
         """Give a spot a name that no other has."""
-        name = self.named[spot] = unique(wanted, self.taken)
-        self.taken[name] = None
+        name = self.named[spot] = claim(wanted, self.taken)
         return name
 
     def point(self, spot: Spot) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.plants.plant import Location, unique
+from desim_warehouse.plants.plant import Location, claim
+from desim_warehouse.plants.write import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,7 +18,7 @@ def plain_names(plant: Plant) -> None:
     """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
     points, places = _plain(plant.points), _plain(location.name for location in plant.locations)
     links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
-    plant.name = " ".join(_one_line(plant.name).split()) or "layout"
+    plant.name = _trimmed(plant.name) or "layout"
     plant.points = {points[name]: replace(point, name=points[name]) for name, point in plant.points.items()}
     plant.links = [
         replace(link, name=links[link.name], source=points[link.source], target=points[link.target])
@@ -40,18 +41,10 @@ def plain_names(plant: Plant) -> None:
 
 def _plain(names: Iterable[str]) -> dict[str, str]:
     """The plain form of every name, each of them once."""
-    found: dict[str, str] = {}
-    names = list(names)
-    kept = {name: None for name in names if " ".join(_one_line(name).split()) == name}
-    taken = dict(kept)
-    for name in names:
-        if name not in kept:
-            found[name] = unique(" ".join(_one_line(name).split()) or "unnamed", taken)
-            taken[found[name]] = None
-        else:
-            found[name] = name
-    return found
+    plain = {name: _trimmed(name) for name in names}
+    taken = {name for name, trimmed in plain.items() if trimmed == name}
+    return {name: name if trimmed == name else claim(trimmed or "unnamed", taken) for name, trimmed in plain.items()}
 
 
-def _one_line(text: str) -> str:
-    return "".join(one if one.isprintable() else " " for one in text)
+def _trimmed(name: str) -> str:
+    return " ".join(one_line(name).split())

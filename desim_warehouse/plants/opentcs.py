@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Rule, Vehicle, Waypoint
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
@@ -22,12 +22,8 @@ EXPECTED = "a plant model of openTCS (XML)"
 _MM = 0.001
 _NEWEST = 7
 _START = ("loopback:initialPosition", "tcs:initialPosition")
-_RULES = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
-
-
-def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may be a plant model: XML."""
-    return start.startswith(b"<") or path.suffix.lower() == ".xml"
+RULES: dict[str, Rule] = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
+"""What the types of blocks mean."""
 
 
 def read(path: Path, content: bytes) -> Plant:
@@ -160,11 +156,10 @@ def _blocks(root: Element, plant: Plant) -> None:
     for item in root.all("block"):
         members = tuple(one.text("name") for one in item.all("member"))
         rule = item.attributes.get("type", "SINGLE_VEHICLE_ONLY")
-        if rule not in _RULES:
-            item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(_RULES)}")
+        if rule not in RULES:
+            item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(RULES)}")
         if members:
-            name, single = item.text("name"), "SINGLE" in rule
-            plant.areas.append(Area(name, members, "one-robot" if single else "one-direction", item.place))
+            plant.areas.append(Area(item.text("name"), members, RULES[rule], item.place))
         else:
             empty.append(item)
     _note(plant, "left out", "block", empty, "no members")

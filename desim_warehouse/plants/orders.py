@@ -25,11 +25,6 @@ _DUE = {
 """Deadlines, in seconds from the start."""
 
 
-def looks(path: Path, start: bytes) -> bool:
-    """Whether a file may hold transport orders: XML."""
-    return start.startswith(b"<") or path.suffix.lower() == ".xml"
-
-
 def read(path: Path, content: bytes, plant: Plant) -> None:
     """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
     root = read_xml(path, content, EXPECTED)

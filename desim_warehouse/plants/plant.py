@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
 """What robots do at a place."""
+Rule: TypeAlias = Literal["one-robot", "one-direction"]
+"""How robots share an area."""
 What: TypeAlias = Literal["left out", "changed", "doubtful", "unreachable", "assumed"]
 
 
@@ -89,7 +91,7 @@ class Area:
 
     name: str
     members: tuple[str, ...]
-    rule: Literal["one-robot", "one-direction"]
+    rule: Rule
     place: str = ""
 
 
@@ -158,6 +160,14 @@ class Plant:
         parts = list(parts)
         self.note(what, kind, [part.name for part in parts], why, [part.place for part in parts])
 
+    def work(self) -> dict[str, tuple[str, ...]]:
+        """What robots do at points, by their names: park, and what locations allow there."""
+        found: dict[str, dict[str, None]] = {one.name: {"park": None} for one in self.points.values() if one.parking}
+        for location in self.locations:
+            for name, operations in location.operations.items():
+                found.setdefault(name, {}).update(dict.fromkeys(operations))
+        return {name: tuple(operations) for name, operations in found.items()}
+
     def assume(self, key: str, why: str, names: Iterable[str] = ()) -> None:
         """Keep in mind that the drawing does not say what a key of the model needs."""
         self.remarks.append(Remark("assumed", key, tuple(names), why))
@@ -170,3 +180,10 @@ def unique(name: str, taken: Container[str]) -> str:
         number += 1
         tried = f"{name} ({number})"
     return tried
+
+
+def claim(name: str, taken: set[str]) -> str:
+    """The name, or with a number if it is taken; from then on it is."""
+    made = unique(name, taken)
+    taken.add(made)
+    return made

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EXPECTED = "a map of Open-RMF (YAML with levels)"
 OPTIONS = ("layout", "graph")
-_LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
+LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
 _DIFFER = 0.05  # of the mean: measured distances that do are doubted
 _PAIR = 2
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
@@ -47,8 +47,6 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
     Raises:
         ModelError: where it cannot be read, with the line.
     """
-    if len(content) > _LARGEST:
-        raise ModelError([f"{path}: too large, expected {EXPECTED} of at most {_LARGEST:,} bytes"])
     try:
         document = read_yaml(content.decode("utf-8-sig"), str(path), _MOST)
     except UnicodeDecodeError:

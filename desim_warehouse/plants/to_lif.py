@@ -11,8 +11,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
-from desim_warehouse.plants.checks import distance
-from desim_warehouse.plants.plant import unique
+from desim_warehouse.plants.checks import distance, length_of
+from desim_warehouse.plants.plant import claim
 from desim_warehouse.plants.to_opentcs import joined
 
 if TYPE_CHECKING:
@@ -46,15 +46,11 @@ def lif(plant: Plant) -> str:
 
 
 def _nodes(plant: Plant) -> list[dict[str, Any]]:
-    actions: dict[str, list[str]] = {point.name: ["park"] for point in plant.points.values() if point.parking}
-    for location in plant.locations:
-        for name, operations in location.operations.items():
-            actions.setdefault(name, []).extend(operations)
-    nodes = []
+    work, nodes = plant.work(), []
     for point in plant.points.values():
         allowed = [
             {"actionType": _ACTIONS[one], "requirementType": "OPTIONAL", "blockingType": "HARD"}
-            for one in dict.fromkeys(actions.get(point.name, ()))
+            for one in work.get(point.name, ())
         ]
         nodes.append(
             {
@@ -68,9 +64,9 @@ def _nodes(plant: Plant) -> list[dict[str, Any]]:
 
 
 def _edges(plant: Plant) -> list[dict[str, Any]]:
-    edges, longer, taken = [], [], dict[str, None]()
+    edges, longer, taken = [], [], set[str]()
     for link in plant.links:
-        if link.length is not None and abs(link.length - distance(plant, link.source, link.target)) > _EQUAL:
+        if abs(length_of(plant, link) - distance(plant, link.source, link.target)) > _EQUAL:
             longer.append(link.name)
         for start, end, speed in (
             (link.source, link.target, link.speed),
@@ -78,8 +74,7 @@ def _edges(plant: Plant) -> list[dict[str, Any]]:
         ):
             if speed:
                 limit = {"maxSpeed": round(speed, _DIGITS)} if speed < float("inf") else {}
-                name = unique(f"{start}>{end}", taken)
-                taken[name] = None
+                name = claim(f"{start}>{end}", taken)
                 properties = {"vehicleTypeId": _TYPE, "rotationAllowed": False, **limit}
                 edges.append(
                     {"edgeId": name, "startNodeId": start, "endNodeId": end, "vehicleTypeEdgeProperties": [properties]}
@@ -91,7 +86,7 @@ def _edges(plant: Plant) -> list[dict[str, Any]]:
 
 def _stations(plant: Plant) -> list[dict[str, Any]]:
     """A station for every location, but one only at a node: what robots do there are the actions of the node."""
-    taken: dict[str, None] = {}
+    taken: set[str] = set()
     served: set[str] = set()
     places = [(location.name, list(location.operations)) for location in plant.locations]
     places += [(f"parking {point.name}", [point.name]) for point in plant.points.values() if point.parking]
@@ -99,8 +94,7 @@ def _stations(plant: Plant) -> list[dict[str, Any]]:
     for wanted, points in places:
         nodes = [point for point in points if point not in served]
         if nodes:
-            name = unique(wanted, taken)
-            taken[name] = None
+            name = claim(wanted, taken)
             served |= {*nodes}
             stations.append({"stationId": name, "interactionNodeIds": nodes, "stationName": name})
     return stations

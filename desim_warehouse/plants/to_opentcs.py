@@ -9,9 +9,10 @@ import math
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
-from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.checks import distance, length_of
 from desim_warehouse.plants.lanes import ALIKE
-from desim_warehouse.plants.plant import unique
+from desim_warehouse.plants.opentcs import RULES
+from desim_warehouse.plants.plant import claim
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,7 +24,7 @@ _EXACT = 1e-6
 _ROUNDED = 0.001  # metres by which lengths may differ more once they are in mm
 _TYPES = {"load": "goods", "unload": "station", "charge": "charger"}
 _SIGNS = {"load": "LOAD_TRANSFER_GENERIC", "unload": "WORKING_GENERIC", "charge": "RECHARGE_GENERIC"}
-_RULES = {"one-robot": "SINGLE_VEHICLE_ONLY", "one-direction": "SAME_DIRECTION_ONLY"}
+_TYPE_OF_RULE = {rule: kind for kind, rule in RULES.items()}
 _BOX = {"length": 1000, "width": 1000, "height": 1000, "referenceOffsetX": 0, "referenceOffsetY": 0}
 _LAYER = {"labelOffsetX": -10, "labelOffsetY": -20, "layerId": 0}
 
@@ -41,7 +42,7 @@ def opentcs(plant: Plant) -> str:
     lines += [line for vehicle in plant.vehicles for line in _vehicle(vehicle, names.own("vehicle", vehicle.name))]
     lines += _locations(plant, names)
     for area in plant.areas:
-        lines += _tag("block", 1, name=names.own("block", area.name), type=_RULES[area.rule])
+        lines += _tag("block", 1, name=names.own("block", area.name), type=_TYPE_OF_RULE[area.rule])
         lines += [_empty("member", 2, name=names.links.get(member, member)) for member in area.members]
         lines.append("    </block>")
     lines += [
@@ -61,15 +62,14 @@ class _Names:
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
-        self.taken: dict[str, None] = dict.fromkeys(plant.points)
+        self.taken = set(plant.points)
         self.links: dict[str, str] = {}
         self.changed: list[str] = []
         for link in plant.links:
             self.links[link.name] = self.own("path", link.name)
 
     def own(self, kind: str, name: str) -> str:
-        made = unique(name, self.taken)
-        self.taken[made] = None
+        made = claim(name, self.taken)
         if made != name:
             self.changed.append(f"{kind} {name}")
         return made
@@ -95,7 +95,7 @@ def _points(plant: Plant) -> Iterable[str]:
 def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
     unlimited, rounded, beside = [], [], []
     for link in plant.links:
-        length = distance(plant, link.source, link.target) if link.length is None else link.length
+        length = length_of(plant, link)
         speed = link.speed if math.isfinite(link.speed) else fastest
         millimetres, velocity = max(round(length * _MM), 1), max(round(speed * _MM), 1)
         if not math.isfinite(link.speed):
@@ -126,9 +126,7 @@ def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
 def joined(plant: Plant, beside: Iterable[Link], *, straight: bool = False) -> None:
     """Note lanes side by side that readers take for one two-way lane: all that are as long, or `straight`."""
     lengths = {
-        (link.source, link.target): distance(plant, link.source, link.target)
-        if straight or link.length is None
-        else link.length
+        (link.source, link.target): distance(plant, link.source, link.target) if straight else length_of(plant, link)
         for link in beside
     }
     alike = [

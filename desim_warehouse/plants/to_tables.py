@@ -7,7 +7,7 @@ import io
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
-from desim_warehouse.plants.checks import distance
+from desim_warehouse.plants.checks import distance, length_of
 from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE
 
 if TYPE_CHECKING:
@@ -52,17 +52,13 @@ def graphml(plant: Plant) -> str:
 
 
 def _nodes(plant: Plant) -> Iterator[Row]:
-    roles: dict[str, list[str]] = {point.name: ["park"] for point in plant.points.values() if point.parking}
-    stations: dict[str, str] = {}
+    roles, stations = plant.work(), dict[str, str]()
     for location in plant.locations:
-        for name, operations in location.operations.items():
-            roles.setdefault(name, []).extend(operations)
-            if "unload" in operations:
-                stations[name] = location.name
+        stations |= {name: location.name for name, operations in location.operations.items() if "unload" in operations}
     for point in plant.points.values():
         row: Row = {"name": point.name, "x": round(point.x, _DIGITS), "y": round(point.y, _DIGITS)}
         if point.name in roles:
-            row["role"] = " + ".join(dict.fromkeys(roles[point.name]))
+            row["role"] = " + ".join(roles[point.name])
         if point.name in stations:
             row["station"] = stations[point.name]
         yield row
@@ -70,8 +66,9 @@ def _nodes(plant: Plant) -> Iterator[Row]:
 
 def _edge(plant: Plant, link: Link) -> Row:
     row: Row = {}
-    if link.length is not None and abs(link.length - distance(plant, link.source, link.target)) > _EQUAL:
-        row["length"] = round(link.length, _DIGITS)
+    length = length_of(plant, link)
+    if abs(length - distance(plant, link.source, link.target)) > _EQUAL:
+        row["length"] = round(length, _DIGITS)
     if link.speed < float("inf"):
         row["speed"] = round(link.speed, _DIGITS)
     if link.speed_back:

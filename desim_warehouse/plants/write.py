@@ -25,14 +25,14 @@ def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] 
         comments: words beside a value, by its keys.
         head: lines of comment on top.
     """
-    lines = [f"# {_one_line(line)}" for line in head]
+    lines = [f"# {one_line(line)}" for line in head]
     about = {keys[:length] for keys in comments for length in range(1, len(keys))}  # parts with comments inside
     for key, value in content.items():
         if isinstance(value, Mapping):
             lines.append("")
         lines += _entry(f"{_scalar(key)}:", value, (key,), comments, about, 0)
     unplaced = [
-        f"# {_one_line('.'.join(map(str, keys)) + ': ' + text)}"
+        f"# {one_line('.'.join(map(str, keys)) + ': ' + text)}"
         for keys, text in comments.items()
         if not _has(content, keys)
     ]
@@ -58,7 +58,7 @@ def _entry(
 ) -> Iterator[str]:
     """The lines of a key or list item and its value."""
     indent, comment = "  " * depth, comments.get(keys)
-    beside = f"  # {_one_line(comment)}" if comment else ""
+    beside = f"  # {one_line(comment)}" if comment else ""
     inside = keys in about
     flow = _flow(value)
     if not isinstance(value, Mapping | list) or (not inside and depth and _is_small(value) and len(flow) <= _WIDE):
@@ -101,5 +101,6 @@ def _scalar(value: Any) -> str:
     return '"' + "".join(one if one.isprintable() and one not in '"\\' else f"\\U{ord(one):08x}" for one in value) + '"'
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
+    """The text with blanks for line ends and other unseen characters."""
     return "".join(one if one.isprintable() else " " for one in text)

@@ -67,6 +67,11 @@ class Element:
         raise ModelError([f"{self.file}:{self.line}: {self.tag}{f' {got(name)}' if name else ''}: {text}"]) from None
 
 
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be XML."""
+    return start.startswith(b"<") or path.suffix.lower() == ".xml"
+
+
 def read_xml(path: Path, content: bytes, expected: str) -> Element:
     """The root element of a file.
 
