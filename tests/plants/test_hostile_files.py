@@ -4,7 +4,6 @@ import json
 import random
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -13,28 +12,12 @@ import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
 from desim_warehouse.plants.formats import FORMATS
 from desim_warehouse.run import check
+from tests.plants.damage import SECONDS, damaged, outcome
 from tests.plants.drawings import DRAWN
 
-SECONDS, MEGABYTES = 20, 1000
-"""For one file: seconds of processor time, and what reading all of them one after the other needs at most."""
+MEGABYTES = 1000
+"""What reading all hostile files one after the other needs at most."""
 DAMAGED = 30  # files of each format
-NUMBERS = [b"NaN", b"inf", b"-1", b"1e308", b"1e-308", b"9" * 400, b"", b"null", b"0", b'"x"', b"[]"]
-BYTES = b"\x00\xff\"'<>&{}[],;:#-9eE\n\t "
-
-
-def outcome(path):
-    """The problems of a file, or None if it is read."""
-    begin = time.process_time()
-    try:
-        assert import_layout(path).model is not None
-        problems = None
-    except dw.ModelError as error:
-        problems = error.problems
-        assert len(problems) == 1, problems
-        assert "\n" not in problems[0]
-        assert len(problems[0]) < 3000
-    assert time.process_time() - begin < SECONDS
-    return problems
 
 
 def read_by(path):
@@ -58,31 +41,6 @@ def test_every_drawn_plant_can_be_checked_and_driven_on(name, tmp_path):
     found = check(model)
     assert not [finding for finding in found.findings if finding.level == "error"]
     assert dw.simulate(model.replace({"run.length": 1800})).kpis["tasks"] > 0
-
-
-def damaged(content, draw):
-    """The bytes of a file with something taken out, put in, doubled or changed."""
-    made = bytearray(content)
-    for _ in range(draw.choice([1, 1, 1, 4])):
-        at, much = draw.randrange(len(made) or 1), draw.choice([1, 3, 20, 200])
-        kind = draw.choice(["cut", "byte", "twice", "number", "swap", "end"])
-        if kind == "cut":
-            del made[at : at + much]
-        elif kind == "byte":
-            made[at : at + 1] = bytes([draw.choice(BYTES)])
-        elif kind == "twice":
-            made[at:at] = made[at : at + much]
-        elif kind == "number":
-            digits = [i for i in range(len(made)) if chr(made[i]).isdigit()]
-            if digits:
-                at = draw.choice(digits)
-                made[at : at + 1] = draw.choice(NUMBERS)
-        elif kind == "swap":
-            other = draw.randrange(len(made) or 1)
-            made[at : at + much], made[other : other + much] = made[other : other + much], made[at : at + much]
-        else:
-            del made[at:]
-    return bytes(made)
 
 
 @pytest.mark.parametrize("name", DRAWN)

@@ -12,7 +12,7 @@ from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, lif_keys, read_plant
 from desim_warehouse.plants.keyed import Reader
 from tests.auditor import audit
-from tests.plants.damage import one_message
+from tests.plants.damage import one_message, outcome
 from tests.plants.drawn_lif import DOCK, dock, edge, node, station, write
 from tests.plants.foreign import needs_plants, plant_file
 
@@ -382,18 +382,14 @@ def test_a_hostile_file_is_one_message(tmp_path, name):
     text, said = HOSTILE[name]
     path = tmp_path / "hostile.lif"
     path.write_bytes(text.encode("latin-1"))
-    problem = one_message(path)
-    assert said in problem
-    assert "\n" not in problem
+    assert said in one_message(path)
 
 
 def test_files_that_end_anywhere_are_one_message(tmp_path):
     path = tmp_path / "cut.lif"
     for end in range(0, len(TEXT) - 2, 53):
         path.write_text(TEXT[:end])
-        with pytest.raises(dw.ModelError) as refused:
-            dw.read_layout(path)
-        assert len(refused.value.problems) == 1
+        one_message(path)
 
 
 STRANGE = [None, True, 5, -1.5, "", "x", [], {}, [[]], {"a": 1}, 1e308, "9" * 30, "\u2028", 0]
@@ -432,12 +428,7 @@ def test_files_with_random_damage_are_read_or_are_one_message(tmp_path):
         for _ in range(draw.choice([1, 1, 3])):
             made = damaged(draw, made)
         write(path, made)
-        try:
-            import_layout(path, robots=3).text()
-            dw.read_layout(path, robots=3)
-        except dw.ModelError as error:
-            refused += 1
-            assert len(error.problems) == 1, error  # noqa: PT017 - it may as well be read
+        refused += outcome(path, robots=3) is not None
     assert 80 < refused < 320
 
 

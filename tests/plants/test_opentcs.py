@@ -244,11 +244,7 @@ NOT_READ = [
 
 @pytest.mark.parametrize(("changes", "said"), NOT_READ, ids=[said for _, said in NOT_READ])
 def test_a_damaged_file_is_one_message(tmp_path, changes, said):
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(yard(tmp_path, *changes))
-    [problem] = refused.value.problems
-    assert said in problem
-    assert "\n" not in problem
+    assert said in one_message(yard(tmp_path, *changes))
 
 
 BOMB = '<!DOCTYPE model [<!ENTITY a "aaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n<model version="7.0.0" name="&b;"/>'
@@ -272,11 +268,7 @@ OUTSIDE = '<!DOCTYPE model [<!ENTITY f SYSTEM "file:///etc/passwd">]>\n<model ve
 def test_a_hostile_file_is_one_message(tmp_path, text, said):
     path = tmp_path / "plant.xml"
     path.write_text(text)
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(path)
-    [problem] = refused.value.problems
-    assert said in problem
-    assert "\n" not in problem
+    assert said in one_message(path)
 
 
 def test_no_file_is_one_message(tmp_path):
@@ -292,8 +284,7 @@ def test_a_file_that_ends_anywhere_is_one_message(tmp_path):
 
 
 def test_files_with_random_damage_are_read_or_are_one_message(tmp_path):
-    odd = b'\x000"<>&-9\xff'
-    assert 100 < refused_at_random(tmp_path / "damaged.xml", YARD.read_bytes(), seed=5, files=300, odd=odd) < 300
+    assert 100 < refused_at_random(tmp_path / "damaged.xml", YARD.read_bytes(), seed=5, files=300) < 300
 
 
 # Of others: points, paths, vehicles, stations in reach, two-way lanes, points out of reach, as counted by hand

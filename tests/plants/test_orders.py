@@ -7,35 +7,11 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
 from tests.auditor import audit
+from tests.plants.damage import one_message
 from tests.plants.foreign import needs_plants, plant_file
 
 YARD = Path(__file__).parent / "yard.xml"
-ORDERS = """<?xml version="1.0" encoding="UTF-8"?>
-<transportOrders>
-    <transportOrder deadline="PLUS_ONE_HOUR" intendedVehicle="Vehicle-1">
-        <driveOrder locationName="rack north" vehicleOperation="Load cargo"/>
-        <driveOrder locationName="table 1" vehicleOperation="Unload cargo"/>
-        <driveOrder locationName="rack south" vehicleOperation="Load cargo"/>
-        <driveOrder locationName="scales" vehicleOperation="Weigh"/>
-        <driveOrder locationName="table 1" vehicleOperation="Unload cargo"/>
-    </transportOrder>
-    <transportOrder>
-        <driveOrder locationName="rack south" vehicleOperation="Load cargo"/>
-        <driveOrder locationName="table 1" vehicleOperation="Unload cargo"/>
-    </transportOrder>
-    <transportOrder>
-        <driveOrder locationName="rack on the roof" vehicleOperation="Load cargo"/>
-        <driveOrder locationName="table 1" vehicleOperation="Unload cargo"/>
-    </transportOrder>
-    <transportOrder>
-        <driveOrder locationName="charger 1" vehicleOperation="CHARGE"/>
-    </transportOrder>
-    <transportOrder>
-        <driveOrder locationName="rack west" vehicleOperation="Load cargo"/>
-        <driveOrder locationName="table 1" vehicleOperation="Unload cargo"/>
-    </transportOrder>
-</transportOrders>
-"""
+ORDERS = Path(__file__).with_name("orders.xml").read_text()
 
 
 @pytest.fixture
@@ -107,10 +83,7 @@ def test_damaged_orders_are_one_message(orders, case):
         assert before in text
         text = text.replace(before, after)
     orders.write_text(text)
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(YARD, tasks=orders)
-    [problem] = refused.value.problems
-    assert said in problem.replace("'TOMORROW'", "TOMORROW")
+    assert said in one_message(YARD, tasks=orders).replace("'TOMORROW'", "TOMORROW")
 
 
 def test_a_model_is_no_list_of_tasks(tmp_path):
@@ -185,10 +158,7 @@ def test_where_no_charger_is_drawn_every_slot_has_one(tmp_path):
 def test_a_robot_that_is_none_is_said_with_its_line(tmp_path, text, said):
     path = tmp_path / "robot.yaml"
     path.write_text(text)
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(YARD, robot=path)
-    [problem] = refused.value.problems
-    assert said in problem
+    assert said in one_message(YARD, robot=path)
 
 
 def test_options_that_a_format_does_not_have_are_refused():

@@ -183,11 +183,7 @@ DAMAGED = [
 
 @pytest.mark.parametrize(("changes", "said"), DAMAGED, ids=[str(said) for _, said in DAMAGED])
 def test_a_damaged_map_is_one_message(tmp_path, changes, said):
-    with pytest.raises(dw.ModelError) as refused:
-        dw.read_layout(clinic(tmp_path, *changes))
-    [problem] = refused.value.problems
-    assert said in problem
-    assert "\n" not in problem
+    assert said in one_message(clinic(tmp_path, *changes))
 
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
@@ -218,14 +214,11 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
 def test_a_hostile_map_is_one_message(tmp_path, text, said):
     path = tmp_path / "map.yaml"
     path.write_bytes(text.encode("latin-1"))
-    problem = one_message(path)
-    assert said in problem
-    assert "\n" not in problem
+    assert said in one_message(path)
 
 
 def test_maps_with_random_damage_are_read_or_are_one_message(tmp_path):
-    odd = b'\x00"[]{}:,-9\xff'
-    assert 30 < refused_at_random(tmp_path / "damaged.yaml", TEXT.encode(), seed=11, files=100, odd=odd) < 100
+    assert 30 < refused_at_random(tmp_path / "damaged.yaml", TEXT.encode(), seed=11, files=100) < 100
 
 
 # Of others: lanes and vertices as listed, points on lanes, robots, places of work, chargers, as counted by hand
