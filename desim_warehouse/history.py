@@ -88,7 +88,11 @@ def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
     return [max(task.delivered - task.due, 0.0) for task in tasks if task.due is not None]
 
 
-def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> tuple[list[int], list[float]]:
+Spans = tuple[list[int], list[float]]
+"""Deliveries in equal spans of time, and the sums of their cycle times."""
+
+
+def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
     """How many tasks were delivered in each of so many equal spans of time, and the sums of their cycle times."""
     width = (end - begin) / spans
     counts, times = [0] * spans, [0.0] * spans

@@ -6,20 +6,17 @@ that the fast ones still give the rows of the page, `make test-long` all of them
 
 from __future__ import annotations
 
-import math
 import random
 import statistics
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from scipy.stats import t as student
-
 import desim_warehouse as dw
 from desim_warehouse.report.palette import COLOURS, FAINT
 from docs.make_reference import table
 from tests.reference.paper import CELLS, GROUPS, changes, settings
-from tests.theory.cases import CASES, CONFIDENCE, WITHIN, Found
+from tests.theory.cases import CASES, WITHIN, Found, half_width
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -130,8 +127,7 @@ class Beside(NamedTuple):
     @property
     def half_width(self) -> float:
         """Of the mean ratio."""
-        n = len(self.ratios)
-        return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(self.ratios) / math.sqrt(n)
+        return half_width(self.ratios)
 
     @property
     def mean(self) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_source, with_overrides, with_seed
+from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 from desim_warehouse.cli.run import with_unit
 from desim_warehouse.cli.study_options import with_indicator
 from desim_warehouse.cli.tables import show
@@ -43,12 +43,9 @@ def command(
 
     The run is that of RUN_DIR, or one of a lifelong MODEL. It says so where it is too short.
     """
-    from desim_warehouse.run import Run as Done
-    from desim_warehouse.run import simulate
     from desim_warehouse.study.long_run import long_run
 
-    start = load_source(source, assignments)
-    run = start if isinstance(start, Done) else simulate(start, seed)
+    run = run_of(source, assignments, seed)
     found = long_run(run, indicators or None, confidence)
     if as_json:
         click.echo(json.dumps({name: _content(one) for name, one in found.items()}))

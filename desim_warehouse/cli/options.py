@@ -90,3 +90,12 @@ def load_source(source: str, assignments: tuple[str, ...]) -> Model | Run:
     if assignments:
         raise ReportError(f"{source} is a run that is over: --set is for models")
     return load_run(source)
+
+
+def run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
+    """The run of a folder, or of a model file simulated now; raises as `load_source`."""
+    from desim_warehouse.run import Run as Done
+    from desim_warehouse.run import simulate
+
+    start = load_source(source, assignments)
+    return start if isinstance(start, Done) else simulate(start, seed)

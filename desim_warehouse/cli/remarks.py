@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.cli.tables import show
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -14,7 +16,6 @@ _NAMED = 12  # in a row
 
 def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
     """Print remarks, a row for each."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
@@ -24,10 +25,7 @@ def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
         number = len(remark.names)
         kind = remark.kind if remark.what == "assumed" else counted(number, remark.kind)
         table.add_row(remark.what, kind, remark.why, remark.which(_NAMED))
-    console = Console(stderr=err, highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(stderr=err, highlight=False, markup=False, width=200)
-    console.print(table)
+    show(table, err=err, markup=False)
 
 
 def counted(number: int, kind: str) -> str:

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import click
 
-from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 from desim_warehouse.errors import ReportError
-
-if TYPE_CHECKING:
-    from desim_warehouse.run import Run
 
 
 @click.command("replay")
@@ -53,7 +47,7 @@ def command(
     films = [path for path in (gif, mp4) if path is not None]
     if films and beside is not None:
         raise ReportError("--beside is for the page; a film shows one run: leave out --beside, or --gif and --mp4")
-    run = _run_of(source, assignments, seed)
+    run = run_of(source, assignments, seed)
     if films:
         from desim_warehouse.report.film import film
 
@@ -62,18 +56,6 @@ def command(
     if output is not None or not films:
         from desim_warehouse.report.replay import replay
 
-        other = None if beside is None else _run_of(beside, (), seed)
+        other = None if beside is None else run_of(beside, (), seed)
         page = replay(run, output or "replay.html", start=start, end=end, palette=palette, beside=other)
         click.echo(f"{output or 'replay.html'}: {len(page.html) / 1e6:.1f} MB; open it in a browser")
-
-
-def _run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
-    """The run of a folder, or of a model file simulated now."""
-    from desim_warehouse.run import simulate
-    from desim_warehouse.run.folder import load_run
-
-    if not Path(source).is_dir():
-        return simulate(load_model(source, assignments), seed)
-    if assignments:
-        raise ReportError(f"{source} is a finished run; --set is for models")
-    return load_run(source)

@@ -123,13 +123,13 @@ def runs(count: int) -> str:
     return f"{count} run{'s' * (count != 1)}"
 
 
-def show(table: Any) -> None:
-    """Print a table, at its full width where the output is not a terminal."""
+def show(table: Any, *, err: bool = False, markup: bool = True) -> None:
+    """Print a table, at its full width where the output is not a terminal; without `markup` brackets are text."""
     from rich.console import Console
 
-    console = Console(highlight=False)
+    console = Console(stderr=err, highlight=False, markup=markup)
     if not console.is_terminal:
-        console = Console(highlight=False, width=200)
+        console = Console(stderr=err, highlight=False, markup=markup, width=200)
     if table.title:  # not within the table: a title that is wider would be broken
         console.print(table.title, style="table.title", soft_wrap=True)
         table.title = None

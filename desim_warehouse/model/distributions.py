@@ -7,6 +7,7 @@ times, and each has a finite mean.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,22 +33,22 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
 
-class Distribution(Part):
+class Distribution(Part, ABC):
     """A distribution of times in the model's time unit, none of them negative; each kind is a section of its own."""
 
     @property
+    @abstractmethod
     def mean(self) -> float:
         """The mean time."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def variance(self) -> float:
         """The mean squared distance from the mean."""
-        raise NotImplementedError
 
+    @abstractmethod
     def draw(self, generator: Generator) -> float:
         """One time."""
-        raise NotImplementedError
 
     @property
     def kind(self) -> str:

@@ -239,14 +239,6 @@ class Tasks(Part):
             return any(isinstance(flow.when, PoissonArrivals | ProfileArrivals) for flow in self.flows.values())
         return isinstance(self.goods, PoissonGoods)
 
-    @property
-    def grow(self) -> bool:
-        """Whether all work comes at rates, which `demand` multiplies, but what is always open."""
-        if not self.flows:
-            return isinstance(self.goods, PoissonGoods)
-        rates = [flow.never_ends for flow in self.flows.values() if not isinstance(flow.when, SaturatedArrivals)]
-        return bool(rates) and all(rates)
-
     @model_validator(mode="after")
     def _goods_or_flows(self) -> Tasks:
         if self.goods is None and not self.flows:
@@ -266,6 +258,11 @@ class Tasks(Part):
             some = [flow for flow in self.flows.values() if not isinstance(flow.when, SaturatedArrivals)]
             return bool(some) and not any(fixed_orders(flow) for flow in some)
         return isinstance(self.goods, PoissonGoods)
+
+    @property
+    def grow(self) -> bool:
+        """Whether it `has_rates`, and none of it ends, as a schedule does."""
+        return self.has_rates and all(flow.never_ends for flow in self.flows.values())
 
     @model_validator(mode="after")
     def _demand(self) -> Tasks:

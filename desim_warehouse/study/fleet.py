@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +56,7 @@ class Shown:
     robots: int
     chargers: int
     overrides: Mapping[str, Any]
-    verdict: DesignVerdict[Any]
+    verdict: DesignVerdict[int]
     estimate: Estimate | None
     vetoed: str | None
     cost: float | None
@@ -123,7 +122,8 @@ class Designs:
         self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
     ) -> None:
         self.model = model
-        self.zone = _charging_zone(model)
+        self._now = _chargers(model)
+        self.zone = max(self._now, key=self._now.__getitem__) if model.battery is not None and self._now else None
         if chargers is not None and self.zone is None:
             raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
         self._robots, self._chargers = robots, chargers
@@ -154,7 +154,8 @@ class Designs:
             return None
         robots, chargers = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
-        return equipment(prices, [*special, *[""] * (robots - len(special))], self._others + chargers)
+        others = sum(self._now.values()) - self.today
+        return equipment(prices, [*special, *[""] * (robots - len(special))], others + chargers)
 
     def key(self, design: Counts) -> tuple[float, ...]:
         """What to sort designs by: cost, then robots, then chargers."""
@@ -187,18 +188,7 @@ class Designs:
     @property
     def today(self) -> int:
         """Chargers of the model as it is, in the bays whose chargers are sized."""
-        return _chargers(self.model).get(self.zone or "", 0)
-
-    @cached_property
-    def _others(self) -> int:
-        """Chargers in other bays."""
-        return sum(_chargers(self.model).values()) - self.today
-
-
-def _charging_zone(model: Model) -> str | None:
-    """The bays that have most of the chargers; None without."""
-    found = {} if model.battery is None else _chargers(model)
-    return max(found, key=lambda zone: found[zone]) if found else None
+        return self._now.get(self.zone or "", 0)
 
 
 def _chargers(model: Model) -> dict[str, int]:
@@ -252,16 +242,19 @@ class _Planner:
     budget: Budget
     where: dict[str, Any]
 
-    @cached_property
-    def options(self) -> dict[str, Any]:
-        """Arguments of the procedures."""
-        return {
-            "zone": self.zone,
-            "n0": self.first,
-            "cap": self.cap,
-            "within": within(self.target.indicator),
-            "budget": self.budget,
-        }
+    def judge(self, veto: Callable[[int], str | None], *, deterministic: bool) -> statistics.Judge:
+        """Who judges the designs of a study."""
+        return statistics.Judge(
+            self.target,
+            confidence=self.confidence,
+            zone=self.zone,
+            n0=self.first,
+            cap=self.cap,
+            deterministic=deterministic,
+            within=within(self.target.indicator),
+            budget=self.budget,
+            veto=veto,
+        )
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
         made = Study(
@@ -310,14 +303,7 @@ class _Planner:
         found: Cheapest = self.follow(
             study,
             lambda veto: statistics.cheapest_meeting_steps(
-                counts,
-                self.designs.key,
-                self.target,
-                doubts,
-                self.confidence,
-                deterministic=deterministic,
-                veto=veto,
-                **self.options,
+                counts, self.designs.key, self.judge(veto, deterministic=deterministic), doubts
             ),
         )
         shown = {
@@ -333,7 +319,7 @@ class _Planner:
         return Sized(name, growth, hourly, best, below, utilisation(study, study.points[busiest]), changes)
 
     def _shown(
-        self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[Any], vetoed: str | None
+        self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
         mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
         return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, self.designs.cost(counts))
@@ -359,11 +345,7 @@ class _Planner:
             study,
             lambda veto: statistics.verdict_steps(
                 [point.number for points in others.values() for point in points],
-                self.target,
-                self.confidence,
-                deterministic=is_deterministic(study.plan.base),
-                veto=veto,
-                **self.options,
+                self.judge(veto, deterministic=is_deterministic(study.plan.base)),
             ),
         )
         return tuple(

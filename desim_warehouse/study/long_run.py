@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.history import deliveries, lateness
+from desim_warehouse.history import deliveries
 from desim_warehouse.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.warm_up import steady_length
@@ -53,12 +53,17 @@ def _of(run: Run, name: str, confidence: float) -> statistics.OneRun:
         has = [one for one in run.kpis if one.partition(":")[0] in INDICATORS]
         raise StudyError(f"indicator {name!r}: not one that batches of a run tell, expected one of {', '.join(has)}")
     history = run.history
-    tasks = [task for task in history.counted_deliveries if task.flow == flow or not flow]
-    if base == "throughput_per_hour":
-        return statistics.batch_means(_rates(history, tasks), confidence, within=within(name))
+    of = history.of_flow(flow) if flow else history
+    times = [task.cycle_time for task in of.counted_deliveries]
     if base in QUANTILES:
-        return statistics.quantile_in_run([task.cycle_time for task in tasks], QUANTILES[base], confidence)
-    return statistics.batch_means(_observed(base, tasks), confidence, within=within(name))
+        return statistics.quantile_in_run(times, QUANTILES[base], confidence)
+    if base == "throughput_per_hour":
+        observed = _rates(history, of.counted_deliveries)
+    elif base == "cycle_time_mean":
+        observed = times
+    else:
+        observed = of.lateness if base == "tardiness_mean" else [float(not late) for late in of.lateness]
+    return statistics.batch_means(observed, confidence, within=within(name))
 
 
 def _rates(history: History, tasks: Sequence[TaskHistory]) -> list[float]:
@@ -66,11 +71,3 @@ def _rates(history: History, tasks: Sequence[TaskHistory]) -> list[float]:
     counts, _ = deliveries(tasks, history.begin, history.end, statistics.SMALL_BATCHES)
     hours = history.counted / len(counts) / history.model.units.hour
     return [count / hours for count in counts]
-
-
-def _observed(base: str, tasks: Sequence[TaskHistory]) -> list[float]:
-    """What is known of each task, of those that were due where that counts."""
-    if base == "cycle_time_mean":
-        return [task.cycle_time for task in tasks]
-    late = lateness(tasks)
-    return late if base == "tardiness_mean" else [float(not one) for one in late]

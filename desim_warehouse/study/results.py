@@ -159,12 +159,9 @@ class Results:
         """With `warm_up: auto`: designs not settled by the middle of their runs, which are counted from there on."""
         if not isinstance(self.plan.warm_up, tuple):
             return ()
-        late = (
-            str(point)
-            for point in self.points
-            if (model := self.models.get(str(point))) and 2 * model.run.warm_up >= (model.run.length or math.inf)
+        return tuple(
+            design for design, model in self.models.items() if 2 * model.run.warm_up >= (model.run.length or math.inf)
         )
-        return tuple(dict.fromkeys(late))
 
     @cached_property
     def deterministic(self) -> bool:

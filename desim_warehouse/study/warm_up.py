@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from desim_warehouse.history import Spans
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 
 PILOT = 5  # runs of each design
 SPANS = 1000  # that a pilot run is divided into: with 200 MSER-5 often takes chance for not settled
-Spans = tuple[list[int], list[float]]
-"""Deliveries in equal spans of a run, and the sums of their cycle times."""
 Observed = Literal["throughput", "cycle_time"]
 
 

@@ -30,7 +30,18 @@ class Found:
     unaccounted: list[str] = field(default_factory=list)
     not_little: list[str] = field(default_factory=list)
 
-    def look_at(self, number, make=model):
+    @classmethod
+    def of(cls, numbers, make=model):
+        """What is wrong in the models of these numbers."""
+        seen = cls()
+        for number in numbers:
+            seen.look_at(number, make)
+        return seen
+
+    def __str__(self):
+        return "\n".join([*self.unsound, *self.miscounted, *self.unaccounted, *self.not_little])
+
+    def look_at(self, number, make):
         mapping = make(number)
         try:
             run = dw.simulate(dw.load(mapping), number)
@@ -93,10 +104,7 @@ def chunks(begin, end, *marks):
 
 @pytest.fixture(scope="module", params=[*chunks(0, DAILY), *chunks(DAILY, LONG, pytest.mark.long)])
 def found(request):
-    seen = Found()
-    for number in request.param:
-        seen.look_at(number)
-    return seen
+    return Found.of(request.param)
 
 
 def test_work_ends_and_nothing_impossible_happens(found):
@@ -137,6 +145,4 @@ def test_the_same_number_is_the_same_model():
 
 
 if __name__ == "__main__":
-    alone = Found()
-    alone.look_at(int(sys.argv[1]))
-    print(*alone.unsound, *alone.miscounted, *alone.unaccounted, *alone.not_little, sep="\n")  # noqa: T201 - a tool to be read
+    print(Found.of([int(sys.argv[1])]))  # noqa: T201 - a tool to be read

@@ -25,10 +25,7 @@ def make(number):
     "first", [0, *(pytest.param(first, marks=pytest.mark.long) for first in range(CHUNK, LONG, CHUNK))]
 )
 def test_work_ends_and_all_is_counted(first):
-    seen = Found()
-    for number in range(first, first + CHUNK):
-        seen.look_at(number, make)
-    assert seen == Found()
+    assert Found.of(range(first, first + CHUNK), make) == Found()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -41,6 +38,4 @@ def test_every_task_ends_on_two_way_lanes(kind, seed):
 
 
 if __name__ == "__main__":
-    alone = Found()
-    alone.look_at(int(sys.argv[1]), make)
-    print(*alone.unsound, *alone.miscounted, *alone.unaccounted, sep="\n")  # noqa: T201 - a tool to be read
+    print(Found.of([int(sys.argv[1])], make))  # noqa: T201 - a tool to be read

@@ -28,9 +28,7 @@ def zoned(number):
 @pytest.mark.parametrize("first", [0, *(pytest.param(first, marks=pytest.mark.long) for first in range(30, 1000, 30))])
 def test_random_models_with_zones_are_as_sound_as_without(first):
     """Of all layouts, also one-way ones, where rings turn past and through zones of one robot."""
-    found = Found()
-    for number in range(first, first + 30):
-        found.look_at(number, zoned)
+    found = Found.of(range(first, first + 30), zoned)
     assert found.unsound == []
     assert found.miscounted == []
     assert found.unaccounted == []

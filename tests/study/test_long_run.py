@@ -4,16 +4,14 @@ import json
 import math
 
 import pytest
-from click.testing import CliRunner
 
 import desim_warehouse as dw
-from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError, StudyError
 from desim_warehouse.study.long_run import INDICATORS, long_run
 from desim_warehouse.study.statistics import batch_means, quantile_in_run
 
 from .conftest import ROOT
-from .test_warm_up import LOOP
+from .test_warm_up import LOOP, call
 
 TUTORIAL = ROOT / "models" / "tutorial.yaml"
 DAY = {
@@ -69,10 +67,6 @@ def test_what_a_run_cannot_tell_is_refused(changes, names, message):
     run = dw.simulate(dw.load(LOOP, {"run.length": 6000, **changes}))
     with pytest.raises(StudyError, match=message):
         long_run(run, names)
-
-
-def call(*arguments):
-    return CliRunner().invoke(desim, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def test_a_saved_run_says_the_same_as_its_model(tmp_path):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -30,6 +30,12 @@ from tests.theory.models import ROUND
 
 CONFIDENCE = 0.99
 WITHIN = 0.03
+
+
+def half_width(values: Sequence[float]) -> float:
+    """Of the interval of a mean, by Student's t."""
+    n = len(values)
+    return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(values) / math.sqrt(n)
 
 
 Observe = str | Callable[[Any], float]
@@ -89,10 +95,7 @@ class Found:
     @property
     def half_width(self) -> float:
         """0 where there is one run, without chance."""
-        n = len(self.values)
-        if n == 1:
-            return 0.0
-        return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(self.values) / math.sqrt(n)
+        return half_width(self.values) if len(self.values) > 1 else 0.0
 
     @property
     def contains(self) -> bool:

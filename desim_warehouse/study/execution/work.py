@@ -13,6 +13,7 @@ from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from desim_warehouse.history import Spans
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
 
@@ -46,7 +47,7 @@ class Outcome(NamedTuple):
     error: str | None = None
     final: bool = True
     deterministic: bool = False
-    spans: tuple[list[int], list[float]] | None = None
+    spans: Spans | None = None
 
 
 class Simulator:

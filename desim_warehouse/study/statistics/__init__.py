@@ -26,6 +26,7 @@ from __future__ import annotations
 from desim_warehouse.study.statistics.cheapest import (
     Budget,
     Cheapest,
+    Judge,
     cheapest_meeting_steps,
     scout_steps,
     verdict_steps,
@@ -84,6 +85,7 @@ __all__ = [
     "Fitted",
     "Gain",
     "Gains",
+    "Judge",
     "Knee",
     "MainEffect",
     "MainEffects",

@@ -6,20 +6,21 @@ names and those that rule out every cheaper one. So runs are spent where the ans
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.sizing import DesignVerdict, judged, looks_at
+from desim_warehouse.study.statistics.sizing import judged, looks_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 
     from desim_warehouse.study.statistics.intervals import Interval
     from desim_warehouse.study.statistics.procedure import RunNumber
+    from desim_warehouse.study.statistics.sizing import DesignVerdict
     from desim_warehouse.study.statistics.targets import Target
 
 Counts: TypeAlias = tuple[int, int]
@@ -39,7 +40,7 @@ class Cheapest:
 
     design: int | None
     below: tuple[int, ...]
-    verdicts: Mapping[int, DesignVerdict[Counts]]
+    verdicts: Mapping[int, DesignVerdict[int]]
     vetoed: Mapping[int, str]
     runs: int
     confidence: float
@@ -131,92 +132,9 @@ class Judge:
     """Judges designs one after the other; the j-th at a level such that all verdicts hold at once.
 
     `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
-    """
-
-    designs: Sequence[Counts] | Mapping[int, Counts]
-    target: Target
-    confidence: float
-    zone: float
-    looks: list[int]
-    deterministic: bool
-    within: Interval
-    budget: Budget
-    veto: Callable[[int], str | None]
-    verdicts: dict[int, DesignVerdict[Counts]] = field(default_factory=dict)
-    vetoed: dict[int, str] = field(default_factory=dict)
-
-    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
-        """Of a design, from as many runs as it takes, or as there may be."""
-        if number in self.verdicts:
-            return self.verdicts[number].verdict
-        j = len(self.verdicts) + 1
-        level = 1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(self.looks))
-        data: list[float] = []
-        for n in self.looks:
-            if not self.budget.allows(n - len(data)):
-                if not data:
-                    used = self.budget.spent
-                    raise StudyError(f"--runs: {used} runs were used before there was an answer; allow more")
-                break
-            self.budget.take(n - len(data))
-            data += yield from request([(number, r) for r in range(len(data), n)])
-            found = judged(self.designs[number], data, self.target, level, self.deterministic, self.within, self.zone)
-            why = self.veto(number)
-            if why is not None:
-                self.vetoed[number] = why
-                found = DesignVerdict(
-                    found.value, "fails", found.n, found.mean, found.low, found.high, level, found.deterministic
-                )
-            self.verdicts[number] = found
-            if found.verdict != "undecided":
-                break
-        return self.verdicts[number].verdict
-
-
-def verdict_steps(
-    numbers: Sequence[int],
-    target: Target,
-    confidence: float = 0.95,
-    *,
-    zone: float = 0.0,
-    n0: int = 10,
-    cap: int = 320,
-    deterministic: bool = False,
-    within: Interval = ANYTHING,
-    budget: Budget | None = None,
-    veto: Callable[[int], str | None] = lambda _: None,
-) -> Procedure[Judge]:
-    """The verdict on each of these designs, all right with `confidence`; arguments as of `cheapest_meeting_steps`."""
-    looks = [1] if deterministic else looks_at(n0, cap)
-    designs = {number: (number, 0) for number in numbers}
-    judge = Judge(designs, target, confidence, zone, looks, deterministic, within, budget or Budget(10**9), veto)
-    for number in numbers:
-        yield from judge.verdict(number)
-    return judge
-
-
-def cheapest_meeting_steps(
-    designs: Sequence[Counts],
-    cost: Cost,
-    target: Target,
-    doubted: Iterable[int] = (),
-    confidence: float = 0.95,
-    *,
-    zone: float = 0.0,
-    n0: int = 10,
-    cap: int = 320,
-    deterministic: bool = False,
-    within: Interval = ANYTHING,
-    budget: Budget | None = None,
-    veto: Callable[[int], str | None] = lambda _: None,
-) -> Procedure[Cheapest]:
-    """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than `zone`.
 
     Args:
-        designs: every pair of counts that could be built.
-        cost: what one costs.
         target: as "on_time >= 0.95".
-        doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
         confidence: that all verdicts are right.
         zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
             taken for one that fails.
@@ -229,13 +147,73 @@ def cheapest_meeting_steps(
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
     adds up to α (Bonferroni), however many are judged.
-    Assumes: as `bounds`; that no design does worse than one with less of both counts.
+    Assumes: as `bounds`.
     """
-    check_confidence(confidence)
-    if not designs or len(set(designs)) < len(designs) or zone < 0:
-        raise StudyError(f"designs {list(designs)[:6]!r}, zone {zone:g}: expected some, none twice, and a zone from 0")
-    looks = [1] if deterministic else looks_at(n0, cap)
-    judge = Judge(designs, target, confidence, zone, looks, deterministic, within, budget or Budget(10**9), veto)
+
+    target: Target
+    confidence: float = 0.95
+    zone: float = 0.0
+    n0: int = 10
+    cap: int = 320
+    deterministic: bool = False
+    within: Interval = ANYTHING
+    budget: Budget = field(default_factory=lambda: Budget(10**9))
+    veto: Callable[[int], str | None] = lambda _: None
+    verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
+    vetoed: dict[int, str] = field(default_factory=dict, init=False)
+
+    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
+        """Of a design, from as many runs as it takes, or as there may be."""
+        if number in self.verdicts:
+            return self.verdicts[number].verdict
+        j = len(self.verdicts) + 1
+        looks = [1] if self.deterministic else looks_at(self.n0, self.cap)
+        level = 1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(looks))
+        data: list[float] = []
+        for n in looks:
+            if not self.budget.allows(n - len(data)):
+                if not data:
+                    used = self.budget.spent
+                    raise StudyError(f"--runs: {used} runs were used before there was an answer; allow more")
+                break
+            self.budget.take(n - len(data))
+            data += yield from request([(number, r) for r in range(len(data), n)])
+            found = judged(number, data, self.target, level, self.deterministic, self.within, self.zone)
+            why = self.veto(number)
+            if why is not None:
+                self.vetoed[number] = why
+                found = replace(found, verdict="fails")
+            self.verdicts[number] = found
+            if found.verdict != "undecided":
+                break
+        return self.verdicts[number].verdict
+
+
+def verdict_steps(numbers: Sequence[int], judge: Judge) -> Procedure[Judge]:
+    """The verdict on each of these designs, all right at once; returns the judge, who knows them."""
+    for number in numbers:
+        yield from judge.verdict(number)
+    return judge
+
+
+def cheapest_meeting_steps(
+    designs: Sequence[Counts], cost: Cost, judge: Judge, doubted: Iterable[int] = ()
+) -> Procedure[Cheapest]:
+    """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
+
+    Args:
+        designs: every pair of counts that could be built.
+        cost: what one costs.
+        judge: knows the target, and has judged nothing yet.
+        doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
+
+    Source: see `Judge`.
+    Assumes: as `Judge`; that no design does worse than one with less of both counts.
+    """
+    check_confidence(judge.confidence)
+    if not designs or len(set(designs)) < len(designs) or judge.zone < 0:
+        given = f"designs {list(designs)[:6]!r}, zone {judge.zone:g}"
+        raise StudyError(f"{given}: expected some, none twice, and a zone from 0")
     before = judge.budget.spent
     order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
     top = max(order, key=lambda n: designs[n])
@@ -266,8 +244,8 @@ def cheapest_meeting_steps(
         judge.verdicts,
         judge.vetoed,
         judge.budget.spent - before,
-        confidence,
-        zone,
+        judge.confidence,
+        judge.zone,
     )
 
 

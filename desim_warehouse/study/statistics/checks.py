@@ -1,4 +1,4 @@
-"""Checks of input: finite numbers, enough of them, a confidence between 0 and 1."""
+"""Checks of input: finite numbers, enough of them, a confidence or a share between 0 and 1."""
 
 from __future__ import annotations
 
@@ -43,6 +43,18 @@ def check_confidence(confidence: float) -> None:
     if not 0.0 < confidence < 1.0:
         hint = f", did you mean {confidence / 100:g}?" if 1.0 < confidence < 100.0 else ""  # noqa: PLR2004
         raise StudyError(f"confidence {confidence!r}: expected a number between 0 and 1{hint}")
+
+
+def check_share(share: float) -> None:
+    """Refuse a quantile that is no share strictly between 0 and 1; raises StudyError."""
+    if not 0.0 < share < 1.0:
+        raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
+
+
+def check_same(values: NDArray[np.float64]) -> None:
+    """Refuse values of a deterministic model that differ; raises StudyError."""
+    if not is_constant(values):
+        raise StudyError(f"a deterministic model gave values from {values.min():g} to {values.max():g}")
 
 
 def is_constant(values: NDArray[np.float64], scale: float | None = None) -> bool:

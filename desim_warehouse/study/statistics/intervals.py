@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.checks import ROUNDING, check_confidence, finite, is_constant
+from desim_warehouse.study.statistics.checks import ROUNDING, check_confidence, check_same, finite, is_constant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,8 +87,8 @@ def estimate(
     """
     array = finite(values)
     check_confidence(confidence)
-    if deterministic and not is_constant(array):
-        raise StudyError(f"a deterministic model gave values from {array.min():g} to {array.max():g}")
+    if deterministic:
+        check_same(array)
     known = deterministic or array.size == 1
     return described(array, None if known else bounds(array, 0.5 + confidence / 2, within), deterministic, confidence)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.checks import check_confidence, finite, is_constant
+from desim_warehouse.study.statistics.checks import check_confidence, check_share, finite, is_constant
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds
 
 if TYPE_CHECKING:
@@ -104,8 +104,7 @@ def quantile_in_run(values: Sequence[float] | NDArray[np.float64], share: float,
     Assumes: as `batch_means`.
     """
     check_confidence(confidence)
-    if not 0.0 < share < 1.0:
-        raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
+    check_share(share)
     array = _enough(values)
     found = float(np.quantile(array, share))
     below = (array <= found).astype(float)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.checks import check_confidence, finite, is_constant
+from desim_warehouse.study.statistics.checks import check_confidence, check_same, check_share, finite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,10 +63,9 @@ def quantile(
     """
     array = finite(values)
     check_confidence(confidence)
-    if not 0.0 < share < 1.0:
-        raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
-    if deterministic and not is_constant(array):
-        raise StudyError(f"a deterministic model gave values from {array.min():g} to {array.max():g}")
+    check_share(share)
+    if deterministic:
+        check_same(array)
     value = float(np.quantile(array, share))
     if deterministic:
         return QuantileEstimate(share, array.size, value, None, None, confidence, deterministic=True)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import (
     Budget,
+    Judge,
     Target,
     cheapest_meeting_steps,
     follow,
@@ -36,7 +37,8 @@ def search(mean, cost=fewest, *, noise=0.0, seed=0, designs=GRID, target=ENOUGH,
 
     budget = options.pop("budget", Budget(10**6))
     doubted = follow(scout_steps(designs, cost, target, 3, budget), sample)
-    steps = cheapest_meeting_steps(designs, cost, target, doubted, zone=zone, budget=budget, **options)
+    judge = Judge(target, zone=zone, budget=budget, **options)
+    steps = cheapest_meeting_steps(designs, cost, judge, doubted)
     return follow(steps, sample)
 
 
@@ -114,7 +116,9 @@ def test_what_cannot_last_does_not_meet_the_target():
 
 
 def test_verdicts_on_given_designs():
-    judge = follow(verdict_steps([3, 7], ENOUGH), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2))
+    judge = follow(
+        verdict_steps([3, 7], Judge(ENOUGH)), lambda number, r: (0.95 if number == 7 else 0.5) + 0.001 * (r % 2)
+    )
     assert {number: found.verdict for number, found in judge.verdicts.items()} == {3: "fails", 7: "meets"}
 
 
