@@ -25,6 +25,8 @@ PAGE = {
         "accent": "#0062a3",
         "second": "#b35100",
         "charge": "#00735a",
+        "a": "#0062a3",
+        "b": "#d55e00",
     },
     "dark": {
         "back": "#0e1216",
@@ -35,9 +37,12 @@ PAGE = {
         "accent": "#6cb8f0",
         "second": "#ff9d57",
         "charge": "#2fc79b",
+        "a": "#56b4e9",
+        "b": "#ff8a3d",
     },
 }
-"""The parts of a page around its figures, on light or dark ground; `second`: of another run, `charge`: of chargers."""
+"""The parts of a page around its figures, on light or dark ground; `second`: of another run, `charge`: of chargers, `a`
+and `b`: of two designs that are compared."""
 
 GROUND = {
     "light": {
@@ -143,8 +148,3 @@ HEAT = {
     "dark": ["#3b2a4f", "#65316b", "#973a70", "#c84b63", "#ec7150", "#fba749", "#fde58a"],
 }
 """Waiting on the floor of a replay page, one hue from little to much: more waiting stands out more."""
-
-COMPARED = {
-    ground: {"a": PALETTES["safe"][ground]["empty"], "b": PALETTES["safe"][ground]["loaded"]} for ground in PAGE
-}
-"""Two designs beside each other on a page, A and B."""

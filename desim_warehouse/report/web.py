@@ -13,6 +13,7 @@ from desim_warehouse.report.palette import PAGE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from importlib.resources.abc import Traversable
 
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 """Characters that must be escaped in a script of a page."""
@@ -53,22 +54,32 @@ class WebPage:
 
 
 def joined(package: str, parts: Mapping[str, str]) -> str:
-    """The page of a package: its page.html with the parts put in, its page.css, and its scripts in the order of names.
+    """The page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
 
-    `{{style}}` and `{{script}}` stand for the latter two; every other `{{name}}` is one of the parts, safe as it is.
+    Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
     """
-    home = files(package)
+    common, home = files("desim_warehouse.report"), files(package)
     scripts = sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
-    known = {
-        **parts,
-        "style": f"{_common_style()}\n{home.joinpath('page.css').read_text(encoding='utf-8')}",
-        "script": "\n".join(item.read_text(encoding="utf-8") for item in scripts if item.name.endswith(".js")),
+    whole = {
+        "title": parts["title"],
+        "style": _common_style() + _read(home.joinpath("page.css")),
+        "body": _filled(_read(home.joinpath("page.html")), parts),
+        "script": "\n".join(_read(item) for item in [common.joinpath("web.js"), *scripts] if item.name.endswith(".js")),
     }
+    return _filled(_read(common.joinpath("web.html")), whole)
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """A template with each `{{name}}` replaced; what is put in is not looked at."""
     result: list[str] = []
-    for piece in home.joinpath("page.html").read_text(encoding="utf-8").split("{{"):
+    for piece in template.split("{{"):
         name, mark, rest = piece.partition("}}")
-        result.append(known[name] + rest if mark else piece)
+        result.append(parts[name] + rest if mark else piece)
     return "".join(result)
+
+
+def _read(item: Traversable) -> str:
+    return item.read_text(encoding="utf-8")
 
 
 def safe_json(value: Any) -> str:
@@ -88,6 +99,5 @@ def _common_style() -> str:
     return (
         f":root {{ {light} }}\n"
         f'@media (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
-        f':root[data-theme="dark"] {{ {dark} }}\n'
-        + files("desim_warehouse.report").joinpath("web.css").read_text(encoding="utf-8")
+        f':root[data-theme="dark"] {{ {dark} }}\n' + _read(files("desim_warehouse.report").joinpath("web.css"))
     )

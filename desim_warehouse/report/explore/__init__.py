@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.explore.payload import payload
-from desim_warehouse.report.palette import COMPARED
 from desim_warehouse.report.web import WebPage, joined, safe_json
 
 if TYPE_CHECKING:
@@ -44,7 +43,6 @@ def explore(results: Results, path: str | Path | None = None, *, command: str = 
         raise ReportError(f"{results.plan.name}: no run has finished, so a page has nothing to show")
     parts = {
         "title": html.escape(f"{results.plan.name}: what if"),
-        "colours": _colours(),
         "study": safe_json(payload(results, command)),
     }
     made = WhatIfPage(f"{results.plan.name}: what if", joined("desim_warehouse.report.explore", parts))
@@ -69,9 +67,3 @@ def check(plan: StudyPlan) -> None:
     if not 1 < count <= MOST_DESIGNS:
         cure = "vary something, such as --vary fleet.size=1..6" if count == 1 else "vary less"
         raise ReportError(f"a page compares 2 to {MOST_DESIGNS} designs (got {count}), {cure}")
-
-
-def _colours() -> str:
-    """The colours of the two designs that are compared, as rules of style."""
-    rules = {ground: "".join(f"--{name}:{colour};" for name, colour in COMPARED[ground].items()) for ground in COMPARED}
-    return f":root{{{rules['light']}}} @media (prefers-color-scheme: dark){{:root{{{rules['dark']}}}}}"

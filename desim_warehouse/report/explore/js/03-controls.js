@@ -5,8 +5,8 @@ const MOST_TICK_LETTERS = 26; // of all labels below a slider together; with mor
 
 function control(study, factor, side, chosen, changed) {
   const { key, levels, numbers } = study.factors[factor], id = `${side}-${factor}`;
-  const field = numbers ? slider(levels) : part("select", {}, ...levels.map((text, level) => new Option(text, level)));
-  const now = part("output", { for: id });
+  const field = numbers ? slider(levels) : element("select", {}, ...levels.map((text, level) => new Option(text, level)));
+  const now = element("output", { for: id });
   const show = () => {
     field.value = chosen()[factor];
     field.setAttribute("aria-valuetext", levels[field.value]);
@@ -16,26 +16,26 @@ function control(study, factor, side, chosen, changed) {
   field.dataset.key = key;
   field.addEventListener("input", () => changed(Number(field.value)));
   field.setAttribute("aria-label", `${side.toUpperCase()}: ${key}`);
-  const made = part("div", { class: `side ${side}` }, part("label", { for: id }, letter(side), now), field);
+  const made = element("div", { class: `side ${side}` }, element("label", { for: id }, letter(side), now), field);
   if (numbers) made.append(ticks(levels));
   return { made, show };
 }
 
 function slider(levels) {
-  return part("input", { type: "range", min: 0, max: levels.length - 1, step: 1 });
+  return element("input", { type: "range", min: 0, max: levels.length - 1, step: 1 });
 }
 
 function ticks(levels) {
   const every = levels.join("").length <= MOST_TICK_LETTERS, last = levels.length - 1;
   const texts = levels.map((text, level) => (every || level === 0 || level === last ? text : ""));
-  return part("div", { class: "ticks", "aria-hidden": "true" }, ...texts.map((text) => part("span", {}, text)));
+  return element("div", { class: "ticks", "aria-hidden": "true" }, ...texts.map((text) => element("span", {}, text)));
 }
 
 class Controls {
   constructor(study, state, changed) {
     this.shown = [];
     study.factors.forEach((factor, rank) => {
-      const sides = part("div", { class: "sides" });
+      const sides = element("div", { class: "sides" });
       for (const side of SIDES) {
         const { made, show } = control(study, rank, side, () => state[side], (level) => {
           state[side] = changedAt(state[side], rank, level);
@@ -44,7 +44,7 @@ class Controls {
         sides.append(made);
         this.shown.push(show);
       }
-      byId("controls").append(part("fieldset", {}, part("legend", {}, factor.label), sides));
+      byId("controls").append(element("fieldset", {}, element("legend", {}, factor.label), sides));
     });
     byId("swap").addEventListener("click", () => {
       [state.a, state.b] = [state.b, state.a];

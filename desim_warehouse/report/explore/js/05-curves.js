@@ -50,10 +50,10 @@ class Curves {
 
   legend(held, one) {
     const rest = this.study.factors.length > 1, { better } = this.study.indicators[this.state.indicator];
-    const lines = one ? (rest ? [part("span", {}, letter("a"), letter("b"), ` ${held[0]}`)] : [])
-      : SIDES.map((side, rank) => part("span", {}, letter(side), ` ${held[rank]}`));
-    if (this.study.designs.some(({ marks }) => marks)) lines.push(part("span", {}, "△ something is wrong with the design"));
-    if (better) lines.push(part("span", {}, `${better === "less" ? "Less" : "More"} is better`));
+    const lines = one ? (rest ? [element("span", {}, letter("a"), letter("b"), ` ${held[0]}`)] : [])
+      : SIDES.map((side, rank) => element("span", {}, letter(side), ` ${held[rank]}`));
+    if (this.study.designs.some(({ marks }) => marks)) lines.push(element("span", {}, "△ something is wrong with the design"));
+    if (better) lines.push(element("span", {}, `${better === "less" ? "Less" : "More"} is better`));
     byId("legend").replaceChildren(...lines);
   }
 }

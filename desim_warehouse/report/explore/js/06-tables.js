@@ -7,10 +7,10 @@ function showDifferences(study, state) {
   const rows = study.indicators.map(({ name, label: title }, rank) => {
     const found = a === b ? null : study.differences[name][a][b];
     const cells = found ?? ["", "", "", "", a === b ? "the same design" : "no replication in common"];
-    const row = part("tr", { "data-indicator": name, class: rank === state.indicator ? "now" : "" }, part("th", { scope: "row" }, title));
+    const row = element("tr", { "data-indicator": name, class: rank === state.indicator ? "now" : "" }, element("th", { scope: "row" }, title));
     for (const [rank, design] of [a, b].entries())
-      row.append(part("td", { "data-name": SIDES[rank].toUpperCase() }, study.means[name][design]?.[3] ?? "-"));
-    cells.forEach((text, rank) => row.append(part("td", { "data-name": COLUMNS[rank] }, text)));
+      row.append(element("td", { "data-name": SIDES[rank].toUpperCase() }, study.means[name][design]?.[3] ?? "-"));
+    cells.forEach((text, rank) => row.append(element("td", { "data-name": COLUMNS[rank] }, text)));
     return row;
   });
   byId("differences").tBodies[0].replaceChildren(...rows);
@@ -37,7 +37,7 @@ function showWrong(study, state) {
   const lines = SIDES.flatMap((side) => {
     const { wrong, failed, runs, error } = study.designs[study.at(state[side])];
     const all = failed ? [...wrong, `${failed} of ${runs} runs failed: ${error}`] : wrong;
-    return all.map((text) => part("p", { class: side }, letter(side), ` ${text}`));
+    return all.map((text) => element("p", { class: side }, letter(side), ` ${text}`));
   });
   byId("wrong").replaceChildren(...lines);
 }
@@ -48,15 +48,15 @@ class Designs {
     const judged = study.designs.some(({ marks }) => marks), settled = study.designs[0].counted_from !== null;
     const heads = [...study.factors.map(({ key }) => key), ...study.indicators.map(({ label: title }) => title)];
     heads.push(...(settled ? ["counted from"] : []), "runs");
-    const head = part("tr", {}, ...heads.map((text, rank) => part("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
-    if (judged) head.append(part("th", { scope: "col", class: "words" }, "verdict"));
+    const head = element("tr", {}, ...heads.map((text, rank) => element("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
+    if (judged) head.append(element("th", { scope: "col", class: "words" }, "verdict"));
     byId("designs").tHead.append(head);
     this.rows = study.designs.map(({ levels, runs, failed, marks, counted_from: from }, design) => {
-      const row = part("tr", {}, ...study.factors.map((factor, rank) => part("th", { scope: "row", class: "words" }, factor.levels[levels[rank]])));
-      for (const { name } of study.indicators) row.append(part("td", {}, study.means[name][design]?.[3] ?? "-"));
-      if (settled) row.append(part("td", {}, from));
-      row.append(part("td", {}, failed ? `${runs} (${failed} failed)` : `${runs}`));
-      if (judged) row.append(part("td", { class: "words" }, marks));
+      const row = element("tr", {}, ...study.factors.map((factor, rank) => element("th", { scope: "row", class: "words" }, factor.levels[levels[rank]])));
+      for (const { name } of study.indicators) row.append(element("td", {}, study.means[name][design]?.[3] ?? "-"));
+      if (settled) row.append(element("td", {}, from));
+      row.append(element("td", {}, failed ? `${runs} (${failed} failed)` : `${runs}`));
+      if (judged) row.append(element("td", { class: "words" }, marks));
       return row;
     });
     byId("designs").tBodies[0].append(...this.rows);

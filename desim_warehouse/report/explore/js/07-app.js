@@ -8,10 +8,10 @@ function begin() {
   byId("name").textContent = study.name;
   byId("description").textContent = study.description;
   byId("summary").textContent = study.summary;
-  byId("all-wrong").append(...study.wrong.map((line) => part("li", {}, line)));
-  byId("facts").append(...study.facts.flatMap(([name, value]) => [part("dt", {}, name), part("dd", {}, value)]));
+  byId("all-wrong").append(...study.wrong.map((line) => element("li", {}, line)));
+  byId("facts").append(...study.facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
   byId("again").hidden = !study.command;
-  byId("command").append(...study.command.split(" ").flatMap((word) => [part("span", {}, word), " "])); // no break within --options
+  byId("command").append(...study.command.split(" ").flatMap((word) => [element("span", {}, word), " "])); // no break within --options
   const designs = new Designs(study), curves = new Curves(study, state), controls = new Controls(study, state, show);
 
   function draw() {

@@ -1,5 +1,18 @@
 // Which part of the warehouse is on the canvas: screen = scale * world + offset, in CSS pixels.
 
+const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 2);
+
+// A canvas fitted to its place on the page and emptied: its context in CSS pixels, and how large it is there.
+function emptied(canvas) {
+  const ratio = pixelRatio(), width = canvas.clientWidth, height = canvas.clientHeight;
+  const wide = Math.max(Math.round(width * ratio), 1), high = Math.max(Math.round(height * ratio), 1);
+  if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+  const ctx = canvas.getContext("2d");
+  ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+  ctx.clearRect(0, 0, width, height);
+  return { ctx, width, height };
+}
+
 class View {
   constructor(bounds) {
     this.bounds = bounds;

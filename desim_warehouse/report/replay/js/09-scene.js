@@ -18,10 +18,11 @@ class Scene {
     this.groups = { empty: [], loaded: [], charging: [], idle: [] };
     this.mood = new Uint8Array(this.tracks.count);
     this.wait = new Int32Array(this.tracks.count).fill(-1);
+    this.waiting = [];
   }
 
   // Fit the drawing to its place on the page, with so many pixels in one of the page's.
-  resize(ratio = Math.min(window.devicePixelRatio || 1, 2)) {
+  resize(ratio = pixelRatio()) {
     const box = this.canvas.getBoundingClientRect();
     const width = Math.max(Math.round(box.width * ratio), 1), height = Math.max(Math.round(box.height * ratio), 1);
     if (this.ratio === ratio && this.canvas.width === width && this.canvas.height === height) return;
@@ -144,10 +145,12 @@ class Scene {
   sort(time) {
     const { tracks, story } = this;
     for (const mood in this.groups) this.groups[mood].length = 0;
+    this.waiting.length = 0;
     for (let robot = 0; robot < tracks.count; robot++) {
       const row = story.row(robot, time), state = story.state[row];
       this.mood[robot] = state;
       this.wait[robot] = story.waiting(robot, time);
+      if (this.wait[robot] >= 0) this.waiting.push(robot);
       this.groups[this.header.states[state].role].push(robot);
     }
   }
@@ -192,8 +195,8 @@ class Scene {
   // Where the queue is that was jumped to: x, y and radius of its zone, or of the robots that wait on its lane.
   around({ what, number }) {
     const { tracks, edges, floor } = this;
-    let points = Array.from(this.wait.keys())
-      .filter((robot) => this.wait[robot] >= 0 && tracks.on[robot] < edges.real && edges.lane(tracks.on[robot]) === number)
+    let points = this.waiting
+      .filter((robot) => tracks.on[robot] < edges.real && edges.lane(tracks.on[robot]) === number)
       .map((robot) => [tracks.x[robot], tracks.y[robot]]);
     if (what !== "lane") {
       const { left, top, right, bottom } = floor.zones.find((one) => one.resource === number);

@@ -15,19 +15,13 @@ class Tiles {
   }
 
   build(root, key, title, form) {
-    const box = root.appendChild(document.createElement("div"));
-    box.className = "tile";
-    const head = box.appendChild(document.createElement("h2"));
-    const timed = form === "time" || form === "clock";
-    head.textContent = head.title = timed ? `${title} (${this.sides[0].header.units.time})` : title;
-    const out = box.appendChild(document.createElement("p"));
-    out.dataset.key = key;
-    const canvas = box.appendChild(document.createElement("canvas"));
-    canvas.setAttribute("aria-hidden", "true");
+    const timed = form === "time" || form === "clock", text = timed ? `${title} (${this.sides[0].header.units.time})` : title;
+    const head = element("h2", { title: text }, text), out = element("p", { "data-key": key });
+    const canvas = element("canvas", { "aria-hidden": "true" });
+    root.append(element("div", { class: "tile" }, head, out, canvas));
     const runs = this.sides.map((side, i) => {
       if (!side.header.tiles.some(([name]) => name === key)) return null;
-      const value = out.appendChild(document.createElement("span"));
-      value.className = `run-${i + 1}`;
+      const value = out.appendChild(element("span", { class: `run-${i + 1}` }));
       return { side, value, curve: this.samples(side, key, form), low: form === "battery" ? this.lowest(side) : null };
     });
     const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" ? SAMPLES / 10 : 0) : []));
@@ -69,15 +63,8 @@ class Tiles {
 
   // An empty canvas with its axes; null while it is not shown.
   clear(canvas, colours, label) {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
-    if (!width) return null;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
-    }
-    const ctx = canvas.getContext("2d");
-    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-    ctx.clearRect(0, 0, width, height);
+    if (!canvas.clientWidth) return null;
+    const { ctx, width, height } = emptied(canvas);
     axes(ctx, width, height, colours, label, this.player.ends());
     return ctx;
   }

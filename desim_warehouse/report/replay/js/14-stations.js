@@ -5,29 +5,20 @@ class Stations {
     this.side = side;
     root.hidden = side.resources.length === 0;
     if (root.hidden) return;
-    const table = root.appendChild(document.createElement("table"));
+    const table = root.appendChild(element("table"));
     table.createCaption().textContent = caption;
     const head = table.createTHead().insertRow();
-    for (const text of ["", "in use", "queue", "delivered"]) {
-      const cell = head.appendChild(document.createElement("th"));
-      cell.textContent = text;
-      cell.scope = "col";
-    }
+    head.append(...["", "in use", "queue", "delivered"].map((text) => element("th", { scope: "col" }, text)));
     const body = table.createTBody();
     this.rows = side.resources.map((one) => this.row(body, one));
   }
 
   row(body, one) {
-    const row = body.insertRow(), name = row.appendChild(document.createElement("th")), many = one.number > 1 ? "s" : "";
-    name.scope = "row";
-    name.appendChild(document.createElement("bdi")).textContent = one.name;
-    name.append(" ");
-    const where = name.appendChild(document.createElement("small"));
-    const parts = one.kind === "station" ? `server${many}` : `charger${many}`;
-    where.textContent = `${this.side.name(one.node)}, ${one.number} ${parts}`;
-    const used = row.insertCell(), bar = used.appendChild(document.createElement("span"));
-    bar.className = `bar ${one.kind}`;
-    const text = used.appendChild(document.createElement("span"));
+    const row = body.insertRow(), what = one.kind === "station" ? "server" : "charger";
+    const where = `${this.side.name(one.node)}, ${one.number} ${what}${one.number > 1 ? "s" : ""}`;
+    row.append(element("th", { scope: "row" }, element("bdi", {}, one.name), " ", element("small", {}, where)));
+    const bar = element("span", { class: `bar ${one.kind}` }), text = element("span");
+    row.insertCell().append(bar, text);
     return { one, bar, text, queue: row.insertCell(), done: row.insertCell() };
   }
 

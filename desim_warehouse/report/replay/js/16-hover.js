@@ -35,14 +35,14 @@ class Hover {
     if (this.point !== null) this.show(...this.point);
   }
 
+  // A node's name, as part of a line.
+  name(node) {
+    return { name: this.side.name(node) };
+  }
+
   // A line from plain words and names ({name}).
   line(parts, tag) {
-    const line = document.createElement(tag);
-    for (const part of parts) {
-      if (typeof part === "string") line.append(part);
-      else line.appendChild(document.createElement("bdi")).textContent = part.name;
-    }
-    return line;
+    return element(tag, {}, ...parts.map((one) => (typeof one === "string" ? one : element("bdi", {}, one.name))));
   }
 
   lines(sx, sy) {
@@ -64,7 +64,7 @@ class Hover {
   }
 
   robotLines(robot) {
-    const { story, tracks, edges, header } = this.scene, { time } = this, name = (node) => ({ name: this.side.name(node) });
+    const { story, tracks, edges, header } = this.scene, { time } = this;
     const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
     const lines = [[`Robot ${robot}: ${header.states[story.state[row]].doing}`]];
     if (task >= 0) {
@@ -78,8 +78,8 @@ class Hover {
     if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
     const edge = tracks.on[robot];
     if (edge < edges.real)
-      lines.push(["on ", name(edges.source[edge]), " → ", name(edges.target[edge]), ` at ${shortNumber(tracks.at[robot])} ${header.units.length}`]);
-    else lines.push(["beside ", name(edges.source[edge])]);
+      lines.push(["on ", this.name(edges.source[edge]), " → ", this.name(edges.target[edge]), ` at ${shortNumber(tracks.at[robot])} ${header.units.length}`]);
+    else lines.push(["beside ", this.name(edges.source[edge])]);
     return lines;
   }
 
@@ -88,7 +88,7 @@ class Hover {
     const inside = floor.zones.find((zone) => wx >= zone.left && wx <= zone.right && wy >= zone.top && wy <= zone.bottom);
     const node = inside?.node ?? header.nodes.findIndex(([, x, y]) => Math.hypot(x - wx, y - wy) < floor.radius * 1.2);
     if (node < 0) return null;
-    const lines = [["Node ", { name: header.nodes[node][0] }]];
+    const lines = [["Node ", this.name(node)]];
     for (const zone of floor.zones.filter((one) => one.node === node)) {
       lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} slot${zone.places.length > 1 ? "s" : ""}`]);
       if (zone.resource < 0) continue;
@@ -101,33 +101,33 @@ class Hover {
   }
 
   storageLines(wx, wy) {
-    const { header, floor, story, edges } = this.scene, half = floor.size / 2, { time } = this;
+    const { floor, story, edges } = this.scene, half = floor.size / 2, { time } = this;
     const good = floor.storageX.findIndex((x, i) => Math.abs(x - wx) < half && Math.abs(floor.storageY[i] - wy) < half);
     if (good < 0) return null;
     const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
-    const edge = floor.storageEdge[good], name = (node) => ({ name: header.nodes[node][0] });
-    const where = edge < 0 ? ["at ", name(-1 - edge)] : ["from ", name(edges.source[edge]), " → ", name(edges.target[edge])];
+    const edge = floor.storageEdge[good];
+    const where = edge < 0 ? ["at ", this.name(-1 - edge)] : ["from ", this.name(edges.source[edge]), " → ", this.name(edges.target[edge])];
     return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"], where];
   }
 
   // A line that says in which direction a two-way lane is used now.
   presentDirection(edge) {
-    const { edges, header } = this.scene, name = (node) => ({ name: header.nodes[node][0] });
+    const { edges } = this.scene;
     if (edges.twin[edge] < 0) return [];
     const now = this.scene.directions().find((used) => used === edge || used === edges.twin[edge]);
-    return [now === undefined ? ["free"] : ["now ", name(edges.source[now]), " → ", name(edges.target[now])]];
+    return [now === undefined ? ["free"] : ["now ", this.name(edges.source[now]), " → ", this.name(edges.target[now])]];
   }
 
   edgeLines(wx, wy) {
     const { edges, floor, header, heat } = this.scene;
     for (let i = 0; i < edges.real; i++) {
-      const long = Math.hypot(edges.dx[i], edges.dy[i]) || 1;
+      const long = floor.span[i] || 1;
       const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
       const { units } = header, waits = shortNumber(heat.anHour(i, this.time));
       const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
-      return [[word, { name: header.nodes[edges.source[i]][0] }, sign, { name: header.nodes[edges.target[i]][0] }],
+      return [[word, this.name(edges.source[i]), sign, this.name(edges.target[i])],
         ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`${waits} waits an hour so far`]];
     }
     return null;

@@ -71,11 +71,7 @@ class Panel {
   // The battery's level over the window, up to now and, pale, to its end.
   curve(colours, time) {
     const { canvas, side, robot } = this, { story } = side;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
-    canvas.width = Math.max(Math.round(width * ratio), 1);
-    canvas.height = Math.max(Math.round(height * ratio), 1);
-    const ctx = canvas.getContext("2d"), box = plotBox(width, height);
-    ctx.scale(ratio, ratio);
+    const { ctx, width, height } = emptied(canvas), box = plotBox(width, height);
     axes(ctx, width, height, colours, "100 %", this.player.ends());
     const x = (at) => box.left + (at / side.span) * box.width, y = (part) => box.bottom - part * box.height;
     const line = (from, to, colour) => {

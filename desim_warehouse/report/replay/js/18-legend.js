@@ -19,15 +19,10 @@ function signsOf(sides) {
 
 function drawLegend(root, colours, sides) {
   root.replaceChildren(...signsOf(sides).map(([sign, words]) => {
-    const item = document.createElement("li");
-    const canvas = item.appendChild(document.createElement("canvas"));
-    canvas.width = canvas.height = 36;
-    canvas.setAttribute("aria-hidden", "true");
-    const ctx = canvas.getContext("2d");
+    const canvas = element("canvas", { width: 36, height: 36, "aria-hidden": "true" }), ctx = canvas.getContext("2d");
     ctx.scale(2, 2);
     drawSign(ctx, sign, colours);
-    item.append(words);
-    return item;
+    return element("li", {}, canvas, words);
   }));
 }
 
@@ -84,11 +79,8 @@ function drawLane(ctx, used, colours) {
 
 // Waits as grey marks, higher where there are many, rotations as coloured ones, over the whole window.
 function drawRibbon(canvas, player, colours) {
-  const ratio = Math.min(window.devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
-  canvas.width = Math.max(Math.round(width * ratio), 1);
-  canvas.height = Math.max(Math.round(height * ratio), 1);
-  const ctx = canvas.getContext("2d"), columns = Math.max(Math.floor(width / 2), 1), counts = new Float64Array(columns + 1);
-  ctx.scale(ratio, ratio);
+  const { ctx, width, height } = emptied(canvas);
+  const columns = Math.max(Math.floor(width / 2), 1), counts = new Float64Array(columns + 1);
   const part = (side, ticks) => (player.from(side, ticks) - player.start) / (player.end - player.start);
   for (const side of player.sides)
     for (const begin of side.story.beginnings)

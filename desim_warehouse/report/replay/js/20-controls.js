@@ -1,7 +1,5 @@
 // Buttons, fields and keys.
 
-const byId = (id) => document.getElementById(id);
-
 class Controls {
   constructor(app) {
     this.app = app;

@@ -41,7 +41,7 @@ class App {
     caption.textContent = side.caption;
     const label = `Warehouse floor ${many ? side.caption : ""} with ${header.radii.length} robots; ? shows the keys`;
     root.querySelector("canvas").setAttribute("aria-label", label);
-    const place = byId("stations").appendChild(document.createElement("section"));
+    const place = byId("stations").appendChild(element("section"));
     return new Stations(place, side, `Stations and chargers${many ? `, ${side.letter}` : ""}`);
   }
 
