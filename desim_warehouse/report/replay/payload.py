@@ -91,7 +91,7 @@ def _header(run: Run, positions: Positions, shown: list[Tile], places: list[Reso
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
-        "worst": worst(run, places, scale),
+        "worst": worst(run, edges, places, scale),
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
@@ -242,7 +242,6 @@ def _wait_columns(run: Run, scale: Scale) -> Columns:
     end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
     return {
         "wait_time": _steps(end),
-        "wait_begin": end - begin,
         "wait_length": end - begin,
         "wait_robot": [wait.robot for wait in shown],
         "wait_other": [wait.other for wait in shown],

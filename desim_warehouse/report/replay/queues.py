@@ -11,6 +11,7 @@ import numpy as np
 from desim_warehouse.resources import steps
 
 if TYPE_CHECKING:
+    from desim_warehouse.report.positions import Edges
     from desim_warehouse.report.replay.scale import Scale
     from desim_warehouse.resources import Resource, Steps
     from desim_warehouse.run import Run
@@ -31,14 +32,14 @@ def resource_columns(found: list[Resource], scale: Scale) -> dict[str, Any]:
     return columns
 
 
-def worst(run: Run, found: list[Resource], scale: Scale) -> list[dict[str, Any]]:
+def worst(run: Run, edges: Edges, found: list[Resource], scale: Scale) -> list[dict[str, Any]]:
     """The longest queue of each place in the window, the longest place first.
 
     `what`: `station`, `chargers` or `lane`; `number`: of the resource, or of the lane's first edge; `robots`: how many
     queue there in the middle of the longest time with so many, which is `time`.
     """
     queues: list[tuple[str, int, Steps]] = [(one.kind, i, one.queue) for i, one in enumerate(found)]
-    queues += [("lane", edge, queue) for edge, queue in _lanes(run).items()]
+    queues += [("lane", edge, queue) for edge, queue in _lanes(run, edges).items()]
     longest = []
     for what, number, queue in queues:
         robots, time, lasts = _longest(queue, scale)
@@ -48,17 +49,16 @@ def worst(run: Run, found: list[Resource], scale: Scale) -> list[dict[str, Any]]
     return [item for _, _, item in longest[:MOST]]
 
 
-def _lanes(run: Run) -> dict[int, Steps]:
+def _lanes(run: Run, edges: Edges) -> dict[int, Steps]:
     """For each lane, by the number of its first edge, how many robots that are on it wait in traffic."""
     number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
-    back = {number[pair]: number[pair[::-1]] for a, b in run.layout.two_way for pair in ((a, b), (b, a))}
     changes: defaultdict[int, list[tuple[float, int]]] = defaultdict(list)
     for wait in run.history.waits:
         if wait.on is None:
             continue
         edge = number[wait.on]
-        lane = min(edge, back.get(edge, edge))
-        changes[lane] += [(wait.start, 1), (wait.end, -1)]
+        back = int(edges.twin[edge])
+        changes[edge if back < 0 else min(edge, back)] += [(wait.start, 1), (wait.end, -1)]
     return {lane: steps(found) for lane, found in changes.items()}
 
 

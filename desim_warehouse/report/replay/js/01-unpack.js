@@ -65,3 +65,12 @@ function lastBefore(times, time, low = 0, high = times.length) {
   }
   return low - 1;
 }
+
+// The row that holds for a robot at a time, of rows in order of time; it is mostly the one it was or the next.
+function rowAt(times, first, cursor, robot, time) {
+  const low = first[robot], high = first[robot + 1];
+  let i = cursor[robot];
+  if (times[i] <= time && i + 1 < high && times[i + 1] <= time) i++;
+  if (times[i] > time || (i + 1 < high && times[i + 1] <= time)) i = Math.max(lastBefore(times, time, low, high), low);
+  return (cursor[robot] = i);
+}

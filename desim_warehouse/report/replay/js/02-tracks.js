@@ -78,15 +78,9 @@ class Tracks {
     }
   }
 
-  // The leg of a robot at a time; playing on, it is the one it was or the next.
+  // The leg of a robot at a time.
   leg(robot, time) {
-    const low = this.first[robot], high = this.first[robot + 1];
-    let i = this.cursor[robot];
-    if (this.begin[i] <= time) {
-      if (i + 1 < high && this.begin[i + 1] <= time) i++;
-      if (i + 1 < high && this.begin[i + 1] <= time) i = lastBefore(this.begin, time, i + 1, high);
-    } else i = Math.max(lastBefore(this.begin, time, low, i), low);
-    return (this.cursor[robot] = i);
+    return rowAt(this.begin, this.first, this.cursor, robot, time);
   }
 
   place(time) {

@@ -46,7 +46,7 @@ class Story {
     this.waitOther = columns.wait_other;
     this.waitEdge = columns.wait_edge;
     this.waitLength = columns.wait_length;
-    this.waitBegin = this.waitTime.map((time, i) => time - columns.wait_begin[i]);
+    this.waitBegin = this.waitTime.map((time, i) => time - this.waitLength[i]);
     const counts = new Int32Array(this.count);
     for (const robot of this.waitRobot) counts[robot]++;
     this.waitFirst = starts(counts);
@@ -61,18 +61,9 @@ class Story {
     this.waitCursor = this.waitFirst.slice(0, this.count);
   }
 
-  // The row that holds for a robot at a time, of rows in order of time; it is mostly the one it was or the next.
-  at(times, first, cursor, robot, time) {
-    const low = first[robot], high = first[robot + 1];
-    let i = cursor[robot];
-    if (times[i] <= time && i + 1 < high && times[i + 1] <= time) i++;
-    if (times[i] > time || (i + 1 < high && times[i + 1] <= time)) i = Math.max(lastBefore(times, time, low, high), low);
-    return (cursor[robot] = i);
-  }
-
   // The row of a robot's states that holds at a time.
   row(robot, time) {
-    return this.at(this.stateTime, this.first, this.cursor, robot, time);
+    return rowAt(this.stateTime, this.first, this.cursor, robot, time);
   }
 
   // When the present drive ends: the time of the next state, or the end of the window.
@@ -82,7 +73,7 @@ class Story {
 
   // The part of its battery that a robot has left.
   charge(robot, time) {
-    const i = this.at(this.energyTime, this.energyFirst, this.energyCursor, robot, time);
+    const i = rowAt(this.energyTime, this.energyFirst, this.energyCursor, robot, time);
     if (i + 1 >= this.energyFirst[robot + 1]) return this.energy[i];
     const span = this.energyTime[i + 1] - this.energyTime[i];
     const part = span > 0 ? Math.min(Math.max((time - this.energyTime[i]) / span, 0), 1) : 0;
@@ -92,7 +83,7 @@ class Story {
   // The wait in traffic that a robot is in at a time; -1: none.
   waiting(robot, time) {
     if (this.waitFirst[robot] === this.waitFirst[robot + 1]) return -1;
-    const wait = this.waitsOf[this.at(this.beginsOf, this.waitFirst, this.waitCursor, robot, time)];
+    const wait = this.waitsOf[rowAt(this.beginsOf, this.waitFirst, this.waitCursor, robot, time)];
     return time >= this.waitBegin[wait] && time < this.waitBegin[wait] + this.waitLength[wait] ? wait : -1;
   }
 

@@ -134,7 +134,7 @@ Object.assign(Floor.prototype, {
     if (!arrows) return;
     ctx.beginPath();
     for (const i of some) {
-      const long = Math.hypot(edges.dx[i], edges.dy[i]) * s;
+      const long = this.span[i] * s;
       if (long < 4 * size) continue;
       const count = Math.min(Math.max(Math.round(long / 150), 1), 4);
       for (let n = 1; n <= count; n++) this.arrow(ctx, view, i, n / (count + 1), size);

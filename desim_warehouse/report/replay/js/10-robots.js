@@ -114,11 +114,10 @@ Object.assign(Scene.prototype, {
   // Rings round robots that wait, and a line to the one they wait for.
   waits(colours) {
     const { ctx, tracks, view, story } = this, s = view.scale;
-    const waiting = Array.from(this.wait.keys()).filter((robot) => this.wait[robot] >= 0);
     ctx.strokeStyle = colours.wait;
     ctx.fillStyle = colours.wait;
     ctx.beginPath();
-    this.each(waiting, (robot, x, y, r) => {
+    this.each(this.waiting, (robot, x, y, r) => {
       const reach = Math.max(r * 1.42, r + 1);
       ctx.moveTo(x + reach, y);
       ctx.arc(x, y, reach, 0, 7);
@@ -127,7 +126,7 @@ Object.assign(Scene.prototype, {
     ctx.setLineDash([5, 4]);
     ctx.lineWidth = 2;
     ctx.beginPath();
-    this.each(waiting, (robot, x, y, r) => {
+    this.each(this.waiting, (robot, x, y, r) => {
       const other = story.waitOther[this.wait[robot]];
       if (other < 0 || r < PLAIN) return;
       ctx.moveTo(x, y);
@@ -139,10 +138,10 @@ Object.assign(Scene.prototype, {
 
   // Robots drawn larger than they are hide each other's rings when they queue: of those that wait the middle shows it.
   dots(colours) {
-    const { ctx } = this, waiting = Array.from(this.wait.keys()).filter((robot) => this.wait[robot] >= 0);
+    const { ctx } = this;
     ctx.fillStyle = colours.wait;
     ctx.beginPath();
-    this.each(waiting, (robot, x, y, r) => {
+    this.each(this.waiting, (robot, x, y, r) => {
       if (r < 1.3 * this.header.radii[robot] * this.view.scale) return;
       ctx.moveTo(x + r * 0.5, y);
       ctx.arc(x, y, r * 0.5, 0, 7);

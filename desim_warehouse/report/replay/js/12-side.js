@@ -56,7 +56,7 @@ class Side {
   // A time in words: of day if the run says when it starts, else since its start; and in the model's unit.
   clock(time) {
     const { units, day } = this.header, own = this.moment(time);
-    const seconds = own * units.seconds + 0.01 + day, two = (n) => String(Math.floor(n)).padStart(2, "0");
+    const seconds = own * units.seconds + 0.01 + day;
     const hours = seconds >= 3600 || day ? `${two((seconds / 3600) % (day ? 24 : Infinity))}:` : "";
     return `${hours}${two((seconds / 60) % 60)}:${two(seconds % 60)} (${own.toFixed(1)} ${units.time})`;
   }
@@ -78,6 +78,9 @@ class Side {
     return `${shortNumber(long)} ${units.time}`;
   }
 }
+
+// A number in two digits, as a clock shows it.
+const two = (n) => String(Math.floor(n)).padStart(2, "0");
 
 // A name whose writing direction leaves the words around it as they are.
 function isolated(name) {

@@ -32,7 +32,7 @@ class Player {
   ends() {
     const { day } = this.sides[0].header, long = (this.end - this.start) * this.seconds;
     const text = (time) => {
-      const seconds = time * this.seconds + day + 0.01, two = (n) => String(Math.floor(n)).padStart(2, "0");
+      const seconds = time * this.seconds + day + 0.01;
       if (day || this.end * this.seconds >= 7200) return `${two((seconds / 3600) % (day ? 24 : Infinity))}:${two((seconds / 60) % 60)}`;
       return this.seconds === 1 && long >= 600 ? `${Math.round(time / 60)} min` : `${shortNumber(time)} ${this.unit}`;
     };
