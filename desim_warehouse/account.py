@@ -179,12 +179,13 @@ def _by_hour(history: History) -> Found:
 # Tasks
 
 
-def _counted_tasks(history: History) -> dict[int, TaskHistory]:
+def counted_tasks(history: History) -> dict[int, TaskHistory]:
+    """The tasks that `account` has rows for, by number: those not delivered before the counted time."""
     return {number: task for number, task in history.tasks.items() if history.counts(task.delivered)}
 
 
 def _by_task(history: History) -> Found:
-    tasks = _counted_tasks(history)
+    tasks = counted_tasks(history)
     return list(tasks), _parts_of_tasks(history, tasks)
 
 
@@ -200,7 +201,7 @@ def _by_station(history: History) -> Found:
 
 def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
     """The parts of each row's mean task; rows without tasks, and tasks without one of the rows, are left out."""
-    tasks = _counted_tasks(history)
+    tasks = counted_tasks(history)
     of = {number: row(task) for number, task in tasks.items()}
     count = Counter(of.values())
     found = ((of[number], part, length / count[of[number]]) for number, part, length in _parts_of_tasks(history, tasks))

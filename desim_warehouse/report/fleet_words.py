@@ -141,7 +141,7 @@ def _when(sized: Sized, when: str) -> str:
 
 def _fleet(shown: Shown) -> str:
     """The robots and chargers of a design."""
-    return words.design_spoken({"fleet.size": shown.robots, **({"chargers": shown.chargers} if shown.chargers else {})})
+    return words.fleet(shown.robots, shown.chargers)
 
 
 def _is_close(shown: Shown) -> bool:

@@ -39,14 +39,23 @@ class PlanFolder:
     @property
     def demands(self) -> list[Mapping[str, Any]]:
         """What plan.json says of each demand."""
-        return [self.content[name] for name in ("today", "grown") if self.content[name] is not None]
+        return _demands(self.content)
+
+    @property
+    def design(self) -> Mapping[str, Any]:
+        """The last answer, or the largest design looked at."""
+        last = self.demands[-1]
+        found: Mapping[str, Any] = last["best"] or last["too_small"][-1]
+        return found
 
     @property
     def model(self) -> Model:
-        """The model at the last answer, or at the largest design looked at."""
-        last = self.demands[-1]
-        changes = (last["best"] or last["too_small"][-1])["set"]
-        return self.studies[-1].base.replace(changes)
+        """The model at that design."""
+        return self.studies[-1].base.replace(self.design["set"])
+
+
+def _demands(content: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [content[name] for name in ("today", "grown") if content[name] is not None]
 
 
 def read(folder: str | Path | None) -> PlanFolder:
@@ -61,7 +70,7 @@ def read(folder: str | Path | None) -> PlanFolder:
     path = Path(folder) / PLAN
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        names = [content[name]["study"] for name in ("today", "grown") if content[name] is not None]
+        names = [demand["study"] for demand in _demands(content)]
         studies = (tuple(Results.load(path.parent / f"{name}{end}") for name in names) for end in ("", "-scout"))
         return PlanFolder(content, *studies)
     except (OSError, ValueError, KeyError, TypeError, StudyError) as error:
@@ -130,10 +139,8 @@ def example_run(plan: PlanFolder) -> Run | None:
 
 def account(plan: PlanFolder, run: Run | None) -> Html | None:
     """The biggest part of a task's time, and which run that was."""
-    last = plan.demands[-1]
-    design = last["best"] or last["too_small"][-1]
-    fleet = {"fleet.size": design["robots"], **({"chargers": design["chargers"]} if design["chargers"] else {})}
-    name = f"{words.design_spoken(fleet)}, demand {_demand(last)}"
+    fleet = words.fleet(plan.design["robots"], plan.design["chargers"])
+    name = f"{fleet}, demand {_demand(plan.demands[-1])}"
     return None if run is None else run_parts.account_of(run, name)
 
 

@@ -6,11 +6,10 @@ import math
 import platform
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.account import OF_ROBOTS, OF_TASKS
+from desim_warehouse.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot, sentences, words
-from desim_warehouse.report.first_page import example, in_full
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.resources import resources as of_stations_and_chargers
 
@@ -37,11 +36,11 @@ def read(folder: str | Path | None) -> Run:
     from desim_warehouse.run.folder import load_run
 
     if folder is None:
-        return simulate(example().replace({"log": "all"}))
+        return simulate(pages.example().replace({"log": "all"}))
     run = load_run(folder)
     if run.record.level == "all":
         return run
-    again = in_full(run.model, run.seed)
+    again = pages.in_full(run.model, run.seed)
     same = again is not None and again.record.end == run.record.end and again.record.robots == run.record.robots
     return again if again is not None and same else run
 
@@ -161,7 +160,7 @@ def _accounted(run: Run) -> By | None:
     """By what the report shows the account of time: tasks, robots if there were none; None: the log lacks the waits."""
     if run.record.level != "all":
         return None
-    return "task" if len(run.account("task")) else "robot"
+    return "task" if counted_tasks(run.history) else "robot"
 
 
 def account_figures(run: Run | None) -> list[Axes]:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import ReportError, StudyError
 from desim_warehouse.report import answers, html, plot, run_parts, sentences, words
 from desim_warehouse.report import first_page as pages
-from desim_warehouse.report.first_page import example
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.sentences import name_of
@@ -42,7 +41,7 @@ def read(folder: str | Path | None) -> Results:
         ReportError: where there is no study, it is damaged, or no run has finished without an error.
     """
     if folder is None:
-        return Study(example(), {"fleet.size": [1, 2, 3]}, replications=5, target="on_time >= 90 %").run().results
+        return Study(pages.example(), {"fleet.size": [1, 2, 3]}, replications=5, target="on_time >= 90 %").run().results
     try:
         results = Results.load(folder)
     except StudyError as error:

@@ -160,6 +160,11 @@ def design_spoken(design: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
+def fleet(robots: int, chargers: int) -> str:
+    """Robots, and chargers if there are some, as one says it: `6 robots and 2 chargers`."""
+    return design_spoken({"fleet.size": robots, **({"chargers": chargers} if chargers else {})})
+
+
 def _counted(key: str, value: Any) -> str:
     """What a factor counts, in the singular; empty if it is not a number of robots or chargers."""
     if not str(value).isdecimal():

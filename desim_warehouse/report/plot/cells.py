@@ -14,6 +14,7 @@ import numpy as np
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import palette
+from desim_warehouse.report.plot import style as look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,16 +41,25 @@ SHELF, AISLE, GOODS = palette.GROUND["light"]["border"], "white", "#F3C7A5"
 def width(floor: Layout) -> float:
     """Inches of a picture in which every cell can be seen."""
     xs = [x for _, x in floor.graph.nodes(data="x")]
-    lengths = sorted(length for *_, length in floor.graph.edges(data="length"))
-    return float(min(max(_PIXELS * (max(xs) - min(xs)) / lengths[len(lengths) // 2] / DPI, _WIDTH), _WIDEST))
+    return float(min(max(_PIXELS * (max(xs) - min(xs)) / _step(_lengths(floor)) / DPI, _WIDTH), _WIDEST))
+
+
+def _lengths(floor: Layout) -> list[float]:
+    """The lengths of all edges, shortest first."""
+    return sorted(length for *_, length in floor.graph.edges(data="length"))
+
+
+def _step(lengths: list[float]) -> float:
+    """The usual length of an edge, their median: the side of a cell."""
+    return lengths[len(lengths) // 2]
 
 
 def is_of_cells(model: Model, floor: Layout) -> bool:
     """Whether nearly all edges have one length, on which no robot can stand clear of both ends, and there are many."""
     if len(floor.graph) < _FEWEST:
         return False
-    lengths = sorted(length for *_, length in floor.graph.edges(data="length"))
-    usual = lengths[len(lengths) // 2]
+    lengths = _lengths(floor)
+    usual = _step(lengths)
     return bool(usual < 2 * model.fleet.contact and lengths[int(_MOST * len(lengths))] <= _ALIKE * usual)
 
 
@@ -58,7 +68,7 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D
 
-    step = sorted(length for *_, length in floor.graph.edges(data="length"))[len(floor.graph.edges) // 2]
+    step = _step(_lengths(floor))
     at = {name: (data["x"], data["y"]) for name, data in floor.graph.nodes(data=True)}
     colours = _colours(model, floor)
     middles = np.array(list(at.values()))
@@ -80,8 +90,8 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
     axes.set_ylim(high[1], low[1])
     axes.set_aspect("equal")
     axes.grid(visible=False)
-    axes.set_xlabel(f"x ({model.units.length})".replace("$", r"\$"))
-    axes.set_ylabel(f"y ({model.units.length})".replace("$", r"\$"))
+    axes.set_xlabel(look.text(f"x ({model.units.length})"))
+    axes.set_ylabel(look.text(f"y ({model.units.length})"))
     used = {AISLE, *colours.values()}
     marks = [("shelf or wall", SHELF), ("aisle", AISLE), *_KEY.items()]
     handles = [
