@@ -150,6 +150,7 @@ class Known:
     """
 
     units: UnitNames = field(default_factory=UnitNames)
+    calendars: tuple[str, ...] | None = None  # by name
     blocks: bool = False  # the layout is generated
     nodes: Mapping[str, Any] | None = None  # positions by name
     zones: dict[str, dict[str, tuple[str, ...]]] = field(default_factory=dict)  # nodes of bays and stations by name

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
+from desim_warehouse.calendars import Calendar, Hours
 from desim_warehouse.errors import got, spoken
 from desim_warehouse.fields import (
     LATER,
@@ -475,6 +476,9 @@ class Model(Part):
     name: Text = Field("model", description="a short name, for reports")
     description: Text = Field("", description="a sentence or two")
     units: Units = Units()
+    calendars: Named[Calendar] = Field(
+        FrozenMap(), description="opening hours, shifts and times of closures, by name", json_schema_extra=LATER
+    )
     layout: LayoutSpec
     fleet: Fleet
     tasks: Tasks
@@ -502,6 +506,12 @@ class Model(Part):
         known(info).units = UnitNames(units.length, units.time, units.seconds)
         return units
 
+    @field_validator("calendars")
+    @classmethod
+    def _names(cls, calendars: Mapping[str, Calendar], info: ValidationInfo) -> Mapping[str, Calendar]:
+        known(info).calendars = tuple(calendars)
+        return calendars
+
     @field_validator("layout")
     @classmethod
     def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
@@ -527,6 +537,10 @@ class Model(Part):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
         return run
+
+    def hours(self, calendar: str) -> Hours:
+        """A calendar as times of a run."""
+        return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:
         """Everything in the model, defaults too, as plain JSON values: equal models, equal content.

@@ -1,0 +1,107 @@
+"""Calendars: by the clock, as patterns, as stretches; and as times of a run."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim_warehouse.calendars import Hours, Pattern, Shifts, Stretches
+from desim_warehouse.errors import ModelError
+from desim_warehouse.model import load
+
+TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
+HOUR = 3600.0
+
+
+def opens(hours: Hours, count: int) -> list[tuple[float, float]]:
+    """The first stretches of a run, in hours."""
+    found, time = [], 0.0
+    for _ in range(count):
+        begin, time = hours.following(time)
+        found.append((begin / HOUR, time / HOUR))
+    return found
+
+
+def test_a_shift_with_a_break_on_a_run_that_starts_within_it() -> None:
+    day = Shifts(open=("06:00-14:00",), breaks=("10:00-10:15",))
+    assert opens(day.hours("08:00", 1.0), 3) == [(-2, 2), (2.25, 6), (22, 26)]
+
+
+def test_a_night_shift_goes_past_midnight_and_past_the_week() -> None:
+    night = Shifts(open=("22:00-06:00",), days=("sun",))
+    assert opens(night.hours("2026-03-01T20:00", 1.0), 2) == [(2, 10), (170, 178)]  # a Sunday
+    assert opens(night.hours("2026-03-02T00:00", 1.0), 2) == [(0, 6), (166, 174)]  # the Monday after it
+
+
+def test_open_all_day_has_no_change_at_midnight() -> None:
+    assert Shifts(open=("00:00-24:00",)).hours("12:00", 1.0).changes(0.0) == math.inf
+
+
+def test_a_pattern_begins_with_its_first() -> None:
+    cleaning = Pattern(every=8.0, lasts=0.5, first=2.0).hours("00:00", 1.0)
+    assert [cleaning.following(time) for time in (0.0, 2.0, 2.5, 9.0)] == [(2, 2.5), (2, 2.5), (10, 10.5), (10, 10.5)]
+    assert not cleaning.is_open(1.9)
+
+
+def test_stretches_are_over_after_the_last() -> None:
+    hours = Stretches(between=((5.0, 6.0), (2.0, 3.0), (2.5, 4.0))).hours("00:00", 1.0)
+    assert hours.stretches == [(2, 4), (5, 6)]
+    assert hours.following(6.0) == (math.inf, math.inf)
+    assert hours.when_open(3.0) == 6
+    assert hours.when_open(3.1) == math.inf
+
+
+MANY = st.one_of(
+    st.builds(
+        lambda lasts, more, first: Pattern(every=lasts + more, lasts=lasts, first=first).hours("00:00", 1.0),
+        st.integers(1, 9).map(float),
+        st.integers(0, 9).map(float),
+        st.integers(0, 30).map(float),
+    ),
+    st.lists(st.tuples(st.integers(0, 40), st.integers(1, 9)), min_size=1, max_size=4).map(
+        lambda found: Stretches(between=tuple((float(a), float(a + b)) for a, b in found)).hours("00:00", 1.0)
+    ),
+    st.tuples(st.integers(0, 11), st.integers(12, 23), st.integers(0, 23)).map(
+        lambda found: Shifts(open=(f"{found[0]:02}:00-{found[1]:02}:00",), days=("mon", "thu")).hours(
+            f"{found[2]:02}:00", 1 / 3600
+        )
+    ),
+)
+
+
+@given(MANY, st.integers(1, 400))
+def test_open_time_adds_up_and_is_turned_round_by_when_open(hours: Hours, until: int) -> None:
+    by_hand = sum(hours.is_open(hour + 0.5) for hour in range(until))
+    assert hours.open_time(float(until)) == pytest.approx(by_hand)
+    if by_hand:
+        when = hours.when_open(by_hand / 2)
+        assert hours.open_time(when) == pytest.approx(by_hand / 2)
+
+
+@given(MANY, st.floats(0, 400))
+def test_a_change_is_where_it_opens_or_closes(hours: Hours, time: float) -> None:
+    change = hours.changes(time)
+    if math.isfinite(change):
+        assert change > time
+        assert hours.is_open(change) is not hours.is_open(time)
+        assert hours.is_open((time + change) / 2) is hours.is_open(time)
+
+
+@pytest.mark.parametrize(
+    ("calendar", "message"),
+    [
+        ({"open": []}, "calendars.day.open: "),
+        ({"open": ["6-14"]}, "no stretch of a day (got '6-14'), expected one such as '06:00-14:00'"),
+        ({"open": ["06:00-06:00"]}, "no stretch of a day"),
+        ({"open": ["06:00-14:00"], "breaks": ["05:00-15:00"]}, "its breaks leave nothing of it"),
+        ({"every": "1 h", "lasts": "2 h"}, "longer than from one to the next"),
+        ({"between": [[3, 2]]}, "it ends before it begins"),
+        ({"shift": 1}, "should be {open: "),
+    ],
+)
+def test_an_empty_schedule_is_an_error(calendar: object, message: str) -> None:
+    with pytest.raises(ModelError) as error:
+        load(TUTORIAL).replace({"calendars.day": calendar})
+    assert message in str(error.value)
