@@ -14,9 +14,10 @@ from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, 
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
+from desim_warehouse.model.battery import Consumption
 from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
-from desim_warehouse.model.schema import Consumption, RandomGoods
+from desim_warehouse.model.schema import RandomGoods
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import BatterySpec
+    from desim_warehouse.model.battery import BatterySpec
     from desim_warehouse.policies import Levels
 
 EPS = 1e-9

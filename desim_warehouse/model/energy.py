@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.model.battery import Consumption
 from desim_warehouse.model.fleet import SpreadEnergy
-from desim_warehouse.model.schema import Consumption
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import BatterySpec, Model
+    from desim_warehouse.model.battery import BatterySpec
+    from desim_warehouse.model.schema import Model
     from desim_warehouse.streams import Streams
 
 RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}

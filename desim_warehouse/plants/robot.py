@@ -9,10 +9,10 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.fields import Known, Part
+from desim_warehouse.model.battery import BatterySpec
 from desim_warehouse.model.fleet import RobotSpec
 from desim_warehouse.model.messages import Outline, from_pydantic, report
 from desim_warehouse.model.read import read_document
-from desim_warehouse.model.schema import BatterySpec
 
 
 class RobotFile(Part):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.model import energy
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import BatterySpec
+    from desim_warehouse.model.battery import BatterySpec
 
 
 class Battery:

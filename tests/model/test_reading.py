@@ -9,9 +9,10 @@ import pytest
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
+from desim_warehouse.model.battery import Consumption
 from desim_warehouse.model.messages import dotted
 from desim_warehouse.model.read import check_policies
-from desim_warehouse.model.schema import Consumption, Good, RandomGoods
+from desim_warehouse.model.schema import Good, RandomGoods
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 
