@@ -110,6 +110,8 @@ def design(study: Results) -> Html:
         ("Baseline", name_of(study, study.baseline)),
         ("Random numbers", "common: replication r has the same streams at every design"),
     ]
+    if study.warm_ups:
+        rows.insert(3, ("Warm-up", words.warm_up(study)))
     if study.deterministic:
         rows[-1] = ("Random numbers", "none: the models are deterministic, one run is enough")
     return html.facts(rows, "design")
@@ -125,6 +127,9 @@ def results(study: Results) -> Html:
         head.append(words.target(study.target))
         met = {design: _MET[one.verdict] for design, one in study.judged.items()}
         rows = [[*row, met.get(design, "–")] for row, design in zip(rows, shown, strict=True)]
+    if study.warm_ups:
+        head.append(f"warm-up ({units.time})")
+        rows = [[*row, words.number(study.warm_ups[design])] for row, design in zip(rows, shown, strict=True)]
     if any(study.verdicts.values()):
         head.append("verdict")
         rows = [[*row, sentences.marks(study, design)] for row, design in zip(rows, shown, strict=True)]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Estimate, Target
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}
@@ -213,6 +214,14 @@ def replications(plan: StudyPlan) -> str:
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
     )
+
+
+def warm_up(study: Results) -> str:
+    """What is not counted: one time for all designs, or found for each."""
+    times, unit = study.warm_ups.values(), study.base.units.time
+    if not times:
+        return f"{number(study.base.run.warm_up)} {unit}, not counted"
+    return f"{number(min(times))} to {number(max(times))} {unit}, found for each design, not counted"
 
 
 def target(goal: Target) -> str:

@@ -155,13 +155,16 @@ class Results:
         return {str(self.points[number]): model for number, model in made.items()}
 
     @cached_property
+    def warm_ups(self) -> Mapping[str, float]:
+        """With `warm_up: auto`: what was found for every design, in the model's time unit; else empty."""
+        found = self.plan.warm_up
+        return dict(zip(map(str, self.points), found, strict=True)) if isinstance(found, tuple) else {}
+
+    @cached_property
     def unsettled(self) -> tuple[str, ...]:
         """With `warm_up: auto`: designs not settled by the middle of their runs, which are counted from there on."""
-        if not isinstance(self.plan.warm_up, tuple):
-            return ()
-        return tuple(
-            design for design, model in self.models.items() if 2 * model.run.warm_up >= (model.run.length or math.inf)
-        )
+        lengths = {design: model.run.length or math.inf for design, model in self.models.items()}
+        return tuple(design for design, time in self.warm_ups.items() if 2 * time >= lengths.get(design, math.inf))
 
     @cached_property
     def deterministic(self) -> bool:

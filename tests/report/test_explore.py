@@ -14,7 +14,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import printed
+from desim_warehouse.report import printed, study_parts
 from desim_warehouse.report.explore import MOST_DESIGNS
 from desim_warehouse.study.results import Results
 
@@ -149,7 +149,12 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
         printed.number(at) for at in study.plan.warm_up
     ]
     low, high = sorted(study.plan.warm_up)
-    assert dict(content["facts"])["Warm-up"].startswith(f"{low:,.0f} to {high:,.0f} step, found for each design")
+    found = f"{low:,.0f} to {high:,.0f} step, found for each design"
+    assert dict(content["facts"])["Warm-up"].startswith(found)
+    assert found in study_parts.design(study.results).source
+    table = study_parts.results(study.results).source
+    assert "warm-up (step)" in table
+    assert [printed.number(time) in table for time in study.plan.warm_up] == [True, True]
 
 
 def test_a_factor_with_one_value_has_no_slider():

@@ -62,7 +62,7 @@ def facts(study: Results) -> list[tuple[str, str]]:
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
         ("Run length", "until all work is done" if length is None else f"{words.number(length)} {units.time}"),
-        ("Warm-up", _warm_up(study)),
+        ("Warm-up", words.warm_up(study)),
         ("Seed of the study", str(plan.seed)),
         ("Seeds of the runs", ", ".join(str(seed) for _, seed in seeds) + "; the same for every design"),
         ("Confidence", f"{100 * plan.confidence:g} %"),
@@ -72,14 +72,6 @@ def facts(study: Results) -> list[tuple[str, str]]:
     varied = {"run.length": "Run length", "run.warm_up": "Warm-up"}
     hidden = {varied[key] for key in study.factors if key in varied}
     return [row for row in rows if row[0] not in hidden]
-
-
-def _warm_up(study: Results) -> str:
-    """What is not counted: one time for all, or found for each design."""
-    found, unit = study.plan.warm_up, study.base.units.time
-    if not isinstance(found, tuple):
-        return f"{words.number(study.base.run.warm_up)} {unit}, not counted"
-    return f"{words.number(min(found))} to {words.number(max(found))} {unit}, found for each design, not counted"
 
 
 def _summary(study: Results) -> str:
@@ -116,8 +108,6 @@ def _design(study: Results, design: str) -> dict[str, Any]:
     """A design: the ranks of its levels among those of the factors that vary, its runs, and what is wrong with it."""
     levels = dict(zip(study.factors, study.designs[design], strict=True))
     rows = study.runs(design)
-    found = study.plan.warm_up
-    counted_from = dict(zip(map(str, study.points), found, strict=True))[design] if isinstance(found, tuple) else None
     wrong = [verdict.text for verdict in study.verdicts.get(design, ())]
     wrong += [sentences.UNSETTLED] if design in study.unsettled else []
     return {
@@ -125,7 +115,7 @@ def _design(study: Results, design: str) -> dict[str, Any]:
         "runs": len(rows),
         "failed": sum(row.outcome.error is not None for row in rows),
         "error": next((row.outcome.error for row in rows if row.outcome.error is not None), None),
-        "counted_from": None if counted_from is None else printed.number(counted_from),
+        "counted_from": printed.number(study.warm_ups[design]) if study.warm_ups else None,
         "wrong": [sentences.sentence(text) for text in wrong],
         "marks": sentences.marks(study, design),
     }
