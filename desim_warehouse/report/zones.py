@@ -1,4 +1,4 @@
-"""Where bays and stations are drawn: slots beside their node, on a side without edges."""
+"""Where bays and stations are drawn: slots beside their node, on a side without edges; one in the lane on its node."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SPREAD = 0.85
 
 @dataclass(frozen=True)
 class Zone:
-    """A bay or station beside a node: the middle of every slot, the nearest to the node first."""
+    """A bay or station at a node: the middle of every slot, the nearest to the node first."""
 
     kind: str
     name: str
@@ -48,8 +48,11 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
     largest = max(robot_radii(model))
     result = []
     for node, bay in layout.bays.items():
+        here = layout.graph.nodes[node]
         count = start.count(node) if bay.places is None else bay.places
-        result.append(Zone("bay", bay.zone, node, _places(layout, node, max(count, 1), largest, 0)))
+        beside = not here.get("in_lane")
+        slots = _places(layout, node, max(count, 1), largest, 0) if beside else ((here["x"], here["y"]),)
+        result.append(Zone("bay", bay.zone, node, slots))
     for node, station in layout.stations.items():
         nth = 1 if node in layout.bays else 0
         result.append(Zone("station", station.zone, node, _places(layout, node, station.places, largest, nth)))

@@ -289,7 +289,7 @@ def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) ->
         *at,
         look.text(zone.name),
         ha="center" if upright else "left" if dx > 0 else "right",
-        va=("top" if dy > 0 else "bottom") if upright else "center",
+        va=("top" if dy >= 0 else "bottom") if upright else "center",
         fontsize="small",
         color=colour,
         zorder=4,

@@ -151,6 +151,19 @@ def test_places_of_a_crowded_bay_lie_outside_the_floor_and_apart() -> None:
         assert all(y < top + 1 if zone.kind == "bay" else y > bottom for _, y in points)
 
 
+def test_a_robot_in_a_bay_in_the_lane_stands_on_its_node() -> None:
+    layout = {
+        "nodes": {"A": [0, 0], "B": [10, 0], "C": [20, 0]},
+        "edges": [{"from": "A", "to": "B", "two_way": True}, {"from": "B", "to": "C", "two_way": True}],
+        "storage": [{"node": "B"}],
+        "bays": {"park": {"at": ["C"], "in_lane": True}},
+    }
+    fleet = {"size": 1, "robot": {"radius": 0.5, "speed": 1}}
+    tasks = {"goods": [0], "unload_at": ["A"], "load_time": 1, "unload_time": 1}
+    run = dw.simulate(dw.load({"layout": layout, "fleet": fleet, "tasks": tasks}))
+    assert Positions(run).points(0).tolist() == [[20, 0]]
+
+
 @pytest.mark.parametrize("level", ["moves", "tasks"])
 def test_a_log_without_drives_is_refused(level: str) -> None:
     run = dw.simulate(dw.load(busy(log=level)))
