@@ -18,7 +18,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
     from rich.table import Table
 
-    from desim_warehouse.report import sentences
+    from desim_warehouse.report import sentences, words
     from desim_warehouse.study.factors import readable
 
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
@@ -29,8 +29,9 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table.add_column(factor)
     for name in chosen:
         table.add_column(name, justify="right")
-    settled = isinstance(results.plan.warm_up, tuple)
-    if settled:
+    if results.target is not None:
+        table.add_column(words.target(results.target))
+    if results.warm_ups:
         table.add_column("counted from", justify="right")
     table.add_column("runs", justify="right")
     judged = any(results.verdicts.values())
@@ -42,7 +43,8 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table.add_row(
             *map(readable, point.labels.values()),
             *(said(found[name][point.number]) for name in chosen),
-            *([number(point.overrides["run.warm_up"])] if settled else []),
+            *([words.met(results, str(point))] if results.target is not None else []),
+            *([number(results.warm_ups[str(point)])] if results.warm_ups else []),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
             *([sentences.marks(results, str(point))] if judged else []),
         )

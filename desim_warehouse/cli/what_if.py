@@ -36,9 +36,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @click.option(
     "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
 )
-@click.option(
-    "--target", help="A target, such as 'on_time >= 95 %': reports of the study name the designs that meet it."
-)
+@click.option("--target", help="A target, such as 'on_time >= 95 %': table and report say which designs meet it.")
 @with_indicator
 @with_page
 @with_question

@@ -31,7 +31,6 @@ _FOREST = 24
 """Designs in a forest plot."""
 _UNNAMED = ("what-if", "size", "best", "study")
 """Names of studies that nobody named: their reports have the name of the model."""
-_MET = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
 
 
 def read(folder: str | Path | None) -> Results:
@@ -125,8 +124,7 @@ def results(study: Results) -> Html:
     rows = [_result(study, design) for design in shown]
     if study.target is not None:
         head.append(words.target(study.target))
-        met = {design: _MET[one.verdict] for design, one in study.judged.items()}
-        rows = [[*row, met.get(design, "–")] for row, design in zip(rows, shown, strict=True)]
+        rows = [[*row, words.met(study, design)] for row, design in zip(rows, shown, strict=True)]
     if study.warm_ups:
         head.append(f"warm-up ({units.time})")
         rows = [[*row, words.number(study.warm_ups[design])] for row, design in zip(rows, shown, strict=True)]

@@ -216,6 +216,14 @@ def replications(plan: StudyPlan) -> str:
     )
 
 
+def met(study: Results, design: str) -> str:
+    """Whether a design meets the target of a study; a dash where its runs do not say."""
+    found = study.judged.get(design)
+    return (
+        "–" if found is None else {"meets": "met", "fails": "not met", "undecided": "too close to tell"}[found.verdict]
+    )
+
+
 def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
     times, unit = study.warm_ups.values(), study.base.units.time

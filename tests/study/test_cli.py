@@ -44,6 +44,16 @@ def test_what_if_varies_keys_without_a_file(tmp_path):
     assert table["battery.threshold"].unique().tolist() == [2.0, 3.5]
 
 
+def test_what_if_says_which_designs_meet_a_target():
+    lifelong = ["--set", "tasks.goods={saturated: 5}", "--set", "run.length=2000", "--replications", "3", "--quiet"]
+    easy, hard = (
+        call("what-if", MULTIBOTS, *lifelong, "--target", f"tasks >= {least}", "--indicator", "T") for least in (1, 999)
+    )
+    assert re.search(r"T +tasks >= 1 +runs", easy.stdout)
+    assert re.search(r" met +3\b", easy.stdout)
+    assert re.search(r" not met +3\b", hard.stdout)
+
+
 def test_what_if_can_replicate_until_the_mean_is_known(tmp_path):
     until = ["--until", "T", "--half-width", "20 %", "--cap", "30", "--replications", "3"]
     call("what-if", MULTIBOTS, *GOODS, *until, "--out", tmp_path)
