@@ -63,7 +63,7 @@ def command(
     from desim_warehouse.study.study import Study
 
     if vary:
-        study = question.study(model, read_vary(vary), "best", execution)
+        study = question.study(model, read_vary(vary), "best", execution, indicators=[indicator])
         study.plan = study.plan.unreplicated()
     else:
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}

@@ -69,7 +69,8 @@ def command(
     from desim_warehouse.study.procedures import most, size
 
     varied = f"--range {values} --key"
-    study = question.study(model, {key: _read_range(values)}, "size", execution, varied, target=target)
+    sought = {"indicators": ["throughput_per_hour"]} if target is None else {"target": target}
+    study = question.study(model, {key: _read_range(values)}, "size", execution, varied, **sought)
     study.plan = study.plan.unreplicated()
     searched = [point.labels[key] for point in study.points]
     _see_upwards(values, searched)

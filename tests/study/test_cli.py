@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.results import Results
 
 from .conftest import MULTIBOTS, ROOT
 
@@ -52,6 +53,12 @@ def test_what_if_says_which_designs_meet_a_target():
     assert re.search(r"T +tasks >= 1 +runs", easy.stdout)
     assert re.search(r" met +3\b", easy.stdout)
     assert re.search(r" not met +3\b", hard.stdout)
+
+
+def test_the_report_of_best_is_about_what_it_compared(tmp_path):
+    vary = ["--vary", "fleet.size=1,2", "--indicator", "cost", "--delta", "5000", "--quiet"]
+    call("best", MULTIBOTS, *vary, "--set", "tasks.goods={random: 5}", "--out", tmp_path)
+    assert Results.load(tmp_path).main == ("cost",)
 
 
 def test_what_if_can_replicate_until_the_mean_is_known(tmp_path):
