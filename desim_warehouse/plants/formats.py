@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Plant
 
 _START = 4096  # bytes that show what a file is
+_WORDY = 64_000_000  # bytes: formats with many words for an edge, of which some plants have 100,000
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +57,16 @@ class Format:
 
 FORMATS = (
     Format("tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
-    Format("a graph (GraphML)", graph.looks, graph.read),
-    Format("lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",)),
+    Format("a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
+    Format("lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
     Format("a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
-    Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read),
+    Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read, most=_WORDY),
     Format("a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
     Format("a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
     Format("a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
     Format("a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
     Format("a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
-    Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, lif.LARGEST),
+    Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, _WORDY),
     Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS, rmf.LARGEST),
 )
 

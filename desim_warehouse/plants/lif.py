@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 EXPECTED = "a layout in LIF (JSON)"
 OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
-LARGEST, _MOST = 64_000_000, 3_000_000  # bytes and values: LIF has many words for an edge
+_MOST = 3_000_000  # values: LIF has many words for an edge
 _LETTER = "to the letter of LIF 1.0"
 _OPEN = "lists no vehicle type, which says that none may use it; taken to be open to all"
 _TYPES = 1000  # of vehicles, at most
