@@ -7,13 +7,13 @@ The conditions are those of docs/why.md, "Never stalled". A finding says where a
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from dataclasses import dataclass, field
-from itertools import combinations, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import zones
+from desim_warehouse.layout.near import EPS, Near
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
@@ -23,15 +23,9 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge, Layout
     from desim_warehouse.layout.zones import ZoneSpec
 
-    Pair = tuple[Edge, Edge]
-
-EPS = 1e-6
 SHOWN = 8
 SHARPEST_MERGE = math.radians(60)
 """Below it robots that wait D before the node, one on each edge, stand closer than D."""
-PARALLEL = math.sin(math.radians(5))
-BENT = 1.05
-"""An edge longer than this multiple of the straight line between its nodes is not drawn true to shape."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +42,7 @@ class Use:
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
     """All findings, errors first."""
-    near = _near(layout, use.contact)
+    near = Near(layout, use.contact)
     found = [
         *_reach(layout, use),
         *_bays(layout, use),
@@ -59,8 +53,8 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_queues(layout, use),
         *_short(layout, use),
         *_merges(layout),
-        *_bridges(layout, near),
-        *_side_by_side(layout, use, near),
+        *_bridges(near),
+        *_side_by_side(use, near),
     ]
     return worst_first(found)
 
@@ -309,14 +303,9 @@ def _merges(layout: Layout) -> Iterator[Finding]:
         )
 
 
-def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
+def _bridges(near: Near) -> Iterator[Finding]:
     """Edges that cross, drawn straight, where there is no node."""
-    places = layout.points
-    crossing = sorted(
-        f"{'>'.join(one)} and {'>'.join(other)}"
-        for one, other in near
-        if not {*one} & {*other} and _cross([places[name] for name in (*one, *other)])
-    )
+    crossing = near.named(near.cross())
     if crossing:
         yield Finding(
             "CROSSING_EDGES",
@@ -326,17 +315,9 @@ def _bridges(layout: Layout, near: Iterable[Pair]) -> Iterator[Finding]:
         )
 
 
-def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Finding]:
+def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
     """Edges that run along each other, drawn straight, where robots on both would touch."""
-    places = layout.points
-    straight = {
-        (a, b) for a, b, length in layout.graph.edges(data="length") if length < BENT * abs(places[b] - places[a])
-    }
-    along = sorted(
-        f"{'>'.join(one)} and {'>'.join(other)}"
-        for one, other in near
-        if one in straight and other in straight and _along([places[name] for name in (*one, *other)], use.contact)
-    )
+    along = near.named(near.are_along(use.contact))
     if along:
         yield Finding(
             "LANES_OVERLAP",
@@ -345,54 +326,6 @@ def _side_by_side(layout: Layout, use: Use, near: Iterable[Pair]) -> Iterator[Fi
             f"simulation: {some(along)}",
             "one lane there, nodes that divide it, or lanes D apart",
         )
-
-
-def _near(layout: Layout, apart: float) -> set[Pair]:
-    """Pairs of edges that may come nearer to each other than `apart`, one of each two-way pair."""
-    places = layout.points
-    edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
-    size = max((abs(places[b] - places[a]) for a, b in edges), default=0.0) + apart
-    squares = defaultdict(list)  # edges that come near have one in common
-    for a, b in edges:
-        (left, right), (low, high) = (
-            (math.floor((min(one, other) - apart) / size), math.floor((max(one, other) + apart) / size))
-            for one, other in ((places[a].real, places[b].real), (places[a].imag, places[b].imag))
-        )
-        for square in ((x, y) for x in range(left, right + 1) for y in range(low, high + 1)):
-            squares[square].append((a, b))
-    return {pair for edges in squares.values() for pair in combinations(edges, 2)}
-
-
-def _along(ends: list[complex], apart: float) -> bool:
-    """Whether the lines from the first to the second and from the third to the fourth point run side by side.
-
-    That is parallel, less than `apart` from each other, for longer than that.
-    """
-    a, b, c, d = ends
-    first, second = b - a, d - c
-    if not first or not second:
-        return False
-    unit = first / abs(first)
-    if abs((unit.conjugate() * second).imag) > PARALLEL * abs(second):
-        return False
-    other = [unit.conjugate() * (point - a) for point in (c, d)]
-    beside = min(abs(first), max(end.real for end in other)) - max(0.0, min(end.real for end in other))
-    return max(abs(end.imag) for end in other) < apart - EPS and beside > apart
-
-
-def _cross(ends: list[complex]) -> bool:
-    """Whether the line from the first to the second point crosses that from the third to the fourth."""
-    a, b, c, d = ends
-
-    def beside(start: complex, end: complex, point: complex) -> float:
-        """How far a point lies to the right of the line from one to another."""
-        way = end - start
-        return (way.conjugate() * (point - start)).imag / (abs(way) or 1.0)
-
-    return all(
-        min(sides) < -EPS and max(sides) > EPS
-        for sides in ((beside(a, b, c), beside(a, b, d)), (beside(c, d, a), beside(c, d, b)))
-    )
 
 
 def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
