@@ -12,6 +12,7 @@ import math
 from array import array
 from collections import OrderedDict, deque
 from functools import lru_cache
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.layout.turning import Turns, last_steps, turning
@@ -198,14 +199,14 @@ class RouteOracle:
         table = np.empty((len(starts), len(ends)))
         hub = np.array([self._forward(name, "") for name in starts])
         plain = np.array([self.cost == "hops" or name not in self._hubs for name in ends])
-        for i in np.flatnonzero(hub):
+        for i in np.flatnonzero(hub) if plain.any() else ():
             row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
             table[i, plain] = row[end[plain]]
-        for j in range(len(ends)):
-            others = ~hub if plain[j] else np.ones_like(hub)
-            if others.any():
-                row = np.frombuffer(self._row(int(end[j]), forward=False)[part])
-                table[others, j] = row[start[others]]
+        for columns, rows in ((plain, ~hub), (~plain, np.ones_like(hub))):
+            if columns.any() and rows.any():
+                there = itemgetter(*start[rows].tolist())
+                found = [there(self._row(goal, forward=False)[part]) for goal in end[columns].tolist()]
+                table[np.ix_(rows, columns)] = np.array(found).reshape(len(found), -1).T
         rank, place = ({name: i for i, name in enumerate(names)} for names in (starts, ends))
         return table[np.ix_([rank[name] for name in origins], [place[name] for name in goals])]
 

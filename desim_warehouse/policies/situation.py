@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -69,10 +70,7 @@ class Situation:
     def first_tasks(self, number: int) -> list[Task]:
         """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""
         most = max(number, len(self.robots))
-        if most >= len(self.tasks):
-            return list(self.tasks)
-        every = iter(self.tasks)
-        return [next(every) for _ in range(most)]
+        return list(islice(self.tasks, most))
 
     def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
         """Free driving time of every robot (rows) to every good (columns), from where and when it is free."""

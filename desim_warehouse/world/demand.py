@@ -12,7 +12,7 @@ from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, Satura
 from desim_warehouse.policies import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Sequence
+    from collections.abc import Callable, Generator
 
     from simpy import Environment
 
@@ -37,7 +37,7 @@ class Demand:
         self.popularity = model.tasks.popularity
         self.hour = model.units.hour / model.tasks.demand
         self.total: int | None = None
-        self._number = 0
+        self._number = self._open = 0
         self._drawn: list[int] = []
         self._stream: Any = None
 
@@ -62,14 +62,19 @@ class Demand:
                 else:
                     self._release(item, to=to)
 
-    def refill(self, _: Task, still_open: Sequence[Collection[Task]]) -> None:
-        """A task was taken, and these are open, on the list or in a robot's queue.
+    def taken(self, task: Task) -> None:
+        """A task or tour is in hand: where work never ends another task is released in place of each.
 
-        Where work never ends another one is released in its place; not where a robot has given tasks back: there are
-        as many as there should be, then.
+        Not where a robot has given tasks back: there are as many as there should be, then.
         """
-        if isinstance(self.goods, SaturatedGoods) and sum(map(len, still_open)) < self.goods.saturated:
-            self._release(self._draw(), self.goods.due_within)
+        self._open -= len(task.tasks)
+        for _ in task.tasks:
+            if isinstance(self.goods, SaturatedGoods) and self._open < self.goods.saturated:
+                self._release(self._draw(), self.goods.due_within)
+
+    def returned(self, task: Task) -> None:
+        """A task or tour is open again."""
+        self._open += len(task.tasks)
 
     def to_come(self, _: Task) -> bool:
         """Whether others will become known, whatever is done."""
@@ -91,6 +96,7 @@ class Demand:
         place = self.storage[good]
         task = Task(self._number, good, place.edge, place.offset, self.env.now, due, priority, to)
         self._number += 1
+        self._open += 1
         self.release(task)
 
     def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:

@@ -16,7 +16,7 @@ from desim_warehouse.world.forecast import busy_view
 from desim_warehouse.world.reach import may_do
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from simpy import Environment
 
@@ -58,7 +58,8 @@ class Dispatcher:
         departures: Departures,
         reach: Reach,
         situations: Situations,
-        on_assigned: Callable[[Task, Sequence[Collection[Task]]], None],
+        on_assigned: Callable[[Task], None],
+        on_returned: Callable[[Task], None],
     ) -> None:
         self.env = env
         self.log = log
@@ -72,6 +73,7 @@ class Dispatcher:
         self.reach = reach
         self.situations = situations
         self.on_assigned = on_assigned
+        self.on_returned = on_returned
         self.batcher: Batcher | None = None
         self.open = open_tasks
         self.free: dict[int, tuple[Robot, Event]] = {}
@@ -137,6 +139,7 @@ class Dispatcher:
         self._forget(robot)
         self.open[task.number] = task
         self.open.move_to_end(task.number, last=False)
+        self.on_returned(task)
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
@@ -316,13 +319,8 @@ class Dispatcher:
         self._record("assigned", robot, task)
         robot.body.task = task.number
         event.succeed()
-        still_open: list[Collection[Task]] = [self.open.values(), *self.queues.values()]
-        if self.batcher is None:
-            self.on_assigned(task, still_open)
-            return
-        for member in task.tasks:
-            one_by_one = [[one for some in tasks for one in some.tasks] for tasks in still_open]
-            self.on_assigned(member, [*one_by_one, *self.batcher.waiting])
+        self.reach.taken(task)
+        self.on_assigned(task)
 
 
 def _unfit(robot: RobotView, task: Task) -> str:

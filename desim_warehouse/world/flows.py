@@ -26,7 +26,7 @@ from desim_warehouse.model.popularity import shares
 from desim_warehouse.policies import StopPlace, Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterator
 
     from simpy import Environment
 
@@ -63,12 +63,19 @@ class Flows:
                 self._release(flow)
             self.env.process(self._arrivals(flow))
 
-    def refill(self, task: Task, still_open: Sequence[Collection[Task]]) -> None:
-        """A task was taken: where so many are always open another one is released in its place."""
-        flow = self.flows[task.flow]
-        mine = flow.always_open and sum(one.flow == flow.name for tasks in still_open for one in tasks)
-        if mine < flow.always_open:
-            self._release(flow)
+    def taken(self, task: Task) -> None:
+        """A task or tour is in hand: where so many are always open another task is released in place of each."""
+        flows = [self.flows[one.flow] for one in task.tasks]
+        for flow in flows:
+            flow.open -= 1
+        for flow in flows:
+            if flow.open < flow.always_open:
+                self._release(flow)
+
+    def returned(self, task: Task) -> None:
+        """A task or tour is open again."""
+        for one in task.tasks:
+            self.flows[one.flow].open += 1
 
     def _arrivals(self, flow: _Flow) -> Generator[Event, object, None]:
         for time, line in flow.releases():
@@ -81,6 +88,7 @@ class Flows:
     def _release(self, flow: _Flow, line: OrderLine | None = None) -> None:
         task = flow.task(self._number, self.env.now, line)
         self._number += 1
+        flow.open += 1
         self.release(task)
 
     def to_come(self, task: Task) -> bool:
@@ -102,7 +110,7 @@ class _Flow:
         self.model = model
         self.streams = streams
         self.routes = spec.routes
-        self.released = 0
+        self.released = self.open = 0
         self.ended = False
         self.load_type = spec.load_type or ""
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)

@@ -87,6 +87,7 @@ class Reach:
         self._known = travel
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
+        self._onward: dict[int, dict[tuple[str, float, str, str], float]] = {}
 
     def why_too_low(self, started: float | None = None) -> str:
         """Why batteries run flat or do not last in this model, and what helps; `started`: as in `cause`."""
@@ -125,18 +126,20 @@ class Reach:
         import numpy as np
 
         table = np.ones((len(robots), len(tasks)), dtype=bool)
-        chosen = self._stations_of(robots, tasks)
-        for i, robot in enumerate(robots if self.stations.by_node else ()):
-            if self.flows or self.tours:
-                table[i] = self._have_room(robot, tasks, chosen[i])
-            else:
-                room = {node: self.stations.has_room(robot, tasks[0], node) for node in dict.fromkeys(chosen[i])}
-                table[i] = [room[node] for node in chosen[i]]
         if self.kinds:
-            table &= np.array([[may_do(robot, task) for task in tasks] for robot in robots])
+            shapes = [(robot.kind, robot.carries, robot.loads) for robot in robots]
+            alike = dict(zip(shapes, robots, strict=True))
+            fit = {shape: [may_do(robot, task) for task in tasks] for shape, robot in alike.items()}
+            table &= np.array([fit[shape] for shape in shapes])
+        levels = [self.levels(robot) for robot in robots] if self.batteries else []
+        if self.stations.full or any(level.margin is not None for level in levels):
+            chosen = self._stations_of(robots, tasks)
+        else:
+            chosen = [[]] * len(robots)  # nobody looks at them
+        for i, robot in enumerate(robots if self.stations.full else ()):
+            table[i] &= self._have_room(robot, tasks, chosen[i])
         if not self.batteries:
             return table
-        levels = [self.levels(robot) for robot in robots]
         above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
         if len(above) < len(robots):
             table[[i for i in range(len(robots)) if robots[i].energy <= levels[i].critical]] = False
@@ -148,17 +151,11 @@ class Reach:
 
     def _have_room(self, robot: RobotView, tasks: Sequence[Task], nodes: Sequence[str]) -> list[bool]:
         """Whether there is room for each task where it is loaded and unloaded."""
-        known: dict[tuple[str, str, bool], bool] = {}
-        found = []
-        for task, node in zip(tasks, nodes, strict=True):
-            if task.is_tour:
-                found.append(self.stations.has_room(robot, task, node))
-                continue
-            key = node, task.edge[0] if task.good < 0 else "", task.drop is None
-            if key not in known:
-                known[key] = self.stations.has_room(robot, task, node)
-            found.append(known[key])
-        return found
+        full, has_room = self.stations.full, self.stations.has_room
+        return [
+            (node not in full and task.edge[0] not in full and not task.is_tour) or has_room(robot, task, node)
+            for task, node in zip(tasks, nodes, strict=True)
+        ]
 
     def _first(self, robot: RobotView) -> Task | None:
         """The first open task that a robot of this kind may do."""
@@ -267,12 +264,31 @@ class Reach:
             if key not in rest:
                 rest[key] = np.array(
                     [
-                        self._from_edge(robot, task, node) + empty * self.to_charger(node, robot, level.charger)
+                        self._from_edge_on(robot, task, node, level.charger)
                         for task, node in zip(tasks, nodes, strict=True)
                     ]
                 )
             table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
         return table
+
+    def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
+        """Energy from the start of the good's edge to a charger after the task; kept while that is open.
+
+        Not of a tour with a choice of places, which may be others the next time.
+        """
+        known = self._onward.setdefault(task.number, {})
+        key = station, robot.speed, choice, robot.home if choice == "own" else ""
+        if key not in known:
+            way = self.to_charger(station, robot, choice)
+            energy = self._from_edge(robot, task, station) + self.rates["empty"] * way
+            if task.is_tour and not self.stations.is_settled(task):
+                return energy
+            known[key] = energy
+        return known[key]
+
+    def taken(self, task: Task) -> None:
+        """A task is no longer open."""
+        self._onward.pop(task.number, None)
 
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
         """Energy from the start of the good's edge to being clear of the station.

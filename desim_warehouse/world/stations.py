@@ -7,7 +7,7 @@ and never in a lane. Rejected: reserving on arrival (queues in lanes), driving i
 from __future__ import annotations
 
 from collections import Counter
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 from simpy import Resource
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from desim_warehouse.world.stops import Act
 
 
+BY_TIME = 5_000
+"""Places for which the stations are kept in the order in which they are reached."""
+
+
 class Servers(Resource):
     """The servers of a station, a SimPy resource: a robot requests one when it is inside."""
 
@@ -34,17 +38,30 @@ class Servers(Resource):
 class Station:
     """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time."""
 
-    def __init__(self, env: Environment, node: str, places: int, servers: int) -> None:
+    def __init__(self, env: Environment, node: str, places: int, servers: int, full: set[str]) -> None:
         self.node = node
         self.places = places
         self.taken = 0
         self.inside: set[int] = set()
         self.servers = Servers(env, servers)
+        self._full = full
 
     @property
     def free(self) -> int:
         """Slots that nobody is in or on the way to."""
         return self.places - self.taken
+
+    def take(self) -> None:
+        """A slot is reserved."""
+        self.taken += 1
+        if self.free <= 0:
+            self._full.add(self.node)
+
+    def give_up(self) -> None:
+        """A slot is free again."""
+        self.taken -= 1
+        if self.free > 0:
+            self._full.discard(self.node)
 
     def dock(self, robot: int) -> None:
         """A robot that has a slot reserved comes in."""
@@ -53,19 +70,28 @@ class Station:
     def leave(self, robot: int, *, keep: bool = False) -> None:
         """A robot is out again, and its slot free; not if it is to `keep` it, as it comes back."""
         self.inside.remove(robot)
-        self.taken -= not keep
+        if not keep:
+            self.give_up()
 
 
 class Stations:
-    """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane."""
+    """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane.
+
+    `full` are the nodes of those without a free slot: most often none, and then nothing else need be looked at.
+    """
 
     def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: FreeTravel, streams: Streams) -> None:
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
-        self.by_node = {node: Station(env, node, item.places, item.servers) for node, item in layout.stations.items()}
+        self.full: set[str] = set()
+        self.by_node = {
+            node: Station(env, node, item.places, item.servers, self.full) for node, item in layout.stations.items()
+        }
         self._travel = travel
         self._streams = streams
         self._drawn: dict[int, str] = {}
+        self._tours: dict[int, list[Stop]] = {}
+        self._by_time = lru_cache(BY_TIME)(self._sorted)
         self._bound: Counter[str] = Counter()
 
     # Which one
@@ -79,19 +105,22 @@ class Stations:
         """
         if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
-        nodes, choice, stations = task.to or self.nodes, self.choice, self.by_node
+        nodes, choice, full = task.to or self.nodes, self.choice, self.full
         if choice == "each" and not task.to:
             return nodes[robot.number % len(nodes)]
         if choice == "random":
             return self._draw(task)
-        open_ones = [node for node in nodes if node not in stations or stations[node].free > 0] or nodes
-        if len(open_ones) == 1:
-            return open_ones[0]
-        ways, good = self._travel.ways, comes_from or task.edge[1]
-        if choice == "least-loaded":
-            least = min(self._bound[node] for node in open_ones)
-            open_ones = [node for node in open_ones if self._bound[node] == least]
-        return min(open_ones, key=lambda node: ways.time(good, node))
+        if len(nodes) == 1:
+            return nodes[0]
+        nodes = self._by_time(comes_from or task.edge[1], nodes)
+        if full:
+            nodes = tuple(node for node in nodes if node not in full) or nodes
+        return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
+
+    def _sorted(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
+        """Nodes by the free driving time to them; those that are as near in their order."""
+        ways = self._travel.ways
+        return tuple(sorted(nodes, key=lambda node: ways.time(origin, node)))
 
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
@@ -114,6 +143,8 @@ class Stations:
 
         For a tour there must be a slot in every station of it.
         """
+        if not self.full:
+            return True
         if task.is_tour:
             stations = {stop.station for stop in self.stops(robot, task)} - {None}
             return all(one is None or one.free > 0 or robot.number in one.inside for one in stations)
@@ -128,13 +159,30 @@ class Stations:
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
         """What a robot has to do for a task or tour, in order; `node`: where a task by itself is unloaded."""
         if task.is_tour:
-            return stops_of_tour(task, self._travel, partial(self._stop, robot))
+            return self._stops_of_tour(robot, task)
         drop, source = task.drop, task.edge
         edge, offset = ((node, node), 0.0) if drop is None else drop
         return [
             Stop(task, "load", source[1], source, task.offset, self.at_pick(task)),
             Stop(task, "unload", node, edge, offset, self.at_drop(task, node)),
         ]
+
+    def _stops_of_tour(self, robot: RobotView, tour: Task) -> list[Stop]:
+        """Those of a tour; kept where its places leave no choice, as they are then the same for every robot."""
+        if tour.number in self._tours:
+            return [*self._tours[tour.number]]
+        stops = stops_of_tour(tour, self._travel, partial(self._stop, robot))
+        if self.is_settled(tour):
+            self._tours[tour.number] = [*stops]
+        return stops
+
+    def is_settled(self, tour: Task) -> bool:
+        """Whether the places of a tour leave no choice."""
+        return all(
+            (task.drop is not None or len(task.to or self.nodes) == 1)
+            and all(place.storage is not None or len(place.nodes) == 1 for place in task.via)
+            for task in tour.tasks
+        )
 
     def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
         """A stop of a tour; on the way at the nearest of several nodes that has room."""
@@ -144,9 +192,8 @@ class Stations:
         if act == "unload":
             node = self.choose(robot, task, comes_from)
         else:
-            ways, stations = self._travel.ways, self.by_node
-            open_ones = [node for node in place.nodes if node not in stations or stations[node].free > 0]
-            node = min(open_ones or place.nodes, key=lambda node: ways.time(comes_from, node))
+            nodes = self._by_time(comes_from, place.nodes)
+            node = next((node for node in nodes if node not in self.full), nodes[0])
         stored = act == "load" and task.good >= 0
         return Stop(task, act, node, (node, node), 0.0, None if stored else self.by_node.get(node))
 
@@ -165,7 +212,7 @@ class Stations:
                 self._bound[stop.node] += 1
             first = first and stop.station is docked
             if stop.station is not None and not first and stop.station not in slots:
-                stop.station.taken += 1
+                stop.station.take()
                 slots.append(stop.station)
         return slots
 
@@ -175,8 +222,9 @@ class Stations:
             if stop.act != "load":
                 self._bound[stop.node] -= 1
         for slot in slots:
-            slot.taken -= 1
+            slot.give_up()
 
     def forget(self, task: Task) -> None:
-        """A task is done: its draw is not needed again."""
+        """A task is done: its draw and stops are not needed again."""
         self._drawn.pop(task.number, None)
+        self._tours.pop(task.number, None)

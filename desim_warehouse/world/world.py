@@ -136,7 +136,8 @@ class World:
                 open_tasks=open_tasks,
                 streams=streams,
             ),
-            on_assigned=self.demand.refill,
+            on_assigned=self.demand.taken,
+            on_returned=self.demand.returned,
         )
         batching = policies.batching
         if batching.name != "single":
