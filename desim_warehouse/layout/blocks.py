@@ -6,13 +6,13 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import networkx as nx
-
 from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.spec import Directions
 
 if TYPE_CHECKING:
+    import networkx as nx
+
     from desim_warehouse.layout.spec import Blocks
 
 
@@ -43,6 +43,8 @@ def highways(blocks: Blocks) -> nx.DiGraph:
     dx = blocks.block_width * blocks.goods_size + blocks.aisle_width
     dy = blocks.block_depth * blocks.goods_size + cross
     rule = directions(blocks)
+    import networkx as nx
+
     graph = nx.DiGraph()
     for r, row in enumerate(names):
         for c, name in enumerate(row):

@@ -7,8 +7,6 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import networkx as nx
-
 from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
@@ -16,6 +14,8 @@ from desim_warehouse.layout.spec import NodeStorage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    import networkx as nx
 
     from desim_warehouse.layout.spec import BaySpec, LayoutSpec, PlacesSpec, Storage
 
@@ -26,6 +26,8 @@ def build(spec: LayoutSpec) -> Layout:
 
     The runs of a study share it: nothing in it can be changed.
     """
+    import networkx as nx
+
     if spec.blocks is not None:
         graph = generator.highways(spec.blocks)
         storage = generator.storage(spec.blocks, graph)
@@ -72,6 +74,8 @@ def _only_once(what: str, nodes: list[str]) -> None:
 
 
 def _drawn(spec: LayoutSpec) -> nx.DiGraph:
+    import networkx as nx
+
     graph = nx.DiGraph()
     for name, (x, y) in spec.nodes.items():
         graph.add_node(name, x=x, y=y)

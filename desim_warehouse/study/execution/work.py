@@ -54,7 +54,8 @@ class Simulator:
     """Simulates designs of a base model; keeps the last few models."""
 
     def __init__(self, base: Model) -> None:
-        import numpy.random  # noqa: F401 - here, so that the first run takes no longer than others
+        import networkx as nx  # noqa: F401 - here, so that the first run takes no longer than others
+        import numpy.random  # noqa: F401 - the same
 
         import desim_warehouse.world  # noqa: F401 - the same
 
