@@ -1,0 +1,221 @@
+"""How the cost of a part of a run grows with its size: `make bench-long`, or `python -m benchmarks.growth [PART ...]`.
+
+Each part is measured at sizes that double: processor time per move, decision, node, place or row of the log, whichever
+the part is about. The exponent is the slope of a straight line through the logarithms: 0 says that a unit costs the
+same at every size, 1 that it costs twice as much at twice the size. Log n grows like an exponent of 0.1 to 0.2 between
+these sizes, and caches that no longer hold everything add as much, so no part may exceed `BOUND`
+(`tests/world/test_growth.py`).
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility import errors
+from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.layout import build
+from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.run import check
+from desim_warehouse.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+BOUND = 0.35
+ROUNDS = 2
+WARM_UP = 300.0
+
+
+def warehouse(side: int, robots: int, changes: dict[str, Any] | None = None) -> dw.Model:
+    """A square floor of blocks with bays along one side, stations along the other, batteries, and work without end."""
+    return dw.load(
+        {
+            "name": f"{side} x {side}",
+            "layout": {
+                "blocks": {"columns": side, "rows": side, "block_depth": 4, "goods_size": 1.0, "aisle_width": 1.4},
+                "bays": {"parking": {"along": "north", "places": max(4 * robots // side, 4)}},
+                "stations": {"packing": {"along": "south", "every": 3, "places": max(robots, 20), "servers": 20}},
+            },
+            "fleet": {"size": robots, "robot": {"radius": 0.35, "speed": 1.5, "margin": 0.1}},
+            "tasks": {
+                "goods": {"saturated": robots},
+                "unload_at": ["packing"],
+                "station_choice": "least-loaded",
+                "load_time": 6,
+                "unload_time": 12,
+            },
+            "battery": {"capacity": 100, "threshold": 25, "consumption": 0.003, "charge_rate": 0.02},
+            "traffic": {"node_time": 0.5},
+            "policies": {"routing": "shortest", "allocation": "nearest", "parking": "nearest"},
+            "run": {"length": 100_000, "warm_up": 0},
+            "log": "tasks",
+        },
+        changes or {},
+    )
+
+
+def spent(action: Callable[[], Any]) -> float:
+    """Processor time, without the collection of cycles."""
+    gc.collect()
+    gc.disable()
+    try:
+        begin = time.process_time()
+        action()
+        return time.process_time() - begin
+    finally:
+        gc.enable()
+
+
+def running(model: dw.Model, length: float, units: Callable[[World], int]) -> float:
+    """Seconds per unit while a run goes on, once the routes that it takes have been searched for."""
+    found = []
+    for _ in range(ROUNDS):
+        world = World(model)
+        world.begin()
+        world.env.run(until=WARM_UP)
+        before = units(world)
+        taken = spent(lambda: world.env.run(until=WARM_UP + length))  # noqa: B023 - called at once
+        found.append(taken / (units(world) - before))
+    return min(found)
+
+
+def moves(world: World) -> int:
+    return sum(robot.body.moves for robot in world.robots)
+
+
+def decisions(world: World) -> int:
+    """Tasks given to robots."""
+    return world.dispatcher.released - len(world.dispatcher.open)
+
+
+# Parts
+
+
+def robots_at_work(size: int) -> float:
+    """At equal density; tasks, stations and bays grow with the fleet."""
+    return running(warehouse(round(math.sqrt(12 * size)), size), max(30_000 / size, 300), moves)
+
+
+def robots_at_rest(size: int) -> float:
+    """Ten of them would be enough for the work that there is."""
+    return running(warehouse(20, size, {"tasks.goods": {"poisson": 400}}), 1500, decisions)
+
+
+def open_tasks(size: int) -> float:
+    return running(warehouse(20, 20, {"tasks.goods": {"saturated": size}}), 1200, decisions)
+
+
+def open_tours(size: int) -> float:
+    """With a stop on the way."""
+    flow = {"from": "storage", "to": "storage", "via": ["r20c10"], "arrivals": {"saturated": size}}
+    return running(_flows(20, 20, flow), 1200, decisions)
+
+
+def batches(size: int) -> float:
+    """Tasks that robots do two at a time."""
+    flow = {"from": "storage", "to": "packing", "arrivals": {"saturated": size}}
+    changes = {"policies.batching": {"name": "fixed-size", "size": 2}, "fleet.robot.capacity": 2}
+    return running(_flows(20, 20, flow, changes), 1200, decisions)
+
+
+def _flows(side: int, robots: int, flow: dict[str, Any], changes: dict[str, Any] | None = None) -> dw.Model:
+    return warehouse(
+        side, robots, {"tasks": {"flows": {"work": flow}, "load_time": 6, "unload_time": 12}, **(changes or {})}
+    )
+
+
+def stations(size: int) -> float:
+    floor = {
+        "layout.stations.packing": {"along": "south", "places": 2, "servers": 2},
+        "policies.allocation": "in-order",
+    }
+    return running(warehouse(size, 20, {**floor, "layout.blocks.rows": 10}), 1200, decisions)
+
+
+def bays(size: int) -> float:
+    """A place in each."""
+    floor = {"layout.bays.parking.places": 2, "tasks.goods": {"poisson": 400}, "layout.blocks.rows": 10}
+    return running(warehouse(size, 20, floor), 3000, decisions)
+
+
+def nodes(size: int) -> float:
+    """Building and checking the floor; places as many as blocks have."""
+    return _checked(warehouse(round(math.sqrt(size)), 20, {"layout.blocks.block_depth": 1})) / size
+
+
+def places(size: int) -> float:
+    """Building and checking a floor of 400 blocks."""
+    return _checked(warehouse(20, 20, {"layout.blocks.block_depth": size // 800})) / size
+
+
+def _checked(model: dw.Model) -> float:
+    """Seconds that a check and building the World take, nothing kept from before."""
+    found = []
+    for _ in range(ROUNDS):
+        for kept in (build, travel_on, free_flow, errors):
+            kept.cache_clear()
+        found.append(spent(lambda: (check(model), World(model))))
+    return min(found)
+
+
+def log_rows(size: int) -> float:
+    """A run to its end, with all rows, its history and its indicators."""
+    model = warehouse(10, 20, {"log": "all", "run.length": size / 25})
+    found = []
+    for seed in range(ROUNDS):
+        runs: list[dw.Run] = []
+        taken = spent(lambda: runs.append(dw.simulate(model, seed)))  # noqa: B023 - called at once
+        found.append(taken / len(runs[0].record.rows))
+    return min(found)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a run: what is counted, and the seconds that one takes at a size."""
+
+    unit: str
+    sizes: tuple[int, ...]
+    measure: Callable[[int], float]
+
+
+PARTS = {
+    "robots at work": Part("move", (50, 100, 200, 400, 800), robots_at_work),
+    "robots at rest": Part("decision", (50, 100, 200, 400, 800), robots_at_rest),
+    "open tasks": Part("decision", (250, 500, 1000, 2000, 4000), open_tasks),
+    "open tours": Part("decision", (250, 500, 1000, 2000, 4000), open_tours),
+    "batches": Part("decision", (250, 500, 1000, 2000, 4000), batches),
+    "stations": Part("decision", (25, 50, 100, 200, 400), stations),
+    "bays": Part("decision", (25, 50, 100, 200, 400), bays),
+    "nodes": Part("node", (1250, 2500, 5000, 10_000), nodes),
+    "storage places": Part("place", (4000, 8000, 16_000, 32_000), places),
+    "log rows": Part("row", (10_000, 20_000, 40_000, 80_000), log_rows),
+}
+
+
+def measured(name: str) -> tuple[list[float], float]:
+    """Seconds per unit of a part at its sizes, and the exponent by which they grow."""
+    part = PARTS[name]
+    times = [part.measure(size) for size in part.sizes]
+    return times, float(np.polyfit(np.log(part.sizes), np.log(times), 1)[0])
+
+
+def report(names: Sequence[str] = tuple(PARTS)) -> None:
+    """Print the table of docs/performance.md."""
+    print("| part | sizes | microseconds | exponent |\n|---|---|---|---|")
+    for name in names:
+        times, exponent = measured(name)
+        part = PARTS[name]
+        sizes, costs = f"{part.sizes[0]:,} to {part.sizes[-1]:,}", ", ".join(f"{1e6 * time:.3g}" for time in times)
+        print(f"| {name} | {sizes} | {costs} a {part.unit} | {exponent:.2f} |", flush=True)
+
+
+if __name__ == "__main__":
+    report(sys.argv[1:] or tuple(PARTS))
