@@ -18,7 +18,6 @@ from desim_warehouse.fields import (
     SECTION,
     Count,
     Duration,
-    Flag,
     Forms,
     FrozenMap,
     Integer,
@@ -44,9 +43,7 @@ from desim_warehouse.layout.spec import (
     LayoutSpec,
     NodeOrStation,
     NodesOfStations,
-    see_node,
 )
-from desim_warehouse.layout.zones import ZoneSpec
 from desim_warehouse.model.battery import BatterySpec
 from desim_warehouse.model.distributions import Varying, mean_of
 from desim_warehouse.model.fleet import Fleet
@@ -61,6 +58,7 @@ from desim_warehouse.model.flows import (
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.units import METRES, UnitNames
 
 
@@ -286,57 +284,6 @@ class Tasks(Part):
             text = f"{entries} nodes for {fleet} (got {got(self.unload_at)}), expected {expected}"
             raise wrong(text, "unload_at")
         return self
-
-
-class NodeTraffic(Part):
-    """What is special about one node."""
-
-    time: Time | None = Field(None, description="turning and re-planning there; default: traffic.node_time")
-    free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
-
-
-class TrafficSpec(Part):
-    """Collision waiting."""
-
-    collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
-    # Speeds change at once, as in the paper; the time that acceleration costs can be put into `node_time`
-    node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
-    turn_time: Time = Field(
-        0.0, description="for every 90 degrees that a robot turns on a node, beside node_time", json_schema_extra=LATER
-    )
-    gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
-        "auto",
-        description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
-        "where a lane is two-way, else rotate",
-    )
-    most_out: Annotated[Count, limited("robots")] | None = Field(
-        None,
-        description="most robots under way to or at work at once, from bay to bay; default: all",
-        json_schema_extra=LATER,
-    )
-    zones: Named[ZoneSpec] = Field(
-        FrozenMap(),
-        description="parts of the floor for one robot, or in one direction, at a time, by name",
-        json_schema_extra=LATER,
-    )
-    nodes: Named[NodeTraffic] = Field(FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER)
-
-    @field_validator("nodes")
-    @classmethod
-    def _of_the_layout(cls, nodes: Mapping[str, NodeTraffic], info: ValidationInfo) -> Mapping[str, NodeTraffic]:
-        for name in nodes:
-            see_node(name, info, name)
-        return nodes
-
-    @property
-    def node_times(self) -> tuple[tuple[str, float], ...]:
-        """Nodes at which robots spend another time than `node_time`, and that time."""
-        return tuple((name, node.time) for name, node in self.nodes.items() if node.time is not None)
-
-    @property
-    def free_nodes(self) -> frozenset[str]:
-        """Nodes at which nobody waits."""
-        return frozenset(name for name, node in self.nodes.items() if node.free)
 
 
 class RunSpec(Part):
