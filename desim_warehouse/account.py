@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.states import FOR_CHARGER, STATES, WAITING, seen
+from desim_warehouse.states import APART, FOR_CHARGER, STATES, WAITING, seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -38,6 +38,7 @@ class Share(NamedTuple):
 _TRAFFIC = (
     Share("behind_robot", "waiting behind a robot", WAITING.colour),
     Share("before_intersection", "waiting before an intersection", "#7F7F7F"),
+    *(Share(state.name, state.doing, state.colour) for state in APART.values()),
 )
 OF_ROBOTS = {
     part.name: part
@@ -84,7 +85,11 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
     for row, part, length in found:
         spent[row, part].append(length)
-    columns = OF_TASKS if by in OF_WORK else OF_ROBOTS
+    columns = [
+        part
+        for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS)
+        if part not in APART or part in history.model.waits_apart
+    ]
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
 
@@ -133,6 +138,8 @@ def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], 
 
 def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
     """What a robot waits for in traffic, and the edge or node that it waits for there."""
+    if wait.cause in APART:
+        return wait.cause, None, wait.node or ""
     if wait.edge is not None:
         return "behind_robot", wait.edge, ""
     return "before_intersection", None, wait.node or ""

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.log import KINDS, NONE, STATES, LogRow
 from desim_warehouse.model import energy
+from desim_warehouse.states import APART
 from desim_warehouse.streams import Streams
 
 if TYPE_CHECKING:
@@ -139,9 +140,10 @@ class Trip(NamedTuple):
 
 
 class Wait(NamedTuple):
-    """A collision: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
+    """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
 
-    `on`: the edge on which it stands; None in a bay or station.
+    `on`: the edge on which it stands; None in a bay or station. `cause`: `waiting`, a collision; or it waits before
+    `node` for something else, by its name in `states.APART`.
     """
 
     robot: int
@@ -151,6 +153,7 @@ class Wait(NamedTuple):
     node: str | None
     edge: Edge | None
     on: Edge | None
+    cause: str = "waiting"
 
 
 class ChargeSpan(NamedTuple):
@@ -174,12 +177,29 @@ class Whereabouts(NamedTuple):
     node: str
 
 
+class Blocked(NamedTuple):
+    """An edge that nobody enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
+
+    `visit` is -1 for a calendar.
+    """
+
+    edge: Edge
+    start: float
+    end: float
+    visit: int
+
+
 class Rotation(NamedTuple):
     """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
 
     time: float
     robots: tuple[int, ...]
     edges: tuple[str, ...]
+
+
+def _blocked(row: LogRow, end: float) -> Blocked:
+    assert row.edge is not None
+    return Blocked(row.edge, row.time, end, NONE if row.value is None else int(row.value))
 
 
 class History:
@@ -367,14 +387,31 @@ class History:
         """All waiting episodes, in the order in which they ended; needs `log: all`."""
         on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
         found = []
-        for row in self.rows("drive", "enter", "parked", "docked", "collision"):
+        for row in self.rows("drive", "enter", "parked", "docked", "collision", *APART):
             if row.kind == "collision":
                 stands = on[row.robot] if row.edge is None else row.edge
                 start = row.time - (row.value or 0.0)
                 found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
+            elif row.kind in APART:
+                start, stands = row.time - (row.value or 0.0), on[row.robot]
+                found.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind))
             else:  # in a bay or station it may wait, too, but on no edge
                 on[row.robot] = row.edge
         return found
+
+    @cached_property
+    def blocked(self) -> list[Blocked]:
+        """When edges were closed or had people in them, in order of time, up to the end of the run."""
+        found = []
+        since: dict[tuple[Edge | None, float | None], LogRow] = {}
+        for row in self.rows("edge_closed", "edge_opened", "person_in", "person_out"):
+            key = row.edge, row.value
+            if row.kind in ("edge_closed", "person_in"):
+                since[key] = row
+            else:
+                found.append(_blocked(since.pop(key), row.time))
+        found += [_blocked(row, self.end) for row in since.values()]
+        return sorted(found, key=attrgetter("start"))
 
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse import money
 from desim_warehouse.errors import StudyError, nearest
-from desim_warehouse.states import TIMES
+from desim_warehouse.states import APART, TIMES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,6 +37,8 @@ Unit = Literal[
     "share of fleet time",
     "share of charger time",
     "share of capacity",
+    "share of people's time",
+    "encounters per hour",
 ]
 Better = Literal["less", "more"]
 
@@ -220,15 +222,41 @@ def _has_stations(history: History) -> bool:
     return bool(history.layout.stations)
 
 
+def _has_tally(name: str) -> Callable[[History], bool]:
+    """Whether robots counted something, as their model has it."""
+    return lambda history: name in history.totals
+
+
+_WHERE = {"waiting_closed": "; only with `traffic.closures`", "waiting_person": "; only with `people`"}
+
+
+def _encounters(history: History) -> float:
+    hours = history.counted / history.model.units.hour
+    return history.totals["encounters"] / hours if hours else math.nan
+
+
+def _shared_time(history: History) -> float:
+    people = history.log.people
+    return people["shared"] / people["time"] if people["time"] else math.nan
+
+
 def _has_due_times(tasks: History | FlowHistory) -> bool:
     return bool(tasks.lateness)
 
 
 def _share_of(state: State) -> Indicator:
     """The share of the fleet's time in a state; waiting in traffic is counted apart, and they add up to 1."""
-    better: Better | None = "less" if state.name in ("empty", "queueing", "returning", "waiting") else None
-    name = f"share_{state.name}"
-    return Indicator(name, f"Fleet {state.doing}", "share of fleet time", state.time, better, _share(state.name))
+    less = state.name in ("empty", "queueing", "returning", "waiting") or state.name in APART
+    name, title = f"share_{state.name}", f"Fleet {state.doing}"
+    return Indicator(
+        name,
+        title,
+        "share of fleet time",
+        state.time + _WHERE.get(state.name, ""),
+        "less" if less else None,
+        _share(state.name),
+        _has_tally(state.name),
+    )
 
 
 INDICATORS = {
@@ -284,6 +312,43 @@ INDICATORS = {
             "waited in traffic, all robots together",
             "less",
             _total("waiting"),
+        ),
+        Indicator(
+            "waiting_closed",
+            "Time waited for edges to open",
+            "time",
+            "waited before edges that were closed, all robots together; no collisions; only with `traffic.closures`",
+            "less",
+            _total("waiting_closed"),
+            _has_tally("waiting_closed"),
+        ),
+        Indicator(
+            "waiting_person",
+            "Time waited for people",
+            "time",
+            "waited before aisles with a person in them, all robots together; no collisions; only with `people`",
+            "less",
+            _total("waiting_person"),
+            _has_tally("waiting_person"),
+        ),
+        Indicator(
+            "encounters_per_hour",
+            "Encounters of robots and people",
+            "encounters per hour",
+            "how often a person held a robot up before an aisle, or came into one with a robot in it; only with "
+            "`people`",
+            "less",
+            _encounters,
+            _has_tally("encounters"),
+        ),
+        Indicator(
+            "shared_time",
+            "Time shared with robots",
+            "share of people's time",
+            "share of the time of people in aisles in which a robot was in the same aisle; only with `people`",
+            "less",
+            _shared_time,
+            _has_tally("encounters"),
         ),
         Indicator(
             "cost",

@@ -46,7 +46,7 @@ COLUMNS = {
     "node": "the node it happened at, or that the robot comes to next",
     "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into",
     "value": "a number that depends on the kind",
-    "until": "`drive`: when the robot will be there",
+    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
     "other": "`collision`: the robot that was waited for; -1: none",
 }
 """What the columns mean, in their order."""
@@ -77,6 +77,16 @@ KINDS = {
         "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
     ),
     "collision": RowKind("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
+    "waiting_closed": RowKind(
+        "all", "a robot has waited before a `node` to enter an `edge` that was closed", "how long"
+    ),
+    "waiting_person": RowKind(
+        "all", "a robot has waited before a `node` to enter an `edge` with a person in it", "how long"
+    ),
+    "edge_closed": RowKind("tasks", "an edge closes by its calendar, up to `until`", "none"),
+    "edge_opened": RowKind("tasks", "it opens again", "none"),
+    "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
+    "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
 }
 """The kinds of rows (energy: the robot's)."""
 
@@ -103,7 +113,7 @@ class Log:
     `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
     each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows`
     their flows, `orders` their orders, `energy` what the battery of each robot holds at the end; empty without
-    batteries.
+    batteries. `people`: visits, their time, and their time shared with robots; empty without people.
     """
 
     level: Detail = "all"
@@ -116,6 +126,7 @@ class Log:
     flows: dict[int, str] = field(default_factory=dict)
     orders: dict[int, str] = field(default_factory=dict)
     energy: list[float] = field(default_factory=list)
+    people: dict[str, float] = field(default_factory=dict)
     begin: float = 0.0
     end: float = 0.0
 
@@ -179,6 +190,10 @@ class Log:
         """A waiting episode that has just ended, before an intersection (`node`) or behind a robot on an `edge`."""
         whom = NONE if other is None else other.number
         self.event(now, "collision", robot.number, robot.task, node, waited, edge=edge, other=whom)
+
+    def kept_out(self, now: float, robot: _Body, wait: str, node: str, edge: tuple[str, str], waited: float) -> None:
+        """An episode of waiting before a node has just ended, for an edge that was closed or had a person in it."""
+        self.event(now, wait, robot.number, robot.task, node, waited, edge=edge)
 
     def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
         """A full ring of robots, on these edges, that turned by one place."""

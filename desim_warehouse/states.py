@@ -125,7 +125,7 @@ WAITING = State(
     "waiting",
     doing="waiting in traffic",
     begins="",
-    time="waiting in traffic, whatever for",
+    time="waiting in traffic for other robots",
     draws="standing",
     role="wait",
     colour="#000000",
@@ -133,7 +133,32 @@ WAITING = State(
 )
 """Held up by other robots, in any state: no row of the log begins it, but its time and energy are counted apart."""
 
-TIMES = {**STATES, "waiting": WAITING}
+WaitName = Literal["waiting_closed", "waiting_person"]
+APART: dict[str, State] = {
+    "waiting_closed": State(
+        "waiting_closed",
+        doing="waiting for an edge to open",
+        begins="",
+        time="waiting before an edge that is closed",
+        draws="standing",
+        role="wait",
+        colour="#8C6D1F",
+        stacked=9,
+    ),
+    "waiting_person": State(
+        "waiting_person",
+        doing="waiting for a person",
+        begins="",
+        time="waiting before an aisle with a person in it",
+        draws="standing",
+        role="wait",
+        colour="#E41A8B",
+        stacked=10,
+    ),
+}
+"""Waits in traffic that are no collisions, where closures or people are in the model: counted beside `waiting`."""
+
+TIMES: dict[str, State] = {**STATES, "waiting": WAITING, **APART}
 """The states among which a robot's time is divided."""
 
 FOR_SERVER = replace(STATES["queueing"], name="queueing_server", doing="queueing for a server")

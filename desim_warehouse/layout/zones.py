@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo
@@ -17,7 +18,7 @@ from desim_warehouse.findings import Finding
 from desim_warehouse.layout.spec import NodeName
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from desim_warehouse.layout.layout import Edge, Layout
 
@@ -32,19 +33,25 @@ def _edge(edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
     return edge
 
 
+Members = Annotated[
+    tuple[
+        Annotated[
+            Annotated[NodeName, form("node")] | Annotated[tuple[Name, Name], AfterValidator(_edge), form("edge")],
+            Forms("the name of a node, or an edge as [A, B]", pick=by_type(node=str, edge=(list, tuple))),
+        ],
+        ...,
+    ],
+    Field(min_length=1),
+]
+"""A part of the floor: nodes by name, and edges as [A, B] in both directions where there are two."""
+
+
 class ZoneSpec(Part):
     """A part of the floor with a traffic rule of its own."""
 
-    members: Annotated[
-        tuple[
-            Annotated[
-                Annotated[NodeName, form("node")] | Annotated[tuple[Name, Name], AfterValidator(_edge), form("edge")],
-                Forms("the name of a node, or an edge as [A, B]", pick=by_type(node=str, edge=(list, tuple))),
-            ],
-            ...,
-        ],
-        Field(min_length=1),
-    ] = Field(description="nodes by name, and edges as [A, B], which hold in both directions of a two-way lane")
+    members: Members = Field(
+        description="nodes by name, and edges as [A, B], which hold in both directions of a two-way lane"
+    )
     rule: Rule = Field(
         description="one-robot: one robot at a time in the members and on the nodes at the ends of its edges; "
         "one-direction: its edges, two-way lanes in a line, are driven in one direction at a time"
@@ -100,6 +107,39 @@ def zones_on(layout: Layout, specs: Mapping[str, ZoneSpec]) -> tuple[TrafficZone
 def closed(zones: Iterable[TrafficZone]) -> frozenset[Edge]:
     """The edges on which no robot waits, as they belong to a zone of one robot."""
     return frozenset(edge for zone in zones if zone.rule == "one-robot" for edge in zone.edges)
+
+
+def edges_of(layout: Layout, members: Iterable[str | tuple[str, str]]) -> tuple[Edge, ...]:
+    """The edges of some members, in both directions where they have them, and all that lead to those that are nodes."""
+    found: dict[Edge, None] = {}
+    for member in members:
+        if isinstance(member, str):
+            found.update(dict.fromkeys(layout.graph.in_edges(member)))
+        else:
+            found.update(dict.fromkeys(edge for edge in (member, member[::-1]) if layout.graph.has_edge(*edge)))
+    return tuple(found)
+
+
+def edges_along(layout: Layout, line: Sequence[str]) -> tuple[Edge, ...]:
+    """The edges along a line of nodes, in both directions where there are two."""
+    return edges_of(layout, pairwise(line))
+
+
+def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -> frozenset[Edge]:
+    """The edges that lie within one intersection, so that no robot stands between them and the next."""
+    import networkx as nx
+
+    zones = tuple(zones)
+    lengths = list(layout.graph.edges(data="length"))
+    joined = nx.Graph((a, b) for a, b, length in lengths if length < contact - EPS)
+    joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
+    of = {node: number for number, part in enumerate(nx.connected_components(joined)) for node in part}
+    kept = closed(zones)
+    return frozenset(
+        (a, b)
+        for a, b, length in lengths
+        if of.get(a, a) == of.get(b, b) and (length < 2 * contact - EPS or (a, b) in kept)
+    )
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -56,10 +56,14 @@ from desim_warehouse.model.flows import (
     mean_rate,
 )
 from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.people import PeopleSpec
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.model.popularity import PopularityRule
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.units import METRES, UnitNames
+
+if TYPE_CHECKING:
+    from desim_warehouse.states import WaitName
 
 
 class Units(Part):
@@ -377,6 +381,9 @@ class Model(Part):
     tasks: Tasks
     battery: BatterySpec | None = Field(None, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
+    people: Named[PeopleSpec] = Field(
+        FrozenMap(), description="people in the aisles, by name of where they come from", json_schema_extra=LATER
+    )
     policies: Policies = Policies()
     run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
@@ -430,6 +437,12 @@ class Model(Part):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
         return run
+
+    @property
+    def waits_apart(self) -> tuple[WaitName, ...]:
+        """Kinds of waits that its runs may have beside those for other robots."""
+        found: list[WaitName] = ["waiting_closed"] if self.traffic.closures else []
+        return (*found, "waiting_person") if self.people else tuple(found)
 
     def hours(self, calendar: str) -> Hours:
         """A calendar as times of a run."""

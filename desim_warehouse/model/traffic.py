@@ -1,4 +1,4 @@
-"""What a model says of its traffic: the collision rule, times at nodes, zones."""
+"""What a model says of its traffic: the collision rule, times at nodes, zones, closures."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from desim_warehouse.calendars import CalendarName
 from desim_warehouse.fields import (
     LATER,
     Count,
@@ -13,11 +14,12 @@ from desim_warehouse.fields import (
     FrozenMap,
     Named,
     Part,
+    Speed,
     Time,
     limited,
 )
 from desim_warehouse.layout.spec import see_node
-from desim_warehouse.layout.zones import ZoneSpec
+from desim_warehouse.layout.zones import Members, ZoneSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,6 +30,25 @@ class NodeTraffic(Part):
 
     time: Time | None = Field(None, description="turning and re-planning there; default: traffic.node_time")
     free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
+
+
+class ClosureSpec(Part):
+    """A part of the floor that is closed at times: nobody enters it then, and who is in it drives on and out."""
+
+    members: Members = Field(
+        description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
+    )
+    hours: CalendarName = Field(description="when it is closed")
+
+
+class SlowSpec(Part):
+    """A part of the floor where robots drive slowly, always or at times."""
+
+    members: Members = Field(
+        description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
+    )
+    speed: Speed = Field(description="the speed limit; a robot that is on an edge already keeps its speed there")
+    hours: CalendarName | None = Field(None, description="when it holds; default: always")
 
 
 class TrafficSpec(Part):
@@ -53,6 +74,12 @@ class TrafficSpec(Part):
         FrozenMap(),
         description="parts of the floor for one robot, or in one direction, at a time, by name",
         json_schema_extra=LATER,
+    )
+    closures: Named[ClosureSpec] = Field(
+        FrozenMap(), description="parts of the floor that are closed at times, by name", json_schema_extra=LATER
+    )
+    slow: Named[SlowSpec] = Field(
+        FrozenMap(), description="parts of the floor with a speed limit, always or at times", json_schema_extra=LATER
     )
     nodes: Named[NodeTraffic] = Field(FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER)
 

@@ -82,6 +82,7 @@ def _write(run: Run, folder: Path) -> Path:
             "flows": list(log.flows.items()),
             "orders": list(log.orders.items()),
             "energy": log.energy,
+            "people": log.people,
             "robots": log.robots,
             "edges": log.edges,
             "nodes": log.nodes,
@@ -133,6 +134,7 @@ def load_run(folder: str | Path) -> Run:
             flows=dict(kept.get("flows", [])),
             orders=dict(kept.get("orders", [])),
             energy=kept.get("energy", []),  # version 0.1.0 did not write it
+            people=kept.get("people", {}),
             begin=kept["begin"],
             end=kept["end"],
         )

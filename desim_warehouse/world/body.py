@@ -10,6 +10,7 @@ from desim_warehouse.world.rules import EPS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from desim_warehouse.states import WaitName
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.intersection import Claim, Intersection
     from desim_warehouse.world.lane import Lane
@@ -68,6 +69,8 @@ class Body:
     It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
     lane (`waiting_behind`, the drive to go on with).
     Standing on an intersection it faces its next lane at `ready_at`.
+    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions;
+    `encounters` counts episodes of waiting for people.
     `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
@@ -84,6 +87,7 @@ class Body:
         "detours",
         "driven",
         "driver",
+        "encounters",
         "entered_at",
         "goal",
         "granted",
@@ -106,6 +110,7 @@ class Body:
         "train_pace",
         "until",
         "waited",
+        "waited_apart",
         "waiting_behind",
         "waiting_since",
         "waits_for",
@@ -136,6 +141,8 @@ class Body:
         self.task = -1
         self.moves = self.rear_ends = self.crossings = 0
         self.driven = self.waited = 0.0
+        self.waited_apart: dict[str, float] = {}
+        self.encounters = 0
 
     # Where it is
 
@@ -186,7 +193,7 @@ class Body:
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
-        if claim is None:
+        if claim is None or claim.shut_by is not None:
             return None
         holder = claim.node.holder
         if holder is not None and holder is not self:
@@ -200,6 +207,20 @@ class Body:
         """Time waited in traffic so far, the present episode included."""
         waited = self.waited if self.delay is None else self.waited - self.delay_after(now)
         return waited + (now - self.waiting_since) if self.is_waiting else waited
+
+    def waited_for(self, wait: WaitName, now: float) -> float:
+        """Time waited for closures of one kind so far, which is a part of `waited_by`, the present episode included."""
+        waited = self.waited_apart.get(wait, 0.0)
+        claim = self.claim
+        if claim is not None and claim.because is not None and claim.because.wait == wait:
+            waited += now - self.waiting_since
+        return waited
+
+    def kept_out(self, wait: WaitName, duration: float) -> None:
+        """An episode of waiting for a lane that was closed as it began: no collision, and counted apart."""
+        self.waited += duration
+        self.waited_apart[wait] = self.waited_apart.get(wait, 0.0) + duration
+        self.encounters += wait == "waiting_person"
 
     def delay_after(self, now: float) -> float:
         """The part of its delay that is still to come."""
@@ -239,7 +260,7 @@ class Body:
             return
         if self.claim is not None:
             node = self.claim.node
-            node.count_wait(self, node.holder, now - self.waiting_since, now)
+            node.count_claim(self.claim, node.holder, now - self.waiting_since, now)
         elif self.waiting_behind is not None:
             self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
         self.waiting_since = now

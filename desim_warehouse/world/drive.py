@@ -228,12 +228,22 @@ class Drive:
                 return None if lane.short else lane  # below 2 D it stands on the node at the lane's end instead
         return None
 
+    def _closes_beyond(self) -> Lane | None:
+        """A lane that closes at times, beyond the intersection before the robot, and too short to stand on.
+
+        It waits where it is until that is open, rather than on the node.
+        """
+        lane = next((lane for lane in self.route[self.index :] if not lane.inside), None)
+        return lane if lane is not None and lane.short and lane.closures else None
+
     def _to_node(self) -> Steps:
         """From the stop line to stand on the intersection."""
         robot = self.robot
         if robot.held is None:
-            wanted = self._rests_beyond() if robot.recall_at > self.env._now else None
-            yield from robot.lane.end.claim(robot, wanted, robot.lane)
+            if robot.recall_at > self.env._now:
+                yield from robot.lane.end.claim(robot, self._rests_beyond(), robot.lane, self._closes_beyond())
+            else:
+                yield from robot.lane.end.claim(robot, None, robot.lane)
         yield from self._to_end()
 
     def _to_end(self) -> Steps:
@@ -254,7 +264,7 @@ class Drive:
         """From a bay or an intersection onto the next lane where the robot can stand."""
         robot = self.robot
         if robot.held is None:
-            yield from robot.at.claim(robot, self._rests_beyond(), None)
+            yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
             robot.driver.left_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._to_end()
@@ -290,7 +300,7 @@ class Drive:
         """
         robot = self.robot
         if not onward.inside:
-            yield from onward.end.claim(robot, self._rests_beyond(), onward)
+            yield from onward.end.claim(robot, self._rests_beyond(), onward, onward if onward.closures else None)
         event = self.held_up = happened(self.env)
         self._set_out_over_short(onward, onward.length if halt is None else halt, self.env._now)
         yield event
@@ -325,6 +335,8 @@ class Drive:
         onward = self.route[index]
         node = onward.end
         if not onward.short or onward.inside or node.claims or not node.is_open(robot, onward, now):
+            return False
+        if onward.closures and onward.shut_by(robot) is not None:
             return False
         self.index = index + 1
         beyond = self._rests_beyond()

@@ -57,11 +57,14 @@ class Gridlock:
             return
         self._mark += 1
         mark = self._mark
-        member: Body | None = robot
+        last, member = robot, robot.blocker
+        robot.mark = mark
         while member is not None and member.mark != mark:
             member.mark = mark
-            member = member.blocker
+            last, member = member, member.blocker
         if member is None:
+            if last.claim is not None:  # the chain may be a ring when a lane that is closed opens
+                last.claim.node.wait_for_opening(last.claim, self.env._now)
             return
         ring = [member]
         while (after := ring[-1].blocker) is not member:

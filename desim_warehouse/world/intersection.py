@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.world.events import Arrival
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from desim_warehouse.world.body import Body
+    from desim_warehouse.world.closures import Closure
     from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.rules import Rules
 
@@ -29,15 +31,34 @@ class Claim(Event):
     """A robot's request for an intersection and, with it or not at all, for room on the lane beyond.
 
     It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone.
-    `via` is the lane by which it comes (None: from the bay beside it).
+    `via` is the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it
+    drives next. `because` is the closure that the wait is put down to, as it was in the way when it began.
     """
 
-    def __init__(self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None) -> None:
+    def __init__(
+        self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None, over: Lane | None = None
+    ) -> None:
         super().__init__(node.rules.env)
         self.robot = robot
         self.node = node
         self.lane = lane
         self.via = via
+        self.over = over
+        self.because = self.shut_by
+
+    @property
+    def shut_by(self) -> Closure | None:
+        """What keeps the robot out of a lane now, so that only time keeps it waiting."""
+        if self.lane is not None and self.lane.closures and (found := self.lane.shut_by(self.robot)) is not None:
+            return found
+        return None if self.over is None else self.over.shut_by(self.robot)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the lanes beyond are open, with room to stand."""
+        return (self.lane is None or self.lane.has_room(self.robot)) and (
+            self.over is None or self.over.shut_by(self.robot) is None
+        )
 
 
 class Intersection:
@@ -57,6 +78,7 @@ class Intersection:
         "left_pace",
         "name",
         "nodes",
+        "opening",
         "outs",
         "reopens",
         "rules",
@@ -74,7 +96,7 @@ class Intersection:
         self.left_at = -math.inf
         self.left_pace = 1.0
         self.left_on: Lane | None = None
-        self.reopens = math.inf
+        self.reopens = self.opening = math.inf
         self.outs: list[Lane] = []
         self.waits = 0
         self.blocked = 0.0
@@ -104,7 +126,7 @@ class Intersection:
         if via is None:  # out of a bay it has no heading yet: D whichever way the other went
             return self.left_at + self.rules.headway / self.left_pace
         # Behind a slower robot the gap closes on the way: the distance is larger by the ratio of their speeds.
-        ratio = min(1.0, self.left_pace / min(robot.speed, via.limit)) if self.rules.mixed else 1.0
+        ratio = min(1.0, self.left_pace / _pace_by(robot, via)) if self.rules.mixed else 1.0
         distance = via.closings.get((left_on, ratio))
         if distance is None:
             distance = via.closings[left_on, ratio] = self.rules.closing_distance(via, left_on, ratio)
@@ -112,7 +134,7 @@ class Intersection:
 
     # Claims
 
-    def claim(self, robot: Body, lane: Lane | None, via: Lane | None) -> Steps:
+    def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
         """Claim it and room on the lane beyond, in one step, and wait until both are granted."""
         now: float = self.rules.env._now
         guard = self.rules.guard
@@ -120,11 +142,12 @@ class Intersection:
             not self.claims  # whoever asked before is served first
             and self.is_open(robot, via, now)
             and (lane is None or lane.has_room(robot))
+            and (over is None or over.shut_by(robot) is None)
             and (guard is None or guard.admits(robot, self, lane))
         ):
             self.grant(robot, lane)
             return
-        claim = robot.claim = Claim(robot, self, lane, via)
+        claim = robot.claim = Claim(robot, self, lane, via, over)
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
@@ -140,7 +163,7 @@ class Intersection:
         robot.driver.stands(waiting=False)
         now = self.rules.env._now
         if now > since + EPS:
-            self.count_wait(robot, other, now - since, now)
+            self.count_claim(claim, other, now - since, now)
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
         """It is the robot's, and with it room on `lane`."""
@@ -165,7 +188,7 @@ class Intersection:
         """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
         guard = self.rules.guard
         for claim in self.claims:  # one that has no room is passed over: the node is for those who have
-            if claim.lane is None or claim.lane.has_room(claim.robot):
+            if claim.has_room:
                 if not self.is_open(claim.robot, claim.via, now):
                     # Only time keeps it waiting, and it is not passed over: to a platoon that goes straight on the
                     # node is never closed, so a robot that crosses would wait for all of it.
@@ -174,6 +197,8 @@ class Intersection:
                 elif guard is None or guard.admits(claim.robot, self, claim.lane):
                     self.award(claim, claim.lane)
                     return
+            else:
+                self.wait_for_opening(claim, now)
         if self.holder is None:
             self.reopen_later(now)
 
@@ -192,6 +217,23 @@ class Intersection:
         self.reopens = math.inf
         if self.claims:
             self.freed(self.rules.env._now)
+
+    def wait_for_opening(self, claim: Claim, now: float) -> None:
+        """If a claim waits for a lane that is closed, look at it again when that opens."""
+        closure = claim.shut_by
+        when = math.inf if closure is None else closure.closed_until(now)
+        if when < self.opening:
+            self.opening = when
+            Arrival(self.rules.env, when).callbacks.append(self._opened)
+
+    def _opened(self, _: Event) -> None:
+        """A lane beyond it has opened: of those that were kept out some may close a ring, whoever is on it."""
+        self.opening = math.inf
+        now: float = self.rules.env._now
+        if self.claims:
+            self.serve(now)
+            for claim in list(self.claims):
+                self.rules.gridlock.check(claim.robot)
 
     # Leaving it
 
@@ -215,6 +257,18 @@ class Intersection:
             for claim in list(self.claims):
                 self.rules.gridlock.check(claim.robot)
 
+    def count_claim(self, claim: Claim, other: Body | None, duration: float, end: float) -> None:
+        """An episode of waiting for a claim: a collision, or, where a closure was in the way as it began, none."""
+        robot, closure = claim.robot, claim.because
+        if closure is None:
+            self.count_wait(robot, other, duration, end)
+            return
+        robot.kept_out(closure.wait, duration)
+        if self.rules.log.everything:
+            lane = claim.over if claim.over is not None and closure in claim.over.closures else claim.lane
+            assert lane is not None
+            self.rules.log.kept_out(end, robot, closure.wait, self.name, lane.edge, duration)
+
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
         """One collision: an episode of waiting before this intersection that ends at `end`."""
         self.waits += 1
@@ -223,6 +277,12 @@ class Intersection:
         robot.crossings += 1
         if self.rules.log.everything:
             self.rules.log.collision(end, robot, other, self.name, None, duration)
+
+
+def _pace_by(robot: Body, via: Lane) -> float:
+    """How fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
+    pace = min(robot.speed, via.limit)
+    return max(pace, robot.pace) if robot.lane is via else pace
 
 
 class FreeIntersection(Intersection):

@@ -16,7 +16,10 @@ from desim_warehouse.world.body import Delay
 from desim_warehouse.world.rules import EPS, turn
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.world.body import Body
+    from desim_warehouse.world.closures import Closure
     from desim_warehouse.world.intersection import Intersection
     from desim_warehouse.world.rules import Rules
     from desim_warehouse.world.zones import ZoneDirection
@@ -63,6 +66,9 @@ class Lane:
         "wanted",
         "zone_direction",
     )
+
+    closures: Sequence[Closure] = ()
+    """What keeps robots out at times; see `closures.RestrictedLane`."""
 
     def __init__(
         self,
@@ -121,6 +127,10 @@ class Lane:
             return False
         last = self.last
         return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
+
+    def shut_by(self, robot: Body) -> Closure | None:  # noqa: ARG002 - see RestrictedLane
+        """What keeps a robot out now, if the lane is closed."""
+        return None
 
     def _is_clear_for(self, robot: Body) -> bool:
         """Of a two-way lane: whether nobody comes towards a robot; one that turns back at its end meets only itself."""

@@ -427,10 +427,13 @@ class Robot:
         body = self.body
         waited = body.waited_by(now)
         worked = now - self.since_state - (waited - self.waited_before)
+        waits = self.world.model.waits_apart
+        apart: dict[str, float] = {wait: body.waited_for(wait, now) for wait in waits}
         return {
             **self.time_in,
             self.state: self.time_in[self.state] + worked,
-            "waiting": waited,
+            "waiting": waited - math.fsum(apart.values()) if apart else waited,
+            **apart,
             "distance": body.distance(now),
             "energy": self.battery.drawn(now),
             "moves": body.moves_by(now),
@@ -438,6 +441,7 @@ class Robot:
             "crossings": body.crossings,
             "delivered": self.delivered,
             "recharged": self.recharged,
+            **({"encounters": body.encounters} if "waiting_person" in waits else {}),
         }
 
     # As the driver of its body

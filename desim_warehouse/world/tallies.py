@@ -32,7 +32,7 @@ def tallies(robots: Sequence[Robot], traffic: Traffic, now: float) -> tuple[Rows
             lane = body.delay.lane
             later[lane] = later.get(lane, 0) + 1
             blocked[lane] = blocked.get(lane, 0.0) - body.delay_after(now)
-        if body.is_waiting:
+        if body.is_waiting and (body.claim is None or body.claim.because is None):
             place = body.lane if body.claim is None else body.claim.node
             blocked[place] = blocked.get(place, 0.0) + (now - body.waiting_since)
     passages = {edge: lane.passages - early.get(lane, 0) for edge, lane in traffic.lanes.items()}

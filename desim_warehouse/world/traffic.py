@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.zones import closed
 from desim_warehouse.world.avoidance import Avoidance
+from desim_warehouse.world.closures import RestrictedLane, Restrictions
 from desim_warehouse.world.drive import Drive
 from desim_warehouse.world.gridlock import Gridlock, Rule
 from desim_warehouse.world.intersection import FreeIntersection, Intersection
@@ -38,7 +39,8 @@ class Traffic:
     `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
     `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
     `rules.guard`, which decides on every step; `patience` is its. For `zones` see there. `node_times`: nodes at which
-    another time than `node_time` is spent; `free`: nodes at which nobody waits.
+    another time than `node_time` is spent; `free`: nodes at which nobody waits. `restrictions`: lanes that are
+    closed or slow at times.
     """
 
     def __init__(
@@ -57,8 +59,10 @@ class Traffic:
         zones: Sequence[TrafficZone] = (),
         node_times: Mapping[str, float] | None = None,
         free: Collection[str] = (),
+        restrictions: Restrictions | None = None,
     ) -> None:
-        mixed = mixed or bool(free)
+        restrictions = Restrictions() if restrictions is None else restrictions
+        mixed = mixed or bool(free) or bool(restrictions.slow)
         self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
         guard = Avoidance(env, patience) if rule == "avoid" else None
         self.rules = Rules(
@@ -66,7 +70,7 @@ class Traffic:
         )
         lengths = {(a, b): exact_length(length, contact) for a, b, length in layout.graph.edges(data="length")}
         self.nodes = _intersections(layout, self.rules, lengths, zones, free)
-        self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {})
+        self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {}, restrictions)
         if mark_directions(zones, self.lanes):
             assert guard is not None
             guard.has_zones = True
@@ -144,13 +148,14 @@ def _lanes(
     lengths: Mapping[Edge, float],
     inside: Container[Edge],
     node_times: Mapping[str, float],
+    restrictions: Restrictions,
 ) -> dict[Edge, Lane]:
     """By edge."""
     lanes = {}
     points, headings = layout.points, layout.headings
     for source, target, data in layout.graph.edges(data=True):
         edge = source, target
-        lane = Lane(
+        lane = (RestrictedLane if edge in restrictions else Lane)(
             rules,
             edge,
             length=lengths[edge],
@@ -163,6 +168,8 @@ def _lanes(
             inside=edge in inside,
             node_time=node_times.get(target, rules.node_time),
         )
+        if isinstance(lane, RestrictedLane):
+            lane.restrict(restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ()))
         lane.start.outs.append(lane)
         lanes[edge] = lane
         if data.get("two_way") and (twin := lanes.get((target, source))) is not None:

@@ -14,7 +14,7 @@ from desim_warehouse import layout as floor
 from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
-from desim_warehouse.layout.zones import zones_on
+from desim_warehouse.layout.zones import edges_inside, zones_on
 from desim_warehouse.log import Log
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
@@ -23,12 +23,15 @@ from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.batches import Batcher
 from desim_warehouse.world.bays import Bay, Bays
+from desim_warehouse.world.closures import Restrictions
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
 from desim_warehouse.world.dispatch import Dispatcher
+from desim_warehouse.world.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.events import Clock, happened
 from desim_warehouse.world.flows import Flows
 from desim_warehouse.world.handling import HandlingTimes
+from desim_warehouse.world.people import sources
 from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
 from desim_warehouse.world.routes import Routes
@@ -68,6 +71,12 @@ class World:
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
+        zones = zones_on(layout, model.traffic.zones)
+        self.people = sources(model, layout, edges_inside(layout, fleet.contact, zones) if model.people else ())
+        for source in self.people:
+            hours = source.spec.hours
+            source.start(streams, None if hours is None else model.hours(hours), model.units.hour)
+        self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
         kinds = {(robot.radius, robot.speed) for robot in fleet.robots()}
         self.traffic = Traffic(
             env,
@@ -80,9 +89,10 @@ class World:
             mixed=len(kinds) > 1 or layout.has_limits,
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
-            zones=zones_on(layout, model.traffic.zones),
+            zones=zones,
             node_times=dict(model.traffic.node_times),
             free=model.traffic.free_nodes,
+            restrictions=Restrictions.of(model, layout, self.people),
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
@@ -212,7 +222,13 @@ class World:
         log.robots, log.edges, log.nodes = found
         if self.model.battery is not None:
             log.energy = [robot.battery.level(now) for robot in self.robots]
+        record_closures(log, self.model, self.layout, now)
+        record_visits(log, self.people, now)
         log.close(now)
+        if self.people:
+            count_encounters(log, self.people, self.model.fleet.starts(self.layout.bays))
+            if log.level == "tasks":
+                log.rows = [row for row in log.rows if row[1] != "enter"]
 
     def _count_from_here(self) -> None:
         self.log.begin = self.env.now
@@ -236,8 +252,18 @@ class World:
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
-            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._unable()}"
+            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._unable()}{self._closed()}"
         )
+
+    def _closed(self) -> str:
+        """Edges that will not open again, before which robots wait."""
+        shut = {}
+        for robot in self.robots:
+            claim = robot.body.claim
+            if claim is not None and claim.shut_by is not None:
+                shut.update(dict.fromkeys(lane.edge for lane in (claim.lane, claim.over) if lane is not None))
+        edges = ", ".join(">".join(edge) for edge in shut)
+        return f"; closed, and never open again: {edges} (traffic.closures)" if edges else ""
 
     def _in_no_batch(self) -> str:
         """How many tasks the batching policy has put into no batch, if there are some."""

@@ -11,7 +11,7 @@ import desim_warehouse as dw
 from desim_warehouse.indicators import INDICATORS, find, quantile
 from desim_warehouse.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.report import words
-from desim_warehouse.states import TIMES
+from desim_warehouse.states import APART, TIMES
 from desim_warehouse.study import procedures
 from desim_warehouse.study.study import Study
 from tests import little
@@ -126,7 +126,7 @@ def test_quantiles_lie_between_the_values_as_numpy_has_them():
 
 
 def test_every_state_has_its_row_its_share_and_its_words():
-    assert list(STATES) == [name for name in TIMES if name != "waiting"]
+    assert list(STATES) == [name for name in TIMES if name not in {"waiting", *APART}]
     assert sorted(state.stacked for state in TIMES.values()) == list(range(len(TIMES)))
     for name, state in TIMES.items():
         assert INDICATORS[f"share_{name}"].title == f"Fleet {state.doing}"

@@ -1,0 +1,52 @@
+"""What a model says of people in the aisles: pickers, forklifts, whoever robots keep away from."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+
+from desim_warehouse.calendars import CalendarName
+from desim_warehouse.errors import got
+from desim_warehouse.fields import Part, Rate, Time, known, wrong
+from desim_warehouse.layout.spec import NodeName
+from desim_warehouse.model.distributions import Varying
+
+
+def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    edges = known(info).edges
+    for a, b in pairwise(nodes):
+        if edges and (a, b) not in edges and (b, a) not in edges:
+            raise wrong(f"no edge from one to the next (got {got([a, b])}), expected nodes along edges")
+    return nodes
+
+
+Aisle = Annotated[tuple[NodeName, ...], Field(min_length=2), AfterValidator(_line)]
+
+
+class PeopleSpec(Part):
+    """People who come into aisles, each into one: no robot enters it until they have left, and who is in it drives on.
+
+    Each visit draws what it needs from a random stream of its own, so people come alike whatever robots do.
+    """
+
+    aisles: tuple[Aisle, ...] = Field(
+        (),
+        description="nodes along each aisle, such as [A, B] for an edge or [A, B, C] for two in a line, in both "
+        "directions where there are two; a visit is as likely to any; default: all edges with storage places, as "
+        "likely as demand there",
+    )
+    per_hour: Rate | None = Field(None, description="visits an hour, on average, at random; this or times")
+    times: tuple[Time, ...] = Field((), description="the times of the run at which people come")
+    hours: CalendarName | None = Field(None, description="with per_hour: people come only then; default: always")
+    stay: Varying = Field(description="how long each stays in the aisle")
+
+    @model_validator(mode="after")
+    def _when(self) -> PeopleSpec:
+        if (self.per_hour is None) == (not self.times):
+            both = "neither per_hour nor times" if self.per_hour is None else "both per_hour and times"
+            raise wrong(f"{both}, expected one of the two", "per_hour")
+        if self.times and self.hours is not None:
+            raise wrong("beside times, which say when people come; leave it out", "hours")
+        return self
