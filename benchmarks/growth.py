@@ -133,17 +133,20 @@ def _flows(side: int, robots: int, flow: dict[str, Any], changes: dict[str, Any]
 
 
 def stations(size: int) -> float:
-    floor = {
-        "layout.stations.packing": {"along": "south", "places": 2, "servers": 2},
-        "policies.allocation": "in-order",
-    }
-    return running(warehouse(size, 20, {**floor, "layout.blocks.rows": 10}), 1200, decisions)
+    """All over a floor of 1,681 nodes; a task goes to that with the fewest robots on their way to it."""
+    return running(_with("stations", size, {"policies.allocation": "in-order"}), 1200, decisions)
 
 
 def bays(size: int) -> float:
-    """A place in each."""
-    floor = {"layout.bays.parking.places": 2, "tasks.goods": {"poisson": 400}, "layout.blocks.rows": 10}
-    return running(warehouse(size, 20, floor), 3000, decisions)
+    """All over a floor of 1,681 nodes; a robot rests after nearly every task."""
+    return running(_with("bays", size, {"tasks.goods": {"poisson": 400}}), 3000, decisions)
+
+
+def _with(what: str, size: int, changes: dict[str, Any]) -> dw.Model:
+    """Twenty robots on a floor with so many stations or bays, as far from each other as may be."""
+    at = [f"r{rank // 41}c{rank % 41}" for rank in range(0, 1681, 1681 // size)][:size]
+    name = {"stations": "packing", "bays": "parking"}[what]
+    return warehouse(40, 20, {f"layout.{what}.{name}": {"at": at, "places": 2}, **changes})
 
 
 def nodes(size: int) -> float:

@@ -194,7 +194,10 @@ class RouteOracle:
         import numpy as np
 
         part = 0 if what == "length" else 1
-        starts, ends = list(dict.fromkeys(origins)), list(dict.fromkeys(goals))
+        starts: dict[str, int] = {}
+        ends: dict[str, int] = {}
+        rows = [starts.setdefault(name, len(starts)) for name in origins]
+        columns = [ends.setdefault(name, len(ends)) for name in goals]
         start, end = (np.array([self.index[name] for name in names], dtype=np.intp) for names in (starts, ends))
         table = np.empty((len(starts), len(ends)))
         hub = np.array([self._forward(name, "") for name in starts])
@@ -202,13 +205,12 @@ class RouteOracle:
         for i in np.flatnonzero(hub) if plain.any() else ():
             row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
             table[i, plain] = row[end[plain]]
-        for columns, rows in ((plain, ~hub), (~plain, np.ones_like(hub))):
-            if columns.any() and rows.any():
-                there = itemgetter(*start[rows].tolist())
-                found = [there(self._row(goal, forward=False)[part]) for goal in end[columns].tolist()]
-                table[np.ix_(rows, columns)] = np.array(found).reshape(len(found), -1).T
-        rank, place = ({name: i for i, name in enumerate(names)} for names in (starts, ends))
-        return table[np.ix_([rank[name] for name in origins], [place[name] for name in goals])]
+        for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
+            if some.any() and others.any():
+                there = itemgetter(*start[others].tolist())
+                found = [there(self._row(goal, forward=False)[part]) for goal in end[some].tolist()]
+                table[np.ix_(others, some)] = np.array(found).reshape(len(found), -1).T
+        return table[rows][:, columns]
 
     def _forward(self, origin: str, goal: str) -> bool:
         """Whether a way is searched from its origin."""

@@ -139,9 +139,9 @@ def greedy(situation: Situation, tasks: list[Any], costs: Any) -> Iterable[tuple
         costs[task] = np.inf
         costs[:, robot] = np.inf
         least[robot] = np.inf
-        for other in np.flatnonzero((best == task) & np.isfinite(least)):
-            best[other] = costs[:, other].argmin()
-            least[other] = costs[best[other], other]
+        others = np.flatnonzero((best == task) & np.isfinite(least))
+        best[others] = costs[:, others].argmin(axis=0)
+        least[others] = costs[best[others], others]
 
 
 def _at_least_one(candidates: int) -> None:

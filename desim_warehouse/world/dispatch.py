@@ -114,6 +114,7 @@ class Dispatcher:
 
     def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
+        self._seen.pop(robot.number, None)
         self.free[robot.number] = robot, event
         self.call(at_once=at_once)
         return event
@@ -190,7 +191,6 @@ class Dispatcher:
 
     def _decide(self, _: Event) -> None:
         self._decides_at = math.inf
-        self._seen = {}
         if self.queues:
             self._next_of_queues()
         if not (self.open and self._able()):
@@ -205,8 +205,14 @@ class Dispatcher:
 
     def situation(self) -> Situation:
         """What the allocation policy decides on now."""
-        self._seen = {number: self.free[number][0].view() for number in self._able()}
-        return self.situations.now(list(self._seen.values()), self._fleet)
+        return self.situations.now([self._view(number) for number in self._able()], self._fleet)
+
+    def _view(self, number: int) -> RobotView:
+        """A free robot; while it rests only its energy can change."""
+        robot, view = self.free[number][0], self._seen.get(number)
+        if view is None or view.energy != robot.battery.level(self.env.now):
+            view = self._seen[number] = robot.view()
+        return view
 
     def _able(self) -> list[int]:
         """The free robots, by number; with as many under way as may be not those in bays."""
@@ -218,7 +224,7 @@ class Dispatcher:
         """All robots that may be given work, by number; those at work where, and about when, they will be free."""
         now, free, may_work = self.env.now, self.free, self.departures.may_work
         return [
-            robot.view() if robot.number in free else busy_view(robot, self.reach, now)
+            self._view(robot.number) if robot.number in free else busy_view(robot, self.reach, now)
             for robot in self.robots
             if robot.number not in free or may_work(robot.number)
         ]
@@ -253,7 +259,7 @@ class Dispatcher:
             robot, event = self.free[number]
             if robot.is_charging or robot.must_charge or robot.battery.is_full(self.env.now):
                 continue
-            if not self.reach.must_charge(robot.view()) or not (robot.at_charger or self.bays.charger_for(robot)):
+            if not self.reach.must_charge(self._view(number)) or not (robot.at_charger or self.bays.charger_for(robot)):
                 continue
             del self.free[number]
             robot.must_charge = True
@@ -295,7 +301,7 @@ class Dispatcher:
         if not self.departures.may_work(number):
             return  # as many as may be under way are: robot and task wait for the next decision
         robot, event = self.free[number]
-        task, view = self.open[task_number], self._seen.get(number) or robot.view()
+        task, view = self.open[task_number], self._view(number)
         if not may_do(view, task):
             raise self._fault(f"robot {number} {_unfit(view, task)}")
         node = self.stations.choose(view, task)

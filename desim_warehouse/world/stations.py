@@ -119,8 +119,8 @@ class Stations:
 
     def _sorted(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
         """Nodes by the free driving time to them; those that are as near in their order."""
-        ways = self._travel.ways
-        return tuple(sorted(nodes, key=lambda node: ways.time(origin, node)))
+        times = self._travel.times([origin], nodes)[0]
+        return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
