@@ -29,6 +29,10 @@ CODES: dict[str, Code] = {
     "START_ON_LANES": Code("error", "a robot cannot stand where it starts on the lanes"),
     "START_STUCK": Code("error", "robots start on two-way lanes in each other's way, so that none could ever move"),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),
+    "CLOSURE": Code(
+        "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"
+    ),
+    "CUT_OFF": Code("error", "a closure cuts off what is used for the whole run"),
     "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
@@ -43,6 +47,7 @@ CODES: dict[str, Code] = {
     "SHORT_EDGES": Code("warning", "edges are shorter than D, the distance that robots keep"),
     "SHARP_MERGE": Code("warning", "edges meet at less than 60 degrees"),
     "CROSSING_EDGES": Code("warning", "edges cross where there is no node"),
+    "AISLES_OCCUPIED": Code("warning", "people are in the aisles for more than 90 % of the time"),
     "ZONES_JOINED": Code("warning", "zones of one robot that share a node: one robot at a time is in all of them"),
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),

@@ -11,7 +11,7 @@ from desim_warehouse.streams import Streams
 TOL = 1e-6
 WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
 STATES = WORKING | {"idle", "queueing", "charging"}
-NO_ENERGY = {"drive", "collision", "rotation", "enter", "released"}
+NO_ENERGY = {"drive", "collision", "rotation", "enter", "released", "waiting_closed", "waiting_person"}
 
 
 class Work:

@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import networkx as nx
 
+from tests.audit_closures import Closures
 from tests.audit_nodes import Nodes
 from tests.audit_work import Work
 
@@ -32,6 +33,7 @@ class Visit:
     times: list[float] = field(default_factory=list)
     places: list[float] = field(default_factory=list)
     into_bay: bool = False
+    limit: float = math.inf
 
     def at(self, time):
         i = bisect_right(self.times, time)
@@ -43,7 +45,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Work):
+class Audit(Nodes, Work, Closures):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -60,6 +62,7 @@ class Audit(Nodes, Work):
         self.speed = [speed for _, speed in shapes]
         self.contact = 2 * max(radius for radius, _ in shapes) + fleet.robot.margin  # the largest pair's, for all
         slowest = min(*self.speed, *(limit for *_, limit in run.layout.graph.edges(data="speed")))
+        slowest = min([slowest, *(slow.speed for slow in model.traffic.slow.values())])
         self.slack = TOL * (1 + max(self.speed))  # lengths and times are the same within TOL: what that makes in length
         self.delay = TOL * (1 + 1 / slowest)  # and in time
         self.theta = math.radians(model.traffic.collision_angle)
@@ -83,6 +86,7 @@ class Audit(Nodes, Work):
         self.check_two_way(edges)
         self.check_turns()
         self.check_zones(edges)
+        self.check_closures()
         self.check_nodes()
         return self.problems
 
@@ -117,7 +121,8 @@ class Audit(Nodes, Work):
             if last.edge[1] != edge[0] or abs(last.at(time) - length) > TOL:
                 self.fault(time, f"robot {robot} jumped from {last.edge} at {last.at(time)} to {edge}")
             last.leave = time
-        where[robot] = Visit(robot, edge, time, times=[time], places=[0.0])
+        set_out = last.times[-2] if last is not None and len(last.times) > 1 else time
+        where[robot] = Visit(robot, edge, time, times=[time], places=[0.0], limit=self.slow_limit(edge, set_out, time))
         self.visits[robot].append(where[robot])
 
     def drives(self, visit, time, robot, edge, value, until):
@@ -125,7 +130,7 @@ class Audit(Nodes, Work):
             self.fault(time, f"robot {robot} drives on {edge}, where it is not")
             return
         place = visit.places[-1]
-        limit = min(self.speed[robot], self.graph.edges[edge]["speed"])
+        limit = min(self.speed[robot], self.graph.edges[edge]["speed"], visit.limit)
         if time < visit.times[-1] - TOL or value < place - TOL:
             self.fault(time, f"robot {robot} sets off on {edge} before it had arrived")
         if value > self.graph.edges[edge]["length"] + TOL or (value - place) > limit * (until - time) + TOL:

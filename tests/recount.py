@@ -13,6 +13,7 @@ from collections import Counter, defaultdict
 
 import numpy as np
 
+APART = ("waiting_closed", "waiting_person")
 STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging")
 DRAWS = {
     "idle": "standing",
@@ -43,6 +44,8 @@ class Recount:
         self.count_rows()
         self.measure_driving()
         self.measure_time()
+        if self.model.people:
+            self.measure_people()
 
     def within(self, begin, end):
         """How much of an interval is counted."""
@@ -55,8 +58,11 @@ class Recount:
         self.rotations = 0
         for time, kind, robot, _, node, edge, value, _, _ in self.rows:
             counts = self.begin <= time <= self.end
-            if kind == "collision":
-                self.waits[robot].append((time - value, time))
+            if kind in APART:
+                self.waits[robot].append((time - value, time, kind))
+                self.robots[robot]["encounters"] += counts and kind == "waiting_person"
+            elif kind == "collision":
+                self.waits[robot].append((time - value, time, "waiting"))
                 place, name = (self.edges[edge], "rear_ends") if node is None else (self.nodes[node], "crossings")
                 place["blocked"] += self.within(time - value, time)
                 place["waits"] += counts
@@ -119,15 +125,43 @@ class Recount:
 
     def add_stretch(self, robot, since, until, state, where):
         tally = self.robots[robot]
-        waited = sum(
-            self.within(max(since, begin), min(until, end))
-            for begin, end in self.waits[robot]
-            if begin < until and end > since
-        )
+        waited = 0.0
+        for begin, end, kind in self.waits[robot]:
+            if begin < until and end > since:
+                part = self.within(max(since, begin), min(until, end))
+                tally[kind] += part
+                waited += part
         worked = self.within(since, until) - waited
         tally[state] += worked
-        tally["waiting"] += waited
         tally["energy"] += worked * self.rate(state, where) + waited * self.rate("idle", None)
+
+    def measure_people(self):
+        """Who is where, from row to row: whom a person meets on coming in, and how long they share an aisle."""
+        edges = {}
+        for robot, place in enumerate(self.model.fleet.start_on_lanes):
+            edges[robot] = getattr(place, "edge", None)
+        present = defaultdict(set)  # edges by visit
+        visits, met = set(), set()
+        self.people = Counter()
+        last = 0.0
+        for time, kind, robot, _, _, edge, value, _, _ in [*self.rows, (self.end, "", *[None] * 7)]:
+            passed = self.within(last, time)
+            for aisle in present.values() if passed else ():
+                self.people["time"] += passed
+                self.people["shared"] += passed * any(edges[one] in aisle for one in edges)
+            last = time
+            if kind in {"enter", "parked", "docked"}:
+                edges[robot] = edge
+            elif kind == "person_in":
+                present[value].add(edge)
+                if time >= self.begin:
+                    visits.add(value)
+                    met |= {(value, one) for one in edges if edges[one] == edge}
+            elif kind == "person_out":
+                present.pop(value, None)
+        self.people["visits"] = len(visits)
+        for _, robot in met:
+            self.robots[robot]["encounters"] += 1
 
     def queue(self, state, since, until, thing):
         if state == "queueing":
@@ -159,7 +193,7 @@ class Recount:
 
     def drawn(self, robot, since, until, state, where, at):
         """Energy drawn from the start of a stretch to an instant in it."""
-        waited = sum(max(min(end, at) - max(begin, since), 0.0) for begin, end in self.waits[robot])
+        waited = sum(max(min(end, at) - max(begin, since), 0.0) for begin, end, _ in self.waits[robot])
         return (at - since - waited) * self.rate(state, where) + waited * self.rate("idle", None)
 
     def level(self, robot, start, since, until, state, where, at):
@@ -274,7 +308,18 @@ class Recount:
     def kpis(self):
         total = {
             name: math.fsum(robot[name] for robot in self.robots)
-            for name in (*STATES, "waiting", "distance", "energy", "moves", "rear_ends", "crossings", "delivered")
+            for name in (
+                *STATES,
+                "waiting",
+                *APART,
+                "encounters",
+                "distance",
+                "energy",
+                "moves",
+                "rear_ends",
+                "crossings",
+                "delivered",
+            )
         }
         collisions = total["rear_ends"] + total["crossings"]
         counted = self.end - self.begin
@@ -298,7 +343,16 @@ class Recount:
             **self.energy(),
             **self.trips(),
             **({"station_wait": self.queued["server"]} if self.layout.stations else {}),
-            **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting")},
+            **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting", *APART)},
+            **{name: total[name] for name in APART},
+            **(self.encounters(total, hours) if self.model.people else {}),
+        }
+
+    def encounters(self, total, hours):
+        time = self.people["time"]
+        return {
+            "encounters_per_hour": total["encounters"] / hours if hours else math.nan,
+            "shared_time": self.people["shared"] / time if time else math.nan,
         }
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import CheckError, LayoutError
-from desim_warehouse.feasibility import rules
+from desim_warehouse.feasibility import closures, rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import build, checks
 from desim_warehouse.model.destinations import destinations
@@ -30,6 +30,8 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
     if any(item.level == "error" for item in found):
         return found, None
     calculation = estimate(model, layout)
+    found += closures.errors(model, layout, use)
+    found += closures.warnings(model, layout)
     found += rules.errors(model, layout)
     found += rules.warnings(model, layout, calculation)
     return checks.worst_first(found), calculation
@@ -40,7 +42,7 @@ def errors(model: Model) -> tuple[Finding, ...]:
     """The errors of a model, accepted ones too; computed once for all runs of a model."""
     layout = build(model.layout)
     found = checks.errors(layout, _use(model, layout))
-    return tuple(found or rules.errors(model, layout))
+    return tuple(found or (*closures.errors(model, layout, _use(model, layout)), *rules.errors(model, layout)))
 
 
 def refuse(model: Model, layout: Layout) -> None:

@@ -44,7 +44,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
     """All findings, errors first."""
     near = Near(layout, use.contact)
     found = [
-        *_reach(layout, use),
+        *unreachable(layout, use),
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
@@ -68,7 +68,7 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 def errors(layout: Layout, use: Use) -> list[Finding]:
     """The errors alone, for `simulate`; the cheap part of `examine`."""
     found = (
-        *_reach(layout, use),
+        *unreachable(layout, use),
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
@@ -84,7 +84,7 @@ def some(names: Iterable[str]) -> str:
     return ", ".join(names[:SHOWN]) + more
 
 
-def _reach(layout: Layout, use: Use) -> Iterator[Finding]:
+def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:
     """Strong connectivity of everything that is used (condition 1)."""
     import networkx as nx
 

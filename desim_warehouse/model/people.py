@@ -16,13 +16,15 @@ from desim_warehouse.model.distributions import Varying
 
 def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
     edges = known(info).edges
+    if len(nodes) == 1:
+        raise wrong(f"one node (got {got(nodes[0])}), expected two or more along an aisle, such as [A, B]")
     for a, b in pairwise(nodes):
         if edges and (a, b) not in edges and (b, a) not in edges:
             raise wrong(f"no edge from one to the next (got {got([a, b])}), expected nodes along edges")
     return nodes
 
 
-Aisle = Annotated[tuple[NodeName, ...], Field(min_length=2), AfterValidator(_line)]
+Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_line)]
 
 
 class PeopleSpec(Part):

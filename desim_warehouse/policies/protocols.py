@@ -203,6 +203,12 @@ class Roads:
     """How long a robot turns on the second node that comes from the first and goes to the third; None: no time."""
     node_times: Mapping[str, float] = field(default_factory=dict)
     """Time at nodes at which not `node_time` is spent."""
+    closed_for: Callable[[tuple[str, str], float], float] | None = None
+    """How long a robot that comes to an edge in so many time units will wait there because it is closed; inf: it never
+    opens again. Closures are known by their calendars; a person who is in it now stays for the mean time that is left
+    of a stay, and who comes later is not known. None: no edge ever closes."""
+    limit: Callable[[tuple[str, str]], float] | None = None
+    """The speed limit on an edge now; None: it is always the `speed` of the graph."""
 
     def time_at(self, node: str) -> float:
         """Time spent at a node that is reached: `node_time`, or its own."""

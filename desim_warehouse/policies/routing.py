@@ -80,10 +80,16 @@ def _tie(turns: Iterator[int], spread: int) -> int:
     return 0 if spread == 1 else 1 + next(turns) % spread
 
 
+NEVER = 1e12
+"""Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""
+
+
 @dataclass(frozen=True)
 class CongestionAware:
     """The route with the least expected time: free driving, mean waiting on each edge so far, and the queues there now.
 
+    A closed edge, or one with a person in it, costs the time until it is expected to open; slow zones count as they are
+    now.
     A robot held up at a node decides again there, at most `detours` times on a route, so that it does arrive. A queue
     of n robots before a node counts as n times the time in which one clears it. Source: A* search, Hart, Nilsson and
     Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as its estimate.
@@ -126,8 +132,11 @@ class CongestionAware:
                 if self.queues:
                     waiting += self.queues * headway * roads.queued((here, there))
                 counts = edge.get("counts", 1.0)
-                driving = edge["length"] / min(roads.speed, edge["speed"])
+                speed = edge["speed"] if roads.limit is None else roads.limit((here, there))
+                driving = edge["length"] / min(roads.speed, speed)
                 time = least[here] + driving * counts + roads.time_at(there) * counts + waiting
+                if roads.closed_for is not None:
+                    time += min(roads.closed_for((here, there), least[here]), NEVER)
                 if roads.turning is not None and here in before:
                     time += roads.turning(before[here], here, there)
                 if time < least.get(there, math.inf):

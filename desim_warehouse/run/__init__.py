@@ -90,7 +90,10 @@ class Run:
 
     @cached_property
     def waits(self) -> pd.DataFrame:
-        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`."""
+        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`.
+
+        With closures or people also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
+        """
         import pandas as pd
 
         waits, text = self.history.waits, self.log["node"].dtype
@@ -102,6 +105,8 @@ class Run:
             "node": pd.Series([wait.node for wait in waits], dtype=text),
             "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
         }
+        if self.model.waits_apart:
+            columns["cause"] = pd.Series([wait.cause for wait in waits], dtype=text)
         return pd.DataFrame(columns)
 
     def account(self, by: By = "robot") -> pd.DataFrame:

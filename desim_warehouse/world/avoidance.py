@@ -220,9 +220,27 @@ class Avoidance:
             waited = self.env.now - other.waiting_since
             if other is robot or claim.via is None or waited <= self.patience:
                 return None
+            if self._waits_for_opening(other):
+                continue
             if waited > DESPERATE * self.patience or other in self._users[stand]:
                 return other
         return None
+
+    def _waits_for_opening(self, robot: Body) -> bool:
+        """Whether a robot waits for a lane that is closed, or for one that does: holding others back helps neither."""
+        seen: set[Body] = set()
+        to_follow = [robot]
+        while to_follow:
+            member = to_follow.pop()
+            if member in seen:
+                continue
+            seen.add(member)
+            if member.claim is not None and member.claim.shut_by is not None:
+                return True
+            blocker = member.blocker
+            to_follow += self._witness[member][1] if member in self._witness else ()
+            to_follow += () if blocker is None else (blocker,)
+        return False
 
     # Refusals, and asking again
 

@@ -18,7 +18,7 @@ from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from desim_warehouse.calendars import Hours
     from desim_warehouse.layout import Layout
@@ -150,7 +150,7 @@ class RestrictedLane(Lane):
         return not (self.closures and self.shut_by(robot)) and super().has_room(robot)
 
 
-def wait_at(lanes: Mapping[Edge, Lane], edge: Edge, after: float, now: float) -> float:
-    """How long a robot is expected to wait before an edge if it comes there `after` from now."""
+def wait_at(lane: Lane, after: float, now: float) -> float:
+    """How long a robot is expected to wait before a lane if it comes there `after` from now."""
     time = now + after
-    return max((closure.expected_until(time, now) - time for closure in lanes[edge].closures), default=0.0)
+    return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from desim_warehouse.world.body import Body
-    from desim_warehouse.world.closures import Closure
+    from desim_warehouse.world.closures import Closure, Slowness
     from desim_warehouse.world.intersection import Intersection
     from desim_warehouse.world.rules import Rules
     from desim_warehouse.world.zones import ZoneDirection
@@ -68,7 +68,8 @@ class Lane:
     )
 
     closures: Sequence[Closure] = ()
-    """What keeps robots out at times; see `closures.RestrictedLane`."""
+    slow: Sequence[Slowness] = ()
+    """What keeps robots out at times, and what slows them down; see `closures.RestrictedLane`."""
 
     def __init__(
         self,

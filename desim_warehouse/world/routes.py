@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Roads
 from desim_warehouse.world.ask import asked
+from desim_warehouse.world.closures import wait_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -71,6 +72,8 @@ class Routes:
             node_times=travel.node_times,
             contact=contact,
             turning=self._turning if travel.turn_time else None,
+            closed_for=self._closed_for if any(lane.closures for lane in lanes.values()) else None,
+            limit=self._limit if any(lane.slow for lane in lanes.values()) else None,
         )
         self.closed = any(graph.nodes[name].get("in_lane") for name in graph)
         self._fixed = bool(getattr(policy, "fixed", False))
@@ -119,6 +122,12 @@ class Routes:
 
     def _turning(self, before: str, node: str, after: str) -> float:
         return self.lanes[before, node].turn_to(self.lanes[node, after])
+
+    def _closed_for(self, edge: Edge, after: float) -> float:
+        return wait_at(self.lanes[edge], after, self.env.now)
+
+    def _limit(self, edge: Edge) -> float:
+        return self.lanes[edge].limit
 
     def _queued(self, edge: Edge) -> int:
         """Robots that wait on an edge now."""

@@ -1,0 +1,101 @@
+"""Closures, slow zones and people: what names nothing, what cannot be closed, and what would be cut off for good."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import checks
+from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
+from desim_warehouse.model.distributions import mean_of
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.checks import Use
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model import Model
+
+MOST_OCCUPIED = 0.9
+"""An aisle in which people are for a larger share of the time is as good as closed."""
+
+
+def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
+    """What `simulate` refuses."""
+    traffic = model.traffic
+    if not (traffic.closures or traffic.slow or model.people):
+        return
+    inside = edges_inside(layout, use.contact, zones_on(layout, traffic.zones))
+    for kind, named in (("closures", traffic.closures), ("slow", traffic.slow)):
+        for name, spec in named.items():
+            place = f"traffic.{kind}.{name}"
+            edges = [member for member in spec.members if not isinstance(member, str)]
+            yield from _missing(layout, place, edges)
+            if kind == "closures":
+                yield from _inside(place, edges_of(layout, spec.members), inside)
+    for name, people in model.people.items():
+        place = f"people.{name}"
+        edges = [edge for line in people.aisles for edge in pairwise(line)]
+        yield from _missing(layout, place, edges)
+        yield from _inside(place, edges_of(layout, edges), inside)
+        if not people.aisles and not {place.edge for place in layout.storage} - inside:
+            text = "no edge with storage places is long enough to wait before it"
+            yield Finding("CLOSURE", place, text, "say which aisles people come to")
+    yield from _cut_off(model, layout, use)
+
+
+def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Aisles in which somebody is nearly all the time: with visits at random, the queue M/G/infinity."""
+    for name, people in model.people.items():
+        aisles = len(people.aisles) or len({frozenset(place.edge) for place in layout.storage})
+        if people.per_hour is None or not aisles:
+            continue
+        load = people.per_hour / model.units.hour * mean_of(people.stay) / aisles
+        occupied = -math.expm1(-load)
+        if occupied > MOST_OCCUPIED:
+            yield Finding(
+                "AISLES_OCCUPIED",
+                f"people.{name}",
+                f"an aisle has somebody in it for {amount(100 * occupied)} % of the time on average",
+                "fewer visits, shorter stays, or more aisles",
+            )
+
+
+def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Finding]:
+    for a, b in edges:
+        if not edges_of(layout, [(a, b)]):
+            yield Finding("CLOSURE", place, f"there is no edge between {a} and {b}", "name others")
+
+
+def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge]) -> Iterator[Finding]:
+    for a, b in edges:
+        if (a, b) in inside:
+            text = f"{a}>{b} lies in an intersection, so no robot can wait before it"
+            yield Finding("CLOSURE", place, text, "name the edges that lead there")
+
+
+def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
+    """What no robot could get to or leave in the whole run."""
+    length = model.run.length or math.inf
+    for name, closure in model.traffic.closures.items():
+        begin, end = model.hours(closure.hours).following(0.0)
+        if begin > 0 or end < length:
+            continue
+        shut = set(edges_of(layout, closure.members))
+        graph = layout.graph.copy()
+        graph.remove_edges_from(shut)
+        place = f"traffic.closures.{name}"
+        cure = "close it at times, or leave out the edge"
+        for good in layout.storage:
+            if good.edge in shut and good.edge[::-1] not in graph.edges:
+                yield Finding(
+                    "CUT_OFF", place, f"good {good.number} is on {'>'.join(good.edge)}, closed for good", cure
+                )
+        for found in checks.unreachable(replace(layout, graph=graph), use):
+            if found.code == "UNREACHABLE":
+                node = found.place.removeprefix("layout: ")
+                yield Finding("CUT_OFF", place, f"closed for the whole run; {node} {found.text}", cure)

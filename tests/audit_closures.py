@@ -1,0 +1,97 @@
+"""The part of the auditor that looks at edges that are closed, slow, or have people in them."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import pairwise
+
+TOL = 1e-6
+
+
+@dataclass
+class Shut:
+    """Edges that nobody enters from `begin` to `end`, unless from one of them."""
+
+    edges: frozenset
+    begin: float
+    end: float
+
+
+class Closures:
+    """Checks of closures, slow zones and people, for `Audit`, which knows where robots were."""
+
+    def members(self, spec):
+        found = set()
+        for member in spec.members:
+            found |= (
+                set(self.graph.in_edges(member)) if isinstance(member, str) else {tuple(member), tuple(member)[::-1]}
+            )
+        return frozenset(found)
+
+    def slow_limit(self, edge, since, until):
+        """The speed limit of slow zones that was in force all the time from when a robot set out for an edge."""
+        found = math.inf
+        for spec in self.run.model.traffic.slow.values():
+            if edge in self.members(spec):
+                hours = None if spec.hours is None else self.run.model.hours(spec.hours)
+                if hours is None or (hours.is_open(since) and hours.changes(since) > until):
+                    found = min(found, spec.speed)
+        return found
+
+    def shut(self):
+        """Everything that was closed at some time."""
+        model, end = self.run.model, self.run.record.end
+        for spec in model.traffic.closures.values():
+            hours, edges = model.hours(spec.hours), self.members(spec)
+            begin, until = hours.following(0.0)
+            while begin <= end:
+                yield Shut(edges, begin, until)
+                if math.isinf(until):
+                    break
+                begin, until = hours.following(until)
+        people = defaultdict(lambda: Shut(frozenset(), math.inf, math.inf))
+        for time, kind, _, _, _, edge, value, *_ in self.run.record.rows:
+            if kind == "person_in":
+                people[value] = Shut(people[value].edges | {edge}, time, math.inf)
+            elif kind == "person_out":
+                people[value].end = time
+        yield from people.values()
+
+    def check_closures(self):
+        """Nobody enters what is closed but from within, or who was let in before: past its stop line as it closed."""
+        by_edge = defaultdict(list)
+        for shut in self.shut():
+            for edge in shut.edges:
+                by_edge[edge].append(shut)
+        if not by_edge:
+            return
+        waits = defaultdict(list)
+        for time, kind, robot, _, node, *_ in self.run.record.rows:
+            if kind in {"collision", "waiting_closed", "waiting_person"} and node is not None:
+                waits[robot].append(time)
+        for robot, visits in self.visits.items():
+            for rank, (before, visit) in enumerate(pairwise([None, *visits])):
+                for shut in by_edge[visit.edge]:
+                    if not shut.begin + TOL < visit.enter < shut.end - TOL:
+                        continue
+                    if before is not None and not before.into_bay and before.edge in shut.edges:
+                        continue
+                    waited = any(shut.begin + TOL < end <= visit.enter + TOL for end in waits[robot])
+                    if waited or not self.was_let_in(visits[:rank], shut.begin):
+                        self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
+
+    def was_let_in(self, visits, time):
+        """Whether a robot had set out at a time from where it can stand: within D of the node, or on short edges."""
+        for visit in reversed(visits):
+            length = self.graph.edges[visit.edge]["length"]
+            if visit.into_bay:
+                return False
+            if visit.enter <= time + TOL and visit.at(time) >= length - self.contact - self.slack:
+                return True
+            if length >= 2 * self.contact - TOL:
+                return False
+            if visit.enter <= time + TOL:
+                return True
+        return False

@@ -1,0 +1,233 @@
+"""Edges that are closed or slow at times: who waits, for how long, what it is counted as, and which detour pays."""
+
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.run import check
+from tests.auditor import audit
+from tests.recount import differences
+from tests.world.test_zones import LOOP, on
+
+
+def closed(*members, at, **more):
+    """LOOP with one robot and one good, and a closure of some members at some stretches of the run."""
+    return dw.load(
+        LOOP,
+        {
+            "fleet.size": 1,
+            "tasks.goods": [0],
+            "calendars": {"works": {"between": [list(stretch) for stretch in at]}},
+            "traffic.closures": {"works": {"members": list(members), "hours": "works"}},
+            **more,
+        },
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "enters", "waits"),
+    [
+        ((5, 50), 51, 41),  # at the stop line, 1 before B, at 9; at 50 it sets out
+        ((9, 50), 51, 41),
+        ((9.5, 50), 10, 0),  # it has set out for the edge: node and room are its own
+        ((15, 50), 10, 0),  # it is on the edge, and drives on and out
+        ((2, 9), 10, 0),  # opens as it comes
+    ],
+)
+def test_a_robot_waits_at_the_stop_line_for_an_edge_to_open_and_drives_on_if_it_is_on_it(at, enters, waits):
+    run = dw.simulate(closed(["B", "C"], at=[at]))
+    assert on(run, ("B", "C"))[0] == pytest.approx((enters, enters + 20))
+    assert run.kpis["waiting_closed"] == waits
+    assert (run.S, run.kpis["waiting"]) == (0, 0)  # no collision
+    assert run.kpis["share_waiting_closed"] == pytest.approx(waits / run.T)
+    assert audit(run) == differences(run) == []
+
+
+def test_what_it_waits_for_is_what_is_in_the_way_as_the_wait_begins():
+    """Robot 0 waits for the edge; robots 1 and 2 for the robot ahead, although the edge is closed, too."""
+    run = dw.simulate(closed(["B", "C"], at=[(5, 50)], **{"fleet.size": 3, "tasks.goods": [0, 0, 0]}))
+    first = run.waits[run.waits["start"] < 50]
+    assert list(zip(first["robot"], first["cause"], strict=True))[-3:] == [
+        (0, "waiting_closed"),
+        (1, "waiting"),
+        (2, "waiting"),
+    ]
+    assert run.kpis["waiting_closed"] == 41
+    robots = run.account("robot")
+    assert list(robots["waiting_closed"]) == [41, 0, 0]
+    assert robots.sum(axis=1).to_numpy() == pytest.approx(run.T)
+    assert audit(run) == differences(run) == []
+
+
+def test_a_closed_node_closes_the_edges_that_lead_to_it():
+    """C is closed: the robot waits before B; E>A and the others stay open."""
+    run = dw.simulate(closed("C", at=[(0, 50)]))
+    assert on(run, ("B", "C"))[0][0] == 51
+    assert {row[5] for row in run.record.rows if row[1] == "edge_closed"} == {("B", "C")}
+
+
+def test_it_waits_in_its_bay_for_an_edge_that_is_too_short_to_stand_on():
+    """A>B is 1.5 long, below 2 D: in the bay it is in nobody's way, on A it would be."""
+    layout = {**LOOP["layout"], "nodes": {**LOOP["layout"]["nodes"], "B": [1.5, 0]}}
+    run = dw.simulate(closed(["A", "B"], at=[(0, 50)], layout=layout))
+    assert on(run, ("A", "B"))[0][0] == 50
+    assert run.waits.loc[0, ["start", "end", "node", "cause"]].tolist() == [0, 50, "A", "waiting_closed"]
+    assert audit(run) == differences(run) == []
+
+
+@pytest.mark.parametrize(("at", "enters"), [((5, 50), 51.5), ((10.5, 50), 50)])
+def test_it_does_not_go_onto_the_node_before_a_short_edge_that_is_closed(at, enters):
+    """B>C is 1.5 long. Closed at 5, the robot waits D before B until 50; closed as it drives onto B, it waits there."""
+    layout = {**LOOP["layout"], "nodes": {**LOOP["layout"]["nodes"], "C": [11.5, 0]}}
+    enters = enters if at[0] == 10.5 else 51
+    at = (9.5, 50) if at[0] == 10.5 else at
+    run = dw.simulate(closed(["B", "C"], at=[at], layout=layout))
+    assert on(run, ("B", "C"))[0][0] == enters
+    assert audit(run) == differences(run) == []
+
+
+SPUR = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [40, 0]},
+        "edges": [{"from": a, "to": b, "two_way": True} for a, b in (("A", "B"), ("B", "C"))],
+        "storage": [{"edge": ["B", "C"], "offset": 10.0}],
+        "bays": {"home": {"at": ["A"], "places": 1}},
+    },
+    "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+    "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 5, "unload_time": 1},
+    "policies": {"routing": "shortest"},
+}
+
+
+def test_who_is_in_what_is_closed_turns_round_there_and_comes_out():
+    """The closure comes while it loads, at 30; it drives to C and back, and out of both edges that are closed."""
+    over = {
+        "calendars": {"works": {"between": [[32, 500]]}},
+        "traffic.closures": {"works": {"members": [["A", "B"], ["B", "C"]], "hours": "works"}},
+    }
+    assert dw.simulate(dw.load(SPUR, over)).T == dw.simulate(dw.load(SPUR)).T
+
+
+def test_a_closure_that_never_ends_stalls_a_run_and_the_message_names_the_edge():
+    """From 5 on for ever: in 5 time units it could have been passed, so a check cannot know."""
+    model = closed(["B", "C"], at=[(5, 1e12)], calendars={"works": {"every": 1e9, "lasts": 1e9, "first": 5}})
+    with pytest.raises(dw.SimulationError, match=r"closed, and never open again: B>C \(traffic.closures\)"):
+        dw.simulate(model)
+
+
+def test_a_closure_of_the_whole_run_that_cuts_something_off_is_an_error_before_it():
+    model = closed(["B", "C"], at=[(0, 1000)], **{"run.length": 1000})
+    errors = [item.problem for item in check(model).errors]
+    assert any("traffic.closures.works: closed for the whole run" in text and "[CUT_OFF]" in text for text in errors)
+    with pytest.raises(dw.CheckError, match="CUT_OFF"):
+        dw.simulate(model)
+
+
+@pytest.mark.parametrize(
+    ("members", "said"),
+    [([["A", "C"]], "no such edge"), (["X"], "no such node"), ([], "members")],
+)
+def test_what_is_not_there_is_refused(members, said):
+    with pytest.raises(dw.ModelError, match=said):
+        closed(*members, at=[(0, 1)])
+
+
+def test_a_calendar_that_is_not_there_is_refused():
+    with pytest.raises(dw.ModelError, match=r"traffic.closures.x.hours: no such calendar .*did you mean 'night'"):
+        dw.load(
+            LOOP,
+            {
+                "calendars": {"night": {"open": ["22:00-06:00"]}},
+                "traffic.closures": {"x": {"members": ["B"], "hours": "nigt"}},
+            },
+        )
+
+
+def test_an_edge_in_an_intersection_cannot_be_closed():
+    zone = {"traffic.zones": {"narrow": {"members": [["B", "C"]], "rule": "one-robot"}}}
+    with pytest.raises(dw.CheckError, match=r"B>C lies in an intersection.*CLOSURE"):
+        dw.simulate(closed(["B", "C"], at=[(0, 1)], **zone))
+
+
+# Slow zones
+
+
+def test_in_a_slow_zone_a_robot_is_slow_and_keeps_its_pace_where_it_is_already():
+    """B>C takes 20 at full speed. From 15 on it is slow: the first time the robot is on it by then, later it is not."""
+    over = {"fleet.size": 1, "tasks.goods": [0], "calendars": {"works": {"between": [[15, 120]]}}}
+    slow = {"traffic.slow": {"works": {"members": [["B", "C"]], "speed": 0.5, "hours": "works"}}}
+    run = dw.simulate(dw.load(LOOP, {**over, **slow}))
+    assert on(run, ("B", "C")) == [pytest.approx((10, 30)), pytest.approx((106.5685424949238, 146.5685424949238))]
+    assert audit(run) == differences(run) == []
+    always = dw.simulate(dw.load(LOOP, {**over, "traffic.slow": {"works": {"members": ["C"], "speed": 0.5}}}))
+    assert on(always, ("B", "C"))[0] == pytest.approx((10, 50))
+
+
+# Routes round a closure
+
+
+FORK = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [10, 0], "C": [30, 0], "D": [40, 0], "u": [10, 10], "v": [30, 10], "E": [20, -20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["B", "u"], ["u", "v"], ["v", "C"], ["D", "E"], ["E", "A"]],
+        "storage": [{"edge": ["C", "D"], "offset": 5.0}],
+        "bays": {"home": {"at": ["A"], "places": 1}},
+    },
+    "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+    "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 1},
+    "policies": {"routing": "congestion-aware"},
+}
+
+
+@pytest.mark.parametrize(
+    ("until", "routing", "round_it"),
+    [
+        (32, "congestion-aware", True),  # it would be at B at 10, and wait 22; the way round is 20 longer
+        (29, "congestion-aware", False),  # it waits 19
+        (32, "shortest", False),
+        (10, "congestion-aware", False),
+    ],
+)
+def test_a_new_route_goes_round_an_edge_that_is_closed_longer_than_the_way_round_takes(until, routing, round_it):
+    over = {
+        "calendars": {"works": {"between": [[0, until]]}},
+        "traffic.closures": {"works": {"members": [["B", "C"]], "hours": "works"}},
+        "policies.routing": routing,
+    }
+    run = dw.simulate(dw.load(FORK, over))
+    assert bool(on(run, ("u", "v"))) == round_it
+    assert run.kpis["waiting_closed"] == (0 if round_it else max(until - 9, 0) if until > 10 else 1)
+
+
+@pytest.mark.parametrize(("detours", "round_it"), [(1, True), (0, False)])
+def test_a_robot_that_is_held_up_before_an_edge_takes_a_detour(detours, round_it):
+    """Nobody knows that somebody comes at 5; who sees them at the stop line expects 50 more, half of a stay of 100."""
+    over = {
+        "people": {"pickers": {"aisles": [["B", "C"]], "times": [5], "stay": 100}},
+        "policies.routing": {"name": "congestion-aware", "detours": detours},
+    }
+    run = dw.simulate(dw.load(FORK, over))
+    assert bool(on(run, ("u", "v"))) == round_it
+    assert run.kpis["waiting_person"] == (0 if round_it else 105 - 9)
+
+
+def test_policies_see_for_how_long_edges_are_closed():
+    seen = []
+
+    class Looks:
+        def route(self, origin, goal, roads):
+            seen.append([roads.closed_for(("B", "C"), after) for after in (0.0, 10.0, 30.0, 60.0)])
+            return roads.oracle("length").way(origin, goal)
+
+    from desim_warehouse.world import World
+
+    over = {
+        "calendars": {"works": {"between": [[5, 25], [40, 1e12]]}},
+        "traffic.closures": {"works": {"members": [["B", "C"]], "hours": "works"}},
+    }
+    world = World(dw.load(FORK, over))
+    world.routes.policy = Looks()
+    world.routes.route("A", "D")
+    assert seen == [[0.0, 15.0, 0.0, pytest.approx(1e12 - 60)]]
+    assert math.isfinite(seen[0][3])

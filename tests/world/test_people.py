@@ -1,0 +1,191 @@
+"""People in the aisles: when robots wait for them, whom they meet, and that they come alike whatever robots do."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import desim_warehouse as dw
+from desim_warehouse.layout import build
+from desim_warehouse.run import check
+from desim_warehouse.streams import Streams
+from desim_warehouse.world.people import sources, storage_aisles
+from tests.auditor import audit
+from tests.recount import differences
+from tests.world.test_zones import LOOP, on
+
+ONE = {"fleet.size": 1, "tasks.goods": [0]}
+
+
+def with_people(*, robots=ONE, **people):
+    return dw.load(LOOP, {**robots, "people": {"pickers": people}})
+
+
+def visits(model, seed=0, until=1e5):
+    """All visits of a model's people: begin, end and first edge."""
+    layout = build(model.layout)
+    found = []
+    for source in sources(model, layout, ()):
+        hours = source.spec.hours
+        source.start(Streams(seed), None if hours is None else model.hours(hours), model.units.hour)
+        source.come(until)
+        found += [(visit.begin, visit.end, visit.edges[0]) for visit in source.visits]
+    return found
+
+
+def test_a_robot_waits_before_an_aisle_until_all_have_left():
+    """Two people are in B>C, from 5 to 35 and from 20 to 50; the robot is at the stop line at 9."""
+    run = dw.simulate(with_people(aisles=[["B", "C"]], times=[5, 20], stay=30))
+    assert on(run, ("B", "C"))[0] == (51, 71)
+    assert (run.kpis["waiting_person"], run.kpis["waiting"], run.S) == (41, 0, 0)
+    assert run.waits["cause"].tolist() == ["waiting_person"]
+    assert run.kpis["encounters_per_hour"] == pytest.approx(3600 / run.T)
+    assert run.kpis["shared_time"] == 0
+    assert audit(run) == differences(run) == []
+
+
+def test_a_robot_that_is_in_the_aisle_drives_on_and_both_share_it():
+    """B>C is driven from 10 to 30; somebody comes at 15 and stays to 55, so they share 15 of 40."""
+    run = dw.simulate(with_people(aisles=[["B", "C"]], times=[15], stay=40))
+    assert on(run, ("B", "C"))[0] == (10, 30)
+    assert run.kpis["waiting_person"] == 0
+    assert run.kpis["encounters_per_hour"] == pytest.approx(3600 / run.T)
+    assert run.record.people == {"visits": 1, "time": 40, "shared": 15}
+    assert run.kpis["shared_time"] == 15 / 40
+    assert list(run.robots["encounters"]) == [1]
+    assert audit(run) == differences(run) == []
+
+
+def test_an_aisle_of_several_edges_is_occupied_and_left_as_a_whole():
+    """A person in B>C>D from 15 to 100: the robot on B>C goes on over C>D, and is out of the aisle at 40."""
+    run = dw.simulate(with_people(aisles=[["B", "C", "D"]], times=[15], stay=85))
+    assert on(run, ("C", "D"))[0] == (30, 40)
+    assert run.record.people["shared"] == 25
+    assert run.kpis["encounters_per_hour"] == pytest.approx(3600 / run.T)
+    assert audit(run) == differences(run) == []
+
+
+def test_what_is_counted_is_counted_from_the_end_of_the_warm_up_on():
+    people = {"aisles": [["B", "C"]], "times": [15, 500], "stay": 40}
+    over = {"tasks.goods": {"saturated": 1}, "fleet.size": 1}
+    run = dw.simulate(dw.load(LOOP, {**over, "people": {"p": people}, "run": {"warm_up": 20, "length": 520}}))
+    assert (run.record.people["visits"], run.record.people["time"]) == (1, 35 + 20)
+    assert run.record.people["shared"] >= 10
+    assert differences(run) == []
+
+
+@pytest.mark.parametrize("level", ["tasks", "moves", "all"])
+def test_indicators_are_the_same_at_every_level_of_the_log(level):
+    model = with_people(robots={"tasks.goods": {"random": 12}}, per_hour=60, stay={"exponential": 30})
+    run, whole = dw.simulate(model.replace({"log": level})), dw.simulate(model)
+    assert whole.kpis["encounters_per_hour"] > 0
+    assert run.kpis == whole.kpis
+    kinds = {row[1] for row in run.record.rows}
+    assert ("enter" in kinds) == (level != "tasks")
+    assert {"person_in", "person_out"} <= kinds
+
+
+def test_people_come_alike_whatever_robots_do_and_robots_work_alike_wherever_people_are():
+    """Of the streams of a run none is shared: goods and handling times are those of a run without people."""
+    over = {
+        "tasks.goods": {"random": 12},
+        "tasks.load_time": {"exponential": 5},
+        "people": {"pickers": {"aisles": [["B", "C"], ["D", "E"]], "per_hour": 60, "stay": {"exponential": 30}}},
+    }
+    few, many = (dw.simulate(dw.load(LOOP, {**over, "fleet.size": size}), seed=3) for size in (1, 3))
+    end = min(few.T, many.T)
+
+    def came(run):
+        return [row[:7] for row in run.record.rows if row[1] in {"person_in", "person_out"} and row[0] <= end]
+
+    assert came(few) == came(many)
+    nobody = dw.simulate(dw.load(LOOP, {**over, "people": {}, "fleet.size": 3}), seed=3)
+
+    def work(run):
+        released = [row for row in run.record.rows if row[1] == "released"]
+        begins = {row[3]: row[0] for row in run.record.rows if row[1] == "loading"}
+        ends = {row[3]: row[0] for row in run.record.rows if row[1] == "loaded"}
+        return released, {task: round(ends[task] - time, 6) for task, time in begins.items()}
+
+    assert work(many) == work(nobody)
+    assert many.kpis["waiting_person"] > 0
+
+
+def test_they_come_at_random_at_their_rate_and_stay_as_long_as_their_distribution_says():
+    """Ten an hour for 1,000 hours: gaps and stays are exponential, and aisles are as likely."""
+    model = with_people(aisles=[["B", "C"], ["D", "E"]], per_hour=10, stay={"exponential": 30})
+    found = visits(model, until=3600 * 1000)
+    begins = np.array([begin for begin, *_ in found])
+    stays = np.array([end - begin for begin, end, _ in found])
+    assert len(found) == pytest.approx(10_000, rel=0.03)
+    assert stats.kstest(np.diff(begins), "expon", (0, 360)).pvalue > 0.01
+    assert stats.kstest(stays, "expon", (0, 30)).pvalue > 0.01
+    assert sum(edge == ("B", "C") for *_, edge in found) == pytest.approx(5000, rel=0.05)
+
+
+def test_they_come_only_in_their_hours():
+    calendars = {"day": {"every": 1000, "lasts": 250}}
+    people = {"aisles": [["B", "C"]], "per_hour": 100, "hours": "day", "stay": 1}
+    found = visits(dw.load(LOOP, {**ONE, "calendars": calendars, "people": {"p": people}}), until=3.6e6)
+    assert all(begin % 1000 < 250 for begin, *_ in found)
+    assert len(found) == pytest.approx(25_000, rel=0.03)
+
+
+def test_by_default_they_come_to_storage_as_demand_does():
+    """Two goods of three are on E>A, one on B>C; weights make it 1 to 4, and a list of goods as it is listed."""
+    storage = [
+        {"edge": ["E", "A"], "offset": 10},
+        {"edge": ["B", "C"], "offset": 10},
+        {"edge": ["E", "A"], "offset": 5},
+    ]
+
+    def weights(**over):
+        tasks = {**LOOP["tasks"], "goods": {"random": 3}, **over}
+        model = dw.load(LOOP, {"layout.storage": storage, "tasks": tasks})
+        aisles, shares = storage_aisles(model, build(model.layout), ())
+        return {aisle[0]: pytest.approx(share) for aisle, share in zip(aisles, shares, strict=True)}
+
+    assert weights() == {("E", "A"): 2 / 3, ("B", "C"): 1 / 3}
+    assert weights(popularity={"weights": [1, 4, 0]}) == {("E", "A"): 1 / 5, ("B", "C"): 4 / 5}
+    assert weights(goods=[0, 1, 1, 1]) == {("E", "A"): 1 / 4, ("B", "C"): 3 / 4}
+
+
+def test_in_flows_people_come_to_storage_by_the_rates_of_the_flows():
+    """30 an hour to any of two places, 10 from the second."""
+    flows = {
+        "in": {"from": "packing", "to": "storage", "arrivals": {"poisson": 30}},
+        "out": {"from": {"popularity": {"weights": [0, 1]}}, "to": "packing", "arrivals": {"poisson": 10}},
+    }
+    storage = [{"edge": ["E", "A"], "offset": 10}, {"edge": ["B", "C"], "offset": 10}]
+    spec = {**LOOP, "tasks": {"flows": flows, "load_time": 1, "unload_time": 1}}
+    model = dw.load(spec, {"layout.storage": storage, "run": {"length": 3600}})
+    assert storage_aisles(model, build(model.layout), ())[1] == pytest.approx([15 / 40, 25 / 40])
+
+
+@pytest.mark.parametrize(("stay", "left"), [(30, 15), ({"exponential": 30}, 30), ({"uniform": [0, 30]}, 10)])
+def test_the_mean_time_left_of_a_stay_is_that_of_renewal_theory(stay, left):
+    """E[S^2] / 2 E[S]: half of a fixed stay, all of an exponential one."""
+    model = with_people(aisles=[["B", "C"]], times=[5], stay=stay)
+    assert sources(model, build(model.layout), ())[0].mean_left == pytest.approx(left)
+
+
+@pytest.mark.parametrize(
+    ("people", "said"),
+    [
+        ({"stay": 3}, "neither per_hour nor times"),
+        ({"stay": 3, "per_hour": 4, "times": [1]}, "both per_hour and times"),
+        ({"stay": 3, "times": [1], "hours": "x"}, "beside times, which say when people come"),
+        ({"stay": 3, "per_hour": 1, "hours": "x"}, "no such calendar"),
+        ({"stay": 3, "times": [1], "aisles": [["A", "C"]]}, "no edge from one to the next"),
+        ({"stay": 3, "times": [1], "aisles": [["A"]]}, "two or more along an aisle"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(people, said):
+    with pytest.raises(dw.ModelError, match=said):
+        with_people(**people)
+
+
+def test_aisles_that_are_hardly_ever_free_are_warned_of():
+    found = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
+    assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [
+        "an aisle has somebody in it for 93.78 % of the time on average"
+    ]
