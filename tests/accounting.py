@@ -15,7 +15,7 @@ def faults(run):
     """Where the parts do not add up to the whole, or are not what was tallied."""
     history, robots, tasks = run.history, run.account("robot"), run.account("task")
     edges, nodes, hours = run.account("edge"), run.account("node"), run.account("hour")
-    counted, fleet = history.counted, len(run.robots)
+    counted, fleet, apart = history.counted, len(run.robots), list(run.model.waits_apart)
     found = []
 
     def same(what, sums, whole, tolerance=1e-9):
@@ -41,6 +41,7 @@ def faults(run):
             same(f"robot {number} {state}", row[state], tally[state], 1e-6)
         same(f"robot {number} queueing", row["queueing_server"] + row["queueing_charger"], tally["queueing"], 1e-6)
         same(f"robot {number} waiting", row["behind_robot"] + row["before_intersection"], tally["waiting"], 1e-6)
+        same(f"robot {number}, other waits", row[apart].sum(), tally[apart].sum(), 1e-6)
     for edge, tally in run.edges.iterrows():
         same(f"edge {edge}", edges.loc[edge, "behind_robot"], tally["blocked"], 1e-6)
     for node, tally in run.nodes.iterrows():  # intersections of several nodes wait at the first of them

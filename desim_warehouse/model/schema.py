@@ -374,7 +374,10 @@ class Model(Part):
     description: Text = Field("", description="a sentence or two")
     units: Units = Units()
     calendars: Named[Calendar] = Field(
-        FrozenMap(), description="opening hours, shifts and times of closures, by name", json_schema_extra=LATER
+        FrozenMap(),
+        validate_default=True,
+        description="opening hours, shifts and times of closures, by name",
+        json_schema_extra=LATER,
     )
     layout: LayoutSpec
     fleet: Fleet

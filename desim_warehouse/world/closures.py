@@ -139,11 +139,16 @@ class RestrictedLane(Lane):
     def shut_by(self, robot: Body) -> Closure | None:
         """What keeps a robot out now; nothing one that is in a lane of the same closure."""
         now: float = self.rules.env._now
-        inside = () if robot.lane is None else robot.lane.closures
         for closure in self.closures:
-            if closure.closed_until(now) > now and closure not in inside:
+            if closure.closed_until(now) > now and not self._is_reached_within(closure, robot.lane):
                 return closure
         return None
+
+    def _is_reached_within(self, closure: Closure, lane: Lane | None) -> bool:
+        """Whether a robot on another lane comes here without leaving what is closed; perhaps over a short one."""
+        if lane is None or closure not in lane.closures:
+            return False
+        return lane.end is self.start or any(out.end is self.start and closure in out.closures for out in lane.end.outs)
 
     def has_room(self, robot: Body) -> bool:
         """Whether it is open to a robot, which can come to a stand D beyond its start."""

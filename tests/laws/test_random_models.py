@@ -58,13 +58,17 @@ class Found:
 def standstill(run):
     """In work without an end no run can stall in so many words: there, nothing has happened for long."""
     model = run.model
-    last = max((row[0] for row in run.record.rows if row[1] != "released"), default=0.0)
-    slowest = min(robot.speed for robot in model.fleet.robots())
+    exogenous = {"released", "edge_closed", "edge_opened", "person_in", "person_out"}
+    last = max((row[0] for row in run.record.rows if row[1] not in exogenous), default=0.0)
+    slowest = min(
+        [robot.speed for robot in model.fleet.robots()] + [slow.speed for slow in model.traffic.slow.values()]
+    )
     graph = run.layout.graph
     around = sum(length / min(slowest, limit) for *_, length, limit in each_edge(graph))
     patience = 3 * (around + len(graph) * model.traffic.node_time) + 50 + model.policies.interval
     if model.battery is not None:
         patience += 5 * model.battery.capacity / model.battery.charge_rate
+    patience += 10 * max((one.end - one.start for one in run.history.blocked), default=0.0)
     if getattr(model.tasks.goods, "saturated", 0) and run.T - last > patience:
         return [f"nothing happened from {last:g} to {run.T:g}"]
     return []

@@ -1,0 +1,94 @@
+"""Random closures, slow zones and people for random models: edges that close again and again, or have people there."""
+
+from __future__ import annotations
+
+import random
+
+import networkx as nx
+
+from desim_warehouse.layout import build
+from desim_warehouse.layout.spec import LayoutSpec
+from desim_warehouse.layout.zones import edges_inside, zones_on
+
+SPANS = (3.0, 20.0, 60.0, 200.0)
+"""How long edges are closed and people stay: less than an edge takes, up to more than a task."""
+
+
+def with_closures(mapping, seed, contact=1.0):
+    """The model with closures, slow zones and people on it."""
+    draw = random.Random(f"closures {seed}")
+    layout = build(LayoutSpec.model_validate(mapping["layout"]))
+    zones = mapping.get("traffic", {}).get("zones", {})
+    if zones:
+        import desim_warehouse as dw
+
+        zones = dw.load(mapping).traffic.zones
+    inside = edges_inside(layout, contact, zones_on(layout, zones)) if zones else edges_inside(layout, contact, ())
+    free = [edge for edge in layout.graph.edges if edge not in inside and edge[::-1] not in inside]
+    if not free:
+        return mapping
+    calendars, closures, slow, people = {}, {}, {}, {}
+    for number in range(draw.randint(0, 3)):
+        calendars[f"c{number}"] = calendar(draw)
+        closures[f"c{number}"] = {"members": members(layout.graph, draw, free, inside), "hours": f"c{number}"}
+    for number in range(draw.randint(0, 2)):
+        calendars[f"s{number}"] = calendar(draw)
+        slow[f"s{number}"] = {
+            "members": [list(edge) for edge in some(draw, free)],
+            "speed": draw.choice((0.1, 0.4, 0.8)),
+        }
+        if draw.random() < 0.6:
+            slow[f"s{number}"]["hours"] = f"s{number}"
+    for number in range(draw.randint(0, 2)):
+        stay = draw.choice(SPANS)
+        people[f"p{number}"] = {
+            "stay": draw.choice((stay, {"exponential": stay})),
+            "aisles": [line(layout.graph, draw, free) for _ in range(draw.randint(1, 4))],
+        }
+        people[f"p{number}"] |= draw.choice(
+            (
+                {"per_hour": 3600 / draw.uniform(stay, 10 * stay)},
+                {"times": sorted(draw.uniform(0, 500) for _ in range(5))},
+            )
+        )
+        if draw.random() < 0.3 and any(place.edge in free for place in layout.storage):
+            del people[f"p{number}"]["aisles"]
+    traffic = {**mapping.get("traffic", {}), "closures": closures, "slow": slow}
+    return {**mapping, "calendars": calendars, "traffic": traffic, "people": people}
+
+
+def calendar(draw):
+    """Closed for less than open, from any time on; or for some stretches and then no more."""
+    lasts = draw.choice(SPANS)
+    if draw.random() < 0.7:
+        return {
+            "every": lasts * draw.uniform(1.5, 6),
+            "lasts": lasts,
+            "first": draw.choice((0.0, draw.uniform(0, 300))),
+        }
+    begins = sorted(draw.uniform(0, 1000) for _ in range(3))
+    return {"between": [[begin, begin + lasts] for begin in begins]}
+
+
+def some(draw, edges):
+    return draw.sample(edges, min(len(edges), draw.randint(1, 3)))
+
+
+def members(graph, draw, free, inside):
+    """Some edges, or a node all edges to which can close."""
+    nodes = [node for node in graph if not any(edge in inside for edge in graph.in_edges(node))]
+    if nodes and draw.random() < 0.3:
+        return [draw.choice(nodes)]
+    return [list(edge) for edge in some(draw, free)]
+
+
+def line(graph, draw, free):
+    """Nodes along one to three edges in a line."""
+    of = nx.Graph(free)
+    walk = list(draw.choice(free))
+    while len(walk) < 4 and draw.random() < 0.5:
+        further = [node for node in of[walk[-1]] if node not in walk]
+        if not further:
+            break
+        walk.append(draw.choice(further))
+    return walk
