@@ -1,6 +1,6 @@
-"""Quantities with units in values, such as `8 h`, `600 mm`, `1.5 m/s`, `200 / h` or `25 %`.
+"""Quantities with units in values, such as `8 h`, `600 mm`, `1.5 m/s`, `0.5 m/s^2`, `200 / h` or `25 %`.
 
-A table of our own: five kinds of units, converted as fractions, so that `600 mm` is exactly 0.6 where lengths are in m.
+A table of our own: six kinds of units, converted as fractions, so that `600 mm` is exactly 0.6 where lengths are in m.
 """
 
 from __future__ import annotations
@@ -20,10 +20,32 @@ METRES = {
 }
 SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)}
 SPEEDS = {f"{length}/{time}": METRES[length] / SECONDS[time] for length in METRES for time in SECONDS}
+ACCELERATIONS = {
+    f"{length}/{time}{square}": METRES[length] / SECONDS[time] ** 2
+    for length in METRES
+    for time in ("s", "min")
+    for square in ("^2", "2", "²")
+}
 RATES = {f"/{time}": 3600 / SECONDS[time] for time in SECONDS}
 
-TABLE = {"length": METRES, "time": SECONDS, "speed": SPEEDS, "rate": RATES, "share": {"%": Fraction(1, 100)}}
-EXAMPLES = {"length": "600 mm", "time": "15 min", "speed": "1.5 m/s", "rate": "200 / h", "share": "25 %"}
+TABLE = {
+    "length": METRES,
+    "time": SECONDS,
+    "speed": SPEEDS,
+    "acceleration": ACCELERATIONS,
+    "rate": RATES,
+    "share": {"%": Fraction(1, 100)},
+}
+EXAMPLES = {
+    "length": "600 mm",
+    "time": "15 min",
+    "speed": "1.5 m/s",
+    "acceleration": "0.5 m/s^2",
+    "rate": "200 / h",
+    "share": "25 %",
+}
+_POWERS = {"length": (1, 0), "time": (0, 1), "speed": (1, -1), "acceleration": (1, -2)}
+"""Of the length and the time in the quantities of a kind."""
 
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20}))\s*([A-Za-z%/].*?)\s*")
 
@@ -42,7 +64,7 @@ def converted(text: str, kind: str, units: UnitNames) -> float | None:
 
     Args:
         text: a number and a unit.
-        kind: length, time, speed, rate (becomes a number an hour) or share (becomes a number from 0 to 1).
+        kind: length, time, speed, acceleration, rate (becomes a number an hour) or share (a number from 0 to 1).
         units: those of the model.
 
     Raises:
@@ -56,18 +78,22 @@ def converted(text: str, kind: str, units: UnitNames) -> float | None:
     if unit not in known:
         near = nearest(unit, known)
         hint = f"; did you mean '{near}'?" if near else ""
-        expected = f"a {kind} such as {EXAMPLES[kind]}" + ("" if kind == "speed" else f", in {spoken(known, 'or')}")
-        raise ValueError(f"not a {kind} (got {got(text)}), expected {expected}{hint}")
+        what = f"an {kind}" if kind == "acceleration" else f"a {kind}"
+        expected = f"{what} such as {EXAMPLES[kind]}"
+        if kind not in {"speed", "acceleration"}:
+            expected += f", in {spoken(known, 'or')}"
+        raise ValueError(f"not {what} (got {got(text)}), expected {expected}{hint}")
     size = number * known[unit]
-    if kind in {"length", "speed"}:
+    length_power, time_power = _POWERS.get(kind, (0, 0))
+    if length_power:
         if units.length not in {"mm", "cm", "m"}:
             cure = f"write a plain number of {units.length}, or mm, cm or m in units.length"
             raise ValueError(f"cannot be converted (got {got(text)}), as units.length is '{units.length}'; {cure}")
         size /= METRES[units.length]
-    if kind in {"time", "speed"}:
+    if time_power:
         seconds = Fraction(repr(units.seconds))
         if SECONDS.get(units.time, seconds) != seconds:
             wrong = f"units.time is '{units.time}', but units.seconds is {got(units.seconds)}"
             raise ValueError(f"cannot be converted (got {got(text)}): {wrong}; correct one of the two")
-        size = size / seconds if kind == "time" else size * seconds
+        size /= seconds**time_power
     return float(size)

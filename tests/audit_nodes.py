@@ -158,7 +158,8 @@ class Nodes:
         if away is None:
             return
         train = any(
-            abs(time - stay.begin) <= 2 * self.delay and time in self.trains[leaver] for time in self.trains[robot]
+            -2 * self.delay <= stay.begin - time <= 2 * self.delay + self.start_time() and time in self.trains[leaver]
+            for time in self.trains[robot]
         )
         end = min(stay.left, self.clear(other), self.run.record.end)  # at the end of a run both may still be there
         for step in range(STEPS + 1 if end > stay.begin else 0):

@@ -16,8 +16,9 @@ from itertools import pairwise
 import networkx as nx
 
 from tests.audit_closures import Closures
+from tests.audit_motion import Motion
 from tests.audit_nodes import Nodes
-from tests.audit_work import Work
+from tests.audit_work import STATES, Work
 
 TOL = 1e-6
 
@@ -45,7 +46,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Work, Closures):
+class Audit(Nodes, Motion, Work, Closures):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -53,17 +54,14 @@ class Audit(Nodes, Work, Closures):
         self.problems = []
         model = run.model
         fleet = model.fleet
-        shapes = [
-            (kind.radius or fleet.robot.radius, kind.speed or fleet.robot.speed)
-            for kind in fleet.kinds.values()
-            for _ in range(kind.count)
-        ]
-        shapes += [(fleet.robot.radius, fleet.robot.speed)] * (fleet.size - len(shapes))
-        self.speed = [speed for _, speed in shapes]
-        self.contact = 2 * max(radius for radius, _ in shapes) + fleet.robot.margin  # the largest pair's, for all
-        slowest = min(*self.speed, *(limit for *_, limit in run.layout.graph.edges(data="speed")))
-        slowest = min([slowest, *(slow.speed for slow in model.traffic.slow.values())])
-        self.slack = TOL * (1 + max(self.speed))  # lengths and times are the same within TOL: what that makes in length
+        self.robots = fleet.robots()
+        speeds = [speed for robot in self.robots for speed in (robot.speed, robot.loaded_speed)]
+        self.state = defaultdict(lambda: "idle")
+        widest = 2 * max(robot.radius for robot in self.robots)
+        self.contact = widest + fleet.robot.margin  # the largest pair's, for all
+        limits = [limit for *_, limit in run.layout.graph.edges(data="speed")]
+        slowest = min([*speeds, *limits, *(slow.speed for slow in model.traffic.slow.values())])
+        self.slack = TOL * (1 + max(speeds))  # lengths and times are the same within TOL: what that makes in length
         self.delay = TOL * (1 + 1 / slowest)  # and in time
         self.theta = math.radians(model.traffic.collision_angle)
         self.graph = run.layout.graph
@@ -88,6 +86,7 @@ class Audit(Nodes, Work, Closures):
         self.check_zones(edges)
         self.check_closures()
         self.check_nodes()
+        self.check_motion()
         return self.problems
 
     def fault(self, time, text):
@@ -107,6 +106,8 @@ class Audit(Nodes, Work, Closures):
                 self.enters(where, time, robot, edge)
             elif kind == "drive":
                 self.drives(where.get(robot), time, robot, edge, value, until)
+            elif kind in STATES:
+                self.state[robot] = kind
             elif kind in {"parked", "docked"} and robot in where:
                 visit = where.pop(robot)
                 visit.leave, visit.into_bay = time, True
@@ -130,7 +131,7 @@ class Audit(Nodes, Work, Closures):
             self.fault(time, f"robot {robot} drives on {edge}, where it is not")
             return
         place = visit.places[-1]
-        limit = min(self.speed[robot], self.graph.edges[edge]["speed"], visit.limit)
+        limit = min(self.speed_of(robot, self.state[robot]), self.graph.edges[edge]["speed"], visit.limit)
         if time < visit.times[-1] - TOL or value < place - TOL:
             self.fault(time, f"robot {robot} sets off on {edge} before it had arrived")
         if value > self.graph.edges[edge]["length"] + TOL or (value - place) > limit * (until - time) + TOL:
@@ -228,7 +229,7 @@ class Audit(Nodes, Work, Closures):
 
     def check_clear_of_nodes(self, visit):
         length = self.graph.edges[visit.edge]["length"]
-        if length < 2 * self.contact - TOL or visit.edge in self.closed():
+        if 2 * self.contact - length > TOL or visit.edge in self.closed():
             return
         stands = zip(visit.times, visit.places, [*visit.times[1:], visit.leave], [*visit.places[1:], None], strict=True)
         for begin, place, end, then in stands:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
-from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, listed
+from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, least_task, listed
 from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
@@ -109,7 +109,7 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     """
     battery, tasks = _battery(model), model.tasks
     draws, node_time, special = battery.draws, model.traffic.node_time, dict(model.traffic.node_times)
-    speed = max(robot.speed for robot in model.fleet.robots())
+    speed = model.fleet.fastest
     paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
     times = {
         edge: data["length"] / paces[edge] + special.get(edge[1], node_time)
@@ -122,7 +122,7 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
     on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
     if tasks.flows:
-        flow = free_flow(model, layout, speed)
+        flow = free_flow(model, layout, speed, at_once=True)
         assert isinstance(flow, FlowMix)
         return _needs_of_flows(flow, draws, {**dict.fromkeys(begins, out), **on_lanes}, ends)
     reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
@@ -260,7 +260,7 @@ def _ends(drawn: float, has: float) -> str:
 def _drawn_by_each(model: Model, layout: Layout) -> float:
     """What the whole run draws from a robot that is never charged, in free flow, robots sharing the work evenly."""
     battery, robots = _battery(model), model.fleet.size
-    cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
+    cycle = least_task(model, layout)
     draws = battery.draws
     length = model.run.length
     if model.tasks.never_end:
@@ -300,6 +300,7 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
     if known.margin is not None:
         flow = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots()))
         out = max(float(flow.travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
+        out += flow.travel.stop_time
         level = max(level, battery.draws.empty * (model.fleet.exit_time + out) + known.margin)
     rate = battery.draws.standing
     begins = low * battery.capacity - level
@@ -339,7 +340,7 @@ def _lasts(model: Model, layout: Layout, time: float) -> bool:
     if is_lifelong(model):
         return False
     count = _count(model)
-    cycle = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).cycle()
+    cycle = least_task(model, layout)
     least = count * (cycle.load + cycle.loaded + cycle.unload) / model.fleet.size
     return least > time and (model.run.length is None or model.run.length > time)
 
@@ -368,9 +369,9 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     chargers = list(chargers_at(model, layout))
     if known is None or known.margin is not None or not chargers:
         return
-    slowest = min(robot.speed for robot in model.fleet.robots())
+    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.robots())
     flow, draws = free_flow(model, layout, slowest), battery.draws
-    more = _more_loads(model, layout, flow)
+    more = _more_loads(model, layout, flow) + (2 * draws.empty + draws.loaded) * flow.travel.stop_time
     if isinstance(flow, FlowMix):
         most = max(_need_at_pick(flow, leg, draws, chargers) for leg in flow.legs)
         yield from _too_low(battery, known, most + more)
@@ -391,7 +392,7 @@ def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float
     edges, draws = list(dict.fromkeys(place.edge for place in layout.storage)), _battery(model).draws
     places = [*edges, *((node, node) for node in flow.stations)]
     drive = float(flow.travel.from_edges(places, [edge[0] for edge in places]).max())
-    drive += max(sum(flow.travel.along(edge, 0.0)) for edge in places)
+    drive += max(sum(flow.travel.along(edge, 0.0)) for edge in places) + flow.travel.stop_time
     tasks = model.tasks
     handled = tasks.mean_load + tasks.mean_unload
     if isinstance(flow, FlowMix):

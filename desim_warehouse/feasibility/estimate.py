@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix, peak_rate
-from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow
+from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow, mean_task
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
@@ -169,8 +169,8 @@ class HandCalculation:
 def estimate(model: Model, layout: Layout) -> HandCalculation:
     """Work out a model whose layout has no errors."""
     fleet = model.fleet
-    speeds = Counter(robot.speed for robot in fleet.robots())
-    cycles = {speed: free_flow(model, layout, speed).cycle() for speed in speeds}
+    speeds = Counter((robot.speed, robot.loaded_speed) for robot in fleet.robots())
+    cycles = {pair: mean_task(model, layout, *pair) for pair in speeds}
     alone = _mean_cycle(speeds, cycles)
     loads = most_loads(model)
     cycle = alone.shared(loads)
@@ -181,7 +181,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     if balance is not None and balance.charging_rate is not None and is_lifelong(model):
         charging = balance.task / balance.charging_rate
     total = cycle.time + (charging or 0.0)
-    flow = free_flow(model, layout, max(speeds))
+    flow = free_flow(model, layout, max(speed for speed, _ in speeds))
     stations = _stations(model, layout, flow, rate)
     crossing, through = _busiest_crossing(model, flow)
     found = HandCalculation(
@@ -230,7 +230,7 @@ def _extent(layout: Layout) -> tuple[float, float]:
     return max(x) - min(x), max(y) - min(y)
 
 
-def _mean_cycle(speeds: Counter[float], cycles: dict[float, Cycle]) -> Cycle:
+def _mean_cycle(speeds: Counter[tuple[float, float]], cycles: dict[tuple[float, float], Cycle]) -> Cycle:
     """The mean task: robots do the more tasks the less time they need for one."""
     tasks = {speed: count / cycles[speed].time if cycles[speed].time else 1.0 for speed, count in speeds.items()}
     every = sum(tasks.values())

@@ -65,14 +65,19 @@ class Leg:
 class FlowMix:
     """What the flows of a model come to in free flow, at one speed."""
 
-    def __init__(self, model: Model, layout: Layout, speed: float) -> None:
+    def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
         self.model = model
         self.layout = layout
         policy = model.policies.routing
         cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
         self.travel: FreeTravel = travel_on(
-            layout, speed, model.traffic.node_time, cost, (*layout.bays, *layout.stations, *self.stations)
+            layout,
+            speed,
+            model.traffic.node_time,
+            cost,
+            (*layout.bays, *layout.stations, *self.stations),
+            slowness=slowness,
         )
         self.rates = flow_rates(model)
         self.legs = list(self._legs())
@@ -91,7 +96,10 @@ class FlowMix:
         empty += sum(end @ leg.drops.after for leg, end in zip(legs, ends, strict=True))
         loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
         load, unload, visits = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1, 2))
-        return Cycle(float(empty), float(load), float(loaded), float(unload + visits), self.model.tasks.clear_time)
+        stop = self.travel.stop_time
+        stops = stop * (1 + sum(leg.share * sum(leg.stops.values()) for leg in legs))
+        clear = self.model.tasks.clear_time
+        return Cycle(float(empty) + stop, float(load), float(loaded) + stops, float(unload + visits), clear)
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,7 @@ class FreeFlow:
     and `after` the end, in time units: means over its goods, the end's node time included.
     """
 
-    def __init__(self, model: Model, layout: Layout, speed: float) -> None:
+    def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
         import numpy as np
 
         self.model = model
@@ -37,7 +38,9 @@ class FreeFlow:
         self.stations = destinations(model, layout)
         self.own = own_destinations(model, layout)
         hubs, traffic = (*layout.bays, *layout.stations, *self.stations), model.traffic
-        self.travel = travel_on(layout, speed, traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times)
+        self.travel = travel_on(
+            layout, speed, traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
+        )
         weights = demand(model, layout)
         self.goods = np.flatnonzero(weights)
         places = [layout.storage[good] for good in self.goods]
@@ -94,7 +97,8 @@ class FreeFlow:
         begins = share @ station
         empty = begins @ self.to_edges(self.stations) @ share + self.weights @ self.before
         loaded = share @ (station * self.from_edges(self.stations)).sum(axis=1) + self.weights @ self.after
-        return Cycle(float(empty), tasks.mean_load, float(loaded), tasks.mean_unload, tasks.clear_time)
+        stop = self.travel.stop_time
+        return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, tasks.mean_unload, tasks.clear_time)
 
     def station_demand(self) -> Any:
         """Each station's share of all tasks."""
@@ -104,9 +108,23 @@ class FreeFlow:
 
 
 @lru_cache(maxsize=8)
-def free_flow(model: Model, layout: Layout, speed: float) -> FreeFlow | FlowMix:
-    """Free driving in a model at a speed; runs of one model share it."""
-    return FlowMix(model, layout, speed) if model.tasks.flows else FreeFlow(model, layout, speed)
+def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
+    """Free driving in a model at a speed; runs of one model share it. `at_once`: starts and stops take no time."""
+    slowness = 0.0 if at_once else model.fleet.slowness
+    return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, slowness)
+
+
+def mean_task(model: Model, layout: Layout, speed: float, loaded_speed: float) -> Cycle:
+    """The mean task of a robot with these speeds."""
+    cycle = free_flow(model, layout, speed).cycle()
+    if loaded_speed == speed:
+        return cycle
+    return replace(cycle, loaded=free_flow(model, layout, loaded_speed).cycle().loaded)
+
+
+def least_task(model: Model, layout: Layout) -> Cycle:
+    """The mean task at the fastest, where nothing is lost by starts and stops."""
+    return free_flow(model, layout, model.fleet.fastest, at_once=True).cycle()
 
 
 def arrival_rate(model: Model) -> float | None:

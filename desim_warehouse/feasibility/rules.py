@@ -92,7 +92,8 @@ def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
             f"the floor is {sides[0]:g} x {sides[1]:g} m",
             f"lengths are in {length}; units.length says so, e.g. mm",
         )
-    for speed in dict.fromkeys(robot.speed for robot in model.fleet.robots()):
+    robots = model.fleet.robots()
+    for speed in dict.fromkeys(speed for robot in robots for speed in (robot.speed, robot.loaded_speed)):
         real = speed * metre / model.units.seconds
         text = f"a robot drives {amount(real)} m/s ({amount(3.6 * real)} km/h)"
         cure = f"speed is in {length} per {model.units.time}; robots in warehouses drive 0.5 to 2 m/s"
@@ -190,7 +191,7 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    flow, tasks = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())), model.tasks
+    flow, tasks = free_flow(model, layout, model.fleet.fastest, at_once=True), model.tasks
     if isinstance(flow, FlowMix):
         yield from _due_of_flows(model, flow)
         return

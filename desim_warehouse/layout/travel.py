@@ -15,7 +15,7 @@ from functools import lru_cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.layout.turning import Turns, last_steps, turning
+from desim_warehouse.layout.turning import Turns, last_steps, turn_times, turning
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -52,6 +52,7 @@ class RouteOracle:
         hubs: Iterable[str] = (),
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
+        stop_time: float = 0.0,
     ) -> None:
         own = node_times or {}
         self.cost = cost
@@ -71,7 +72,8 @@ class RouteOracle:
         self._counts = [[data.get("counts", 1.0) for data in highways[name].values()] for name in self.names]
         self._counted = cost != "hops" and any(count != 1 for row in self._counts for count in row)
         self._closed = frozenset(i for i, name in enumerate(self.names) if highways.nodes[name].get("in_lane"))
-        self._turns = Turns(highways, self._every_edge(), turn_time, self._closed) if turn_time else None
+        edges = self._every_edge() if turn_time else []
+        self._turns = Turns(highways, edges, turn_time, self._closed, stop_time) if turn_time else None
         self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
         self._hubs = frozenset(hubs)
         self._keep = max(KEPT // max(len(self.names), 1), 1)
@@ -360,9 +362,10 @@ def travel_on(
     hubs: tuple[str, ...],
     turn_time: float = 0.0,
     node_times: tuple[tuple[str, float], ...] = (),
+    slowness: float = 0.0,
 ) -> FreeTravel:
     """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
-    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, dict(node_times))
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, dict(node_times), slowness)
 
 
 class FreeTravel:
@@ -370,6 +373,10 @@ class FreeTravel:
 
     `ways` is the oracle of the routing policy in force: lengths and times along the ways that robots do drive.
     At every node `node_time` is spent, at those in `node_times` what stands there.
+
+    Where robots gather speed and brake, `slowness` is how long a stop takes them for each unit of speed. A stop counts
+    in full (`stop_time`): at every node where time is spent or a robot turns, and as a part of `half_turn` where a
+    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted.
     """
 
     def __init__(
@@ -381,30 +388,48 @@ class FreeTravel:
         hubs: Iterable[str] = (),
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
+        slowness: float = 0.0,
     ) -> None:
         self.highways = highways
         self.speed = speed
-        self.node_time = node_time
-        self.node_times = node_times or {}
+        self.stop_time = speed * slowness
+        self.node_time = self._with_stop(node_time)
+        self.node_times = {node: self._with_stop(time) for node, time in (node_times or {}).items()}
         self.cost = cost
         self.hubs = frozenset(hubs)
         self.turn_time = turn_time
+        self._given = node_time, node_times, slowness
         self._joints: dict[tuple[str, Edge, bool], float] = {}
         self._oracles: dict[str, RouteOracle] = {}
+
+    def _with_stop(self, time: float) -> float:
+        return time + self.stop_time if time else time
+
+    def at(self, speed: float) -> FreeTravel:
+        """The same at another speed."""
+        node_time, node_times, slowness = self._given
+        return FreeTravel(self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness)
 
     def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for ways that are cheapest by a cost."""
         found = self._oracles.get(cost)
         if found is None:
             found = self._oracles[cost] = RouteOracle(
-                self.highways, cost, self.speed, self.node_time, self.hubs, self.turn_time, self.node_times
+                self.highways,
+                cost,
+                self.speed,
+                self.node_time,
+                self.hubs,
+                self.turn_time,
+                self.node_times,
+                self.stop_time,
             )
         return found
 
     @property
     def half_turn(self) -> float:
-        """The longest that a robot turns on a node."""
-        return 2 * self.turn_time
+        """The longest that a robot turns on a node where it sets out, and what it takes to stop and start."""
+        return 2 * self.turn_time + self.stop_time
 
     def to_edge(self, node: str, edge: Edge) -> float:
         """Time from a node to a good's edge, the turn into it included; of a good at a node to that."""
@@ -435,7 +460,8 @@ class FreeTravel:
         """Time of the turn between an edge and the route from it to a node (`first`) or to it from a node."""
         key = node, edge, first
         if key not in self._joints:
-            self._joints[key] = self.turn_time * self._quarters(node, edge, first=first)
+            quarters = self._quarters(node, edge, first=first)
+            self._joints[key] = float(turn_times(quarters, self.turn_time, self.stop_time))
         return self._joints[key]
 
     def _quarters(self, node: str, edge: Edge, *, first: bool) -> float:

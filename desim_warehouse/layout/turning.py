@@ -32,10 +32,15 @@ def _quarters(angle: Any) -> Any:
     return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
 
 
+def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
+    """How long turns take, and the stops for them: of so many quarters each, a number or an array of them."""
+    return turn_time * quarters + stop_time * (quarters > 0)
+
+
 class Turns:
     """The turns on all nodes of some Highways; edges are given by node numbers, with what routes are compared by.
 
-    No route leads through a node that is `closed`.
+    No route leads through a node that is `closed`. Besides, each turn takes `stop_time`: a robot stops for it.
     """
 
     def __init__(
@@ -44,10 +49,12 @@ class Turns:
         edges: Sequence[tuple[int, int, float, float, float]],
         turn_time: float,
         closed: Iterable[int] = (),
+        stop_time: float = 0.0,
     ) -> None:
         import numpy as np
 
         self.turn_time = turn_time
+        self.stop_time = stop_time
         self.size = len(highways)
         self.at = np.array([complex(data["x"], data["y"]) for _, data in highways.nodes(data=True)])
         self.source, self.target, self.length, self.time, self.cost = (
@@ -63,7 +70,11 @@ class Turns:
 
         here, further = np.arange(len(steps)), steps[steps]
         one, other = np.angle(self.at[steps] - self.at[here]), np.angle(self.at[further] - self.at[steps])
-        return np.where((steps != here) & (further != steps), self.turn_time * _quarters(one - other), 0.0)
+        return np.where((steps != here) & (further != steps), self._times(one - other), 0.0)
+
+    def _times(self, angles: Any) -> Any:
+        """How long turns by some angles take."""
+        return turn_times(_quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
         """Lengths and times from a node to all (or to it), the steps towards it, and the costs.
@@ -80,7 +91,7 @@ class Turns:
         here = np.arange(size + count)
         steps = np.where(before < 0, here, before)
         onward = steps[size:] - size
-        turn = np.where(onward >= 0, self.turn_time * _quarters(self.heading - self.heading[onward]), 0.0)
+        turn = np.where(onward >= 0, self._times(self.heading - self.heading[onward]), 0.0)
         found = np.isfinite(costs[size:])
         node = self.target if forward else self.source
         order = np.lexsort((np.arange(count), costs[size:], node))
@@ -115,7 +126,7 @@ class Turns:
             other = order[np.repeat(low, high - low) + rank]
             passing = ~np.isin(end[one], self.closed)
             one, other = one[passing], other[passing]
-            turn = self.turn_time * _quarters(self.heading[one] - self.heading[other])
+            turn = self._times(self.heading[one] - self.heading[other])
             rows = np.concatenate([begin, size + one])
             columns = np.concatenate([size + np.arange(count), size + other])
             values = np.concatenate([self.cost, turn + self.cost[other]])

@@ -12,6 +12,7 @@ from desim_warehouse.fields import (
     LATER,
     NUMBER,
     SECTION,
+    Acceleration,
     Count,
     Distance,
     Forms,
@@ -50,12 +51,36 @@ class RobotSpec(Part):
     radius: Length = Field(description="half of its diameter")
     speed: Speed = Field(description="length units per time unit")
     margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+    speed_loaded: Speed | None = Field(
+        None,
+        description="speed from the first load of a task or tour to the end of it; default: speed",
+        json_schema_extra=LATER,
+    )
+    acceleration: Acceleration | None = Field(
+        None,
+        description="how it gathers speed, in length units per time unit squared; default: at once",
+        json_schema_extra=LATER,
+    )
+    deceleration: Acceleration | None = Field(
+        None, description="how it brakes; default: as it accelerates", json_schema_extra=LATER
+    )
     capacity: Annotated[Count, limited("loads")] = Field(
         1, description="loads that it carries at once; more than one with policies.batching", json_schema_extra=LATER
     )
     carries: LoadTypes = Field(
         (), description="load types (of flows) that it carries; default: all", json_schema_extra=LATER
     )
+
+    @property
+    def loaded_speed(self) -> float:
+        """Its speed with a load."""
+        return self.speed if self.speed_loaded is None else self.speed_loaded
+
+    @property
+    def motion(self) -> tuple[float, float]:
+        """Time in which it gathers a unit of speed, and in which it brakes from one: 0 where it does so at once."""
+        braking = self.acceleration if self.deceleration is None else self.deceleration
+        return 1 / self.acceleration if self.acceleration else 0.0, 1 / braking if braking else 0.0
 
 
 class Kind(Part):
@@ -64,6 +89,19 @@ class Kind(Part):
     count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
     radius: Length | None = Field(None, description="default: fleet.robot.radius")
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
+    speed_loaded: Speed | None = Field(
+        None,
+        description="default: its own speed, if it has one, else fleet.robot.speed_loaded",
+        json_schema_extra=LATER,
+    )
+    acceleration: Acceleration | None = Field(
+        None, description="default: fleet.robot.acceleration", json_schema_extra=LATER
+    )
+    deceleration: Acceleration | None = Field(
+        None,
+        description="default: its own acceleration, if it has one, else fleet.robot.deceleration",
+        json_schema_extra=LATER,
+    )
     capacity: Annotated[Count, limited("loads")] | None = Field(
         None, description="default: fleet.robot.capacity", json_schema_extra=LATER
     )
@@ -177,6 +215,9 @@ class Fleet(Part):
                 radius=kind.radius or self.robot.radius,
                 speed=kind.speed or self.robot.speed,
                 margin=self.robot.margin,
+                speed_loaded=kind.speed_loaded or kind.speed or self.robot.speed_loaded,
+                acceleration=kind.acceleration or self.robot.acceleration,
+                deceleration=kind.deceleration or kind.acceleration or self.robot.deceleration,
                 capacity=kind.capacity or self.robot.capacity,
                 carries=self.robot.carries if kind.carries is None else kind.carries,
             )
@@ -205,6 +246,16 @@ class Fleet(Part):
                 else Start(place.edge[1], on_lanes=True, edge=place.edge, offset=place.offset)
             )
         return found
+
+    @property
+    def fastest(self) -> float:
+        """The highest speed of any robot, with a load or without."""
+        return max(max(robot.speed, robot.loaded_speed) for robot in self.robots())
+
+    @property
+    def slowness(self) -> float:
+        """What a stop takes at most for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
+        return max(sum(robot.motion) for robot in self.robots()) / 2
 
     @property
     def contact(self) -> float:

@@ -13,6 +13,7 @@ from desim_warehouse.report import html, words
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.model.fleet import RobotSpec
     from desim_warehouse.report.html import Html
 
 
@@ -29,6 +30,7 @@ def model_facts(model: Model) -> Html:
             (
                 f"{fleet.size}, radius {words.number(fleet.robot.radius)} {units.length}, "
                 f"speed {words.number(fleet.robot.speed)} {units.length} per {units.time}"
+                + _motion(fleet.robot)
                 + (f", up to {most} loads each" if most > 1 else "")
             ),
         ),
@@ -62,6 +64,20 @@ def work(model: Model) -> str:
             rate = model.tasks.demand if name == "poisson" else 1
             return text.format(words.number(getattr(goods, name) * rate))
     return "as in the model"
+
+
+def _motion(robot: RobotSpec) -> str:
+    """How it drives with a load, and starts and stops, where the model says so."""
+    said = [
+        f"{words.number(value)} {what}"
+        for value, what in (
+            (robot.speed_loaded, "loaded"),
+            (robot.acceleration, "acceleration"),
+            (robot.deceleration, "deceleration"),
+        )
+        if value is not None
+    ]
+    return f" ({', '.join(said)})" if said else ""
 
 
 def _floor(floor: Layout) -> str:

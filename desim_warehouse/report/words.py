@@ -31,6 +31,7 @@ _FACTOR_UNITS = (
     (r"fleet\.(first_)?exit_time|tasks\..*_time|run\.|traffic\.node_time", "time"),
     (r"fleet\.robot\.(radius|margin)|layout\.blocks\.(goods_size|.*aisle_width)", "length"),
     (r"fleet\..*\bspeed", "speed"),
+    (r"fleet\..*celeration", "acceleration"),
     (r"battery\.(capacity|threshold|reserve)", "energy"),
     (r"tasks\.goods\.poisson", "tasks per hour"),
     (r"traffic\.collision_angle", "degrees"),
@@ -49,6 +50,8 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
         return units.length if units else ""
     if kind == "speed":
         return f"{units.length} per {units.time}" if units else ""
+    if kind == "acceleration":
+        return f"{units.length} per {units.time}^2" if units else ""
     return kind
 
 

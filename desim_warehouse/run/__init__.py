@@ -202,12 +202,15 @@ def check(model: Model) -> Check:
     layout = build(model.layout)
     graph = layout.graph
     contact = model.fleet.contact
-    length, speed = model.units.length, max(robot.speed for robot in model.fleet.robots())
+    length, speed = model.units.length, model.fleet.fastest
     facts = [
         f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
         f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
         f"the lanes hold {checks.room(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
+    if model.fleet.slowness:
+        stop = model.fleet.slowness * speed
+        facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
     facts += _times_that_vary(model)
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))

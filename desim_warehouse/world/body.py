@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from desim_warehouse.world.motion import Stretch
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.intersection import Claim, Intersection
     from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.motion import Motion
 
 
 class Driver(Protocol):
@@ -75,6 +77,7 @@ class Body:
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
+    `stretch` is what it has driven since it stood, where gathering speed and braking take time; None: they take none.
     """
 
     __slots__ = (
@@ -105,6 +108,7 @@ class Body:
         "recall_at",
         "since",
         "speed",
+        "stretch",
         "target",
         "task",
         "train_pace",
@@ -116,11 +120,19 @@ class Body:
         "waits_for",
     )
 
-    def __init__(self, number: int, speed: float, at: Intersection, driver: Driver | None = None) -> None:
+    def __init__(
+        self,
+        number: int,
+        speed: float,
+        at: Intersection,
+        driver: Driver | None = None,
+        motion: Motion | None = None,
+    ) -> None:
         self.number = number
         self.speed = self.pace = speed
         self.at = at
         self.driver = driver or NoDriver()
+        self.stretch: Stretch | None = None if motion is None else Stretch(motion)
         self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
         self.held: Any = None  # an Intersection
         self.granted: Lane | None = None
@@ -160,7 +172,10 @@ class Body:
 
     def distance(self, now: float) -> float:
         """Length driven so far."""
-        return self.driven + self.position(now) - max(self.out_at - now, 0.0) * self.out_pace
+        before = max(self.out_at - now, 0.0) * self.out_pace
+        if self.stretch is not None and self.lane is not None:
+            before = min(before, self.lane.headway)  # it may stand at the stop line still
+        return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
         """Where it is, in words."""
@@ -174,6 +189,45 @@ class Body:
         """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest of them."""
         train, self.train_pace = self.train_pace, math.inf
         return min(self.speed, lane.limit, train)
+
+    # Gathering speed and braking
+
+    def change_speed(self, speed: float) -> None:
+        """Standing, it has loaded or unloaded, and drives at another speed from now on."""
+        self.speed = speed
+        if self.lane is not None:
+            self.pace = min(speed, self.lane.limit)
+
+    def going_on(self, now: float) -> tuple[float, Stretch]:
+        """When a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
+        assert self.stretch is not None
+        if now > self.until + EPS:
+            return max(now, self.until + self.stretch.braking), self.stretch.anew()
+        return max(now, self.until), self.stretch
+
+    def sets_off(self, length: float, now: float) -> float:
+        """When it sets off over a further length on its lane that it may drive now."""
+        begin, stretch = self.going_on(now)
+        more, self.stretch = stretch.further(length, self.pace)
+        return begin + more
+
+    def keeps_pace(self, length: float) -> bool:
+        """Whether a robot under way drives on over a further length as fast as it does now."""
+        if self.stretch is None:
+            return True
+        more, stretch = self.stretch.further(length, self.pace)
+        if more > 0:
+            return False
+        self.stretch = stretch
+        return True
+
+    def stands(self, now: float) -> float:
+        """When a robot that stops where it is, or is sure to get to, has braked."""
+        if self.stretch is None:
+            return now
+        braked = max(now, self.until + self.stretch.braking)
+        self.stretch = self.stretch.anew()
+        return braked
 
     @property
     def is_on_lanes(self) -> bool:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.world.body import Body
     from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.motion import Stretch
     from desim_warehouse.world.rules import Rules
 
     Steps = Generator[Event, object, None]
@@ -44,7 +45,7 @@ class Drive:
     `held_up`: it is there, or has to decide or to wait for something at an intersection.
     """
 
-    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "stop", "turn_time")
+    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "slow", "stop", "turn_time")
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -56,6 +57,7 @@ class Drive:
         self.route = route
         self.stop = stop
         self.index = 0
+        self.slow = rules.turn_time > 0 or robot.stretch is not None  # crossing takes more than a drive and node time
         self.held_up: Event
 
     @property
@@ -79,21 +81,31 @@ class Drive:
                 robot.goal = max(self.stop, robot.pos)
                 if robot.held is not None:
                     yield from self._along_short(robot.goal)
+                    yield from self._comes_to_stand()
                     return True
         while True:
             if robot.lane is None or robot.held is not None:
                 outcome = yield from self._from_node()
+                if outcome is Departure.THERE:
+                    yield from self._comes_to_stand()
                 if outcome is not Departure.UNDER_WAY:
                     return outcome is Departure.THERE
             yield self._under_way()
             onward = self.onward
             if onward is None and self.stop is not None:
+                yield from self._comes_to_stand()
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
             if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._takes_detour():
                 yield from self._pass_when_free(onward)
+
+    def _comes_to_stand(self) -> Steps:
+        """It is where it wanted to be, and brakes."""
+        robot, now = self.robot, self.env._now
+        if (stands := robot.stands(now)) > now:
+            yield Arrival(self.env, stands)
 
     def _under_way(self) -> Event:
         """Due when the robot is there, or at an intersection where it cannot just go on."""
@@ -114,8 +126,38 @@ class Drive:
     def _clear_of_node(self, onward: Lane) -> float:
         """When a robot that sets out from the stop line now leaves the node."""
         robot, lane = self.robot, self.robot.lane
+        if robot.stretch is not None:
+            stop = self.stop if self.index + 1 == len(self.route) else None
+            return self._crossing(onward, stop, self.env._now)[2]
         clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
         return clear + lane.turn_to(onward) if self.turn_time else clear
+
+    def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
+        """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
+
+        Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace:
+        whoever follows it can plan by that.
+        """
+        robot, lane = self.robot, self.robot.lane
+        begin, stretch = robot.going_on(now)
+        # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
+        ahead = onward.first_target(stop), min(robot.speed, onward.limit, robot.train_pace), onward.headway
+        if lane is None or robot.pos >= lane.length:
+            more, stretch = stretch.further(*ahead)
+            return now, now, begin + more, stretch
+        rest = lane.length - robot.pos
+        more, stretch = stretch.further(rest, robot.pace)
+        begin += more
+        spent = lane.node_time + (lane.turn_to(onward) if self.turn_time else 0.0)
+        if spent:
+            out = begin + rest / robot.pace
+            clear = out + stretch.braking + spent
+            more, stretch = stretch.anew().further(*ahead)
+            return begin, out, clear + more, stretch
+        more, stretch = stretch.further(*ahead)
+        begin += more
+        out = begin + rest / robot.pace
+        return begin, out, out, stretch
 
     def _takes_detour(self) -> bool:
         """Whether a robot held up at an intersection takes another route from there."""
@@ -178,8 +220,8 @@ class Drive:
             onward, node, guard = self.route[index], lane.end, self.rules.guard
             # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
             clear = now + (lane.length - pos) / robot.pace + lane.node_time
-            if self.turn_time:
-                clear += lane.turn_to(onward)
+            if self.slow:
+                clear = self._clear_of_node(onward)
             if (
                 onward.short
                 or robot.recall_at <= clear
@@ -205,17 +247,39 @@ class Drive:
         """
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
-        if lane is not None:
-            turning = lane.turn_to(onward) if self.turn_time else 0.0
-            lane.leave(robot, clear - lane.node_time - turning)
+        begin = now
+        if self.slow:
+            begin, clear = self._leave(lane, onward, clear, stop, now)
+        elif lane is not None:
+            lane.leave(robot, clear - lane.node_time)
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
-            log.cross(now, robot, lane, robot.since)
+            log.cross(begin, robot, lane, robot.since)
         if lane is not None:
             lane.made_room(behind, now)
         if node.claims:
             node.freed(now)
+
+    def _leave(
+        self, lane: Lane | None, onward: Lane, clear: float, stop: float | None, now: float
+    ) -> tuple[float, float]:
+        """Off its lane, with the turns, and the time to gather speed: when it sets out, and when it leaves the node."""
+        robot, begin = self.robot, now
+        if robot.stretch is None:
+            if lane is not None:
+                turning = lane.turn_to(onward) if self.turn_time else 0.0
+                lane.leave(robot, clear - lane.node_time - turning)
+            return now, clear
+        if lane is None or robot.pos >= lane.length:
+            out = now
+            _, _, clear, robot.stretch = self._crossing(onward, stop, clear)
+        else:
+            begin, out, clear, robot.stretch = self._crossing(onward, stop, now)
+            lane.out_since = begin
+        if lane is not None:
+            lane.leave(robot, out)
+        return begin, clear
 
     # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
 
@@ -250,8 +314,15 @@ class Drive:
         """Along the lane to its end, all of it granted, and the time at the node spent."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
-        yield Arrival(self.env, robot.until + lane.node_time)
+        yield Arrival(self.env, self._after_node_time(lane))
         robot.pos = lane.length
+
+    def _after_node_time(self, lane: Lane) -> float:
+        """When a robot that drives to its lane's end has spent the time at the node."""
+        robot = self.robot
+        if robot.stretch is not None and lane.node_time:
+            return robot.stands(robot.until) + lane.node_time
+        return robot.until + lane.node_time
 
     def _along_short(self, stop: float) -> Steps:
         """Farther along a lane that is too short to stand clear of its nodes; the robot holds its end."""
@@ -290,7 +361,8 @@ class Drive:
         """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""
         robot = self.robot
         if self.turn_time and robot.lane is not None:
-            robot.ready_at = self.env._now + robot.lane.turn_to(onward)
+            turning = robot.lane.turn_to(onward)
+            robot.ready_at = (robot.stands(self.env._now) if turning else self.env._now) + turning
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
@@ -323,7 +395,7 @@ class Drive:
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        there = robot.until + (onward.node_time if target == onward.length else 0.0)
+        there = self._after_node_time(onward) if target == onward.length else robot.until
         self.callbacks = ROLL  # as `due` does
         heappush(env._queue, (there, NORMAL, next(env._eid), self))
 

@@ -18,6 +18,8 @@ def time_to_node(robot: Robot, now: float) -> float:
     body = robot.body
     if body.lane is None or body.held is not None:
         return 0.0
+    if body.stretch is not None:
+        return float(max(body.until - now, 0.0) + (body.lane.length - body.target) / body.pace + body.lane.node_time)
     return float((body.lane.length - body.position(now)) / body.pace + body.lane.node_time)
 
 
@@ -37,8 +39,8 @@ def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
 
 
 def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
-    speed, job = robot.body.speed, robot.job
-    travel = reach.travel(speed)
+    speed, job = robot.speed, robot.job
+    travel, with_load = reach.travel(speed), reach.travel(robot.loaded_speed)
     ways, time = travel.ways, time_to_node(robot, now)
     if job is None:
         bay = robot.bay.node if robot.bay is not None else robot.home
@@ -46,15 +48,16 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     since = now - robot.since_state
     station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job)
     if robot.state == "unloading" or (robot.state == "queueing" and len(robot.tour.stops) == 1):
-        rest = 0.0 if job.drop is None else travel.along(*job.drop)[1]
+        rest = 0.0 if job.drop is None else with_load.along(*job.drop)[1]
         return station, max(unload - (since if robot.state == "unloading" else 0.0), 0.0) + rest
     if robot.state == "loaded":
         if job.drop is None:
-            return station, time + ways.time(robot.node, station) + unload
-        return station, time + ways.time(robot.node, job.drop[0][0]) + sum(travel.along(*job.drop)) + unload
+            return station, time + with_load.ways.time(robot.node, station) + unload
+        start = with_load.ways.time(robot.node, job.drop[0][0])
+        return station, time + start + sum(with_load.along(*job.drop)) + unload
     length = reach.length(job.edge)
-    onward = ways.time(job.edge[1], station) if job.drop is None else loaded_time(travel, job, station)
-    beyond = (length - job.offset) / speed + onward + unload
+    onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
+    beyond = (length - job.offset) / robot.loaded_speed + onward + unload
     if robot.state in ("loading", "queueing"):
         return station, max(load - (since if robot.state == "loading" else 0.0), 0.0) + beyond
     if robot.body.lane is not None and robot.body.lane.edge == job.edge:
@@ -66,7 +69,7 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
 
 def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     """The node where the tour in hand ends, and the time until then."""
-    travel, stops, handling = reach.travel(robot.body.speed), robot.tour.stops, reach.handling
+    travel, stops, handling = reach.travel(robot.speed), robot.tour.stops, reach.handling
     first, length = stops[0], reach.length(stops[0].edge)
     rest = time_at(handling, first)
     if robot.state in ("loading", "unloading"):
@@ -74,7 +77,7 @@ def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     elif robot.state != "queueing":
         time = time_to_node(robot, now)
         if robot.body.lane is not None and robot.body.lane.edge == first.edge:
-            rest += max(time - (length - first.offset) / robot.body.speed, 0.0)
+            rest += max(time - (length - first.offset) / robot.speed, 0.0)
         else:
             rest += time + travel.ways.time(robot.node, first.edge[0]) + travel.along(first.edge, first.offset)[0]
-    return stops[-1].node, float(rest + driven(travel, stops) + handled(handling, stops[1:]))
+    return stops[-1].node, float(rest + driven(reach.travel(robot.loaded_speed), stops) + handled(handling, stops[1:]))

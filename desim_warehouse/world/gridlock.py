@@ -123,7 +123,7 @@ class Gridlock:
                 return
             passed.add(claim.node)
         if self.mixed:
-            self._keep_together(ring)
+            self._keep_together(ring, now)
         # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
         followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
         for claim in claims:
@@ -138,8 +138,11 @@ class Gridlock:
         return robot.goal - robot.pos < self.headway - EPS
 
     @staticmethod
-    def _keep_together(ring: list[Body]) -> None:
-        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter."""
+    def _keep_together(ring: list[Body], now: float) -> None:
+        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
+
+        And all of it starts at one time, when the last has braked and gathered speed.
+        """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
         slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))
@@ -147,6 +150,12 @@ class Gridlock:
             robot.pace = slowest
         for claim in claims:
             claim.robot.train_pace = slowest
+        driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]
+        if driven:
+            begin = max(max(now, robot.until + stretch.braking) for robot, stretch in driven)
+            begin += max(stretch.motion.gathers for _, stretch in driven) * slowest / 2
+            for robot, stretch in driven:
+                robot.until, robot.stretch = begin, stretch.at_speed(slowest)
 
 
 def _describe(ring: list[Body], now: float) -> str:

@@ -35,7 +35,7 @@ class Lane:
     next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
     other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
-    left its end.
+    left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
     """
 
     __slots__ = (
@@ -54,6 +54,7 @@ class Lane:
         "node_time",
         "out_at",
         "out_pace",
+        "out_since",
         "passages",
         "rules",
         "short",
@@ -107,7 +108,7 @@ class Lane:
         self.twin: Lane | None = None
         self.zone_direction: ZoneDirection | None = None
         self.wanted = 0
-        self.out_at = -math.inf
+        self.out_at = self.out_since = -math.inf
         self.out_pace = 1.0
         self.passages = self.waits = 0
         self.blocked = 0.0
@@ -179,9 +180,7 @@ class Lane:
             ahead.behind = robot
         until = clear + target / pace
         if mixed and (late := self.free_at(ahead, target, pace, clear) - until) > EPS:
-            self.count_wait(robot, ahead, late, now + (clear + late - now))
-            robot.delay = Delay(self, ahead, clear, clear + late)
-            robot.driver.will_stand(clear, clear + late)
+            self._put_off(robot, ahead, pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
         robot.lane = self
@@ -196,6 +195,12 @@ class Lane:
         self.last = robot
         self.entering = None
         self.passages += 1
+
+    def first_target(self, stop: float | None) -> float:
+        """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
+        goal = self.stop_line if stop is None else stop
+        last = self.last
+        return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
 
     def enter_standing(self, robot: Body) -> None:
         """A robot that stood on the node at the lane's start is on the lane, at 0, and has committed to nothing yet."""
@@ -265,13 +270,13 @@ class Lane:
 
     def _set_off(self, robot: Body, target: float, now: float) -> None:
         """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""
-        since = now
+        rules, since = self.rules, now
+        mixed = rules.mixed
+        if mixed and robot.stretch is not None:
+            since = robot.sets_off(target - robot.pos, now)
         until = since + (target - robot.pos) / robot.pace
-        rules = self.rules
-        if rules.mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
-            self.count_wait(robot, robot.ahead, late, now + late)
-            robot.delay = Delay(self, robot.ahead, since, since + late)
-            robot.driver.will_stand(since, since + late)
+        if mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
+            self._put_off(robot, robot.ahead, robot.pace, since, late, since + late)
             since += late
             until += late
         robot.since = since
@@ -280,13 +285,32 @@ class Lane:
         if rules.log.everything:
             rules.log.drive(robot, since)
 
+    def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
+        """A robot starts late behind a slower one, or behind one that gathers speed as it has to do itself."""
+        if robot.stretch is not None:
+            part, robot.stretch = robot.stretch.later(late, pace)
+            since, late = since + part, late - part
+            if late <= EPS:
+                return
+        self.count_wait(robot, ahead, late, end)
+        robot.delay = Delay(self, ahead, since, since + late)
+        robot.driver.will_stand(since, since + late)
+
     def _drives_on(self, robot: Body, target: float, now: float) -> bool:
         """Let a robot under way drive on to `target` without a stop; or not, if it came too close to a slower one.
+
+        Nor if it still gathers speed: what that takes is spent where it was sure to get to.
 
         Its drive comes up where it was sure to get to before, and again at the new target.
         """
         until = robot.until + (target - robot.target) / robot.pace
-        if robot.until < now or (self.rules.mixed and self.free_at(robot.ahead, target, robot.pace, now) > until + EPS):
+        if robot.until < now or (
+            self.rules.mixed
+            and (
+                self.free_at(robot.ahead, target, robot.pace, now) > until + EPS
+                or not robot.keeps_pace(target - robot.target)
+            )
+        ):
             return False
         since, robot.target, robot.until = robot.until, target, until
         if self.rules.log.everything:
@@ -302,7 +326,10 @@ class Lane:
         """
         if ahead is None:
             beyond = target - (self.length - self.headway)
-            return self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
+            free = self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
+            if self.out_since > since:
+                free = max(free, self.out_since + max(target - (self.stop_line - self.headway), 0.0) / pace)
+            return free
         free = ahead.passes(target + self.headway)
         if ahead.since > since:
             free = max(free, ahead.since + max(target - (ahead.pos - self.headway), 0.0) / pace)

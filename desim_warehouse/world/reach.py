@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause
-from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.world.rules import EPS
 from desim_warehouse.world.stops import driven, handled
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.ask import ChargingLevels
@@ -84,6 +84,7 @@ class Reach:
         self.chargers = [bay.node for bay in bays.by_node.values() if bay.chargers is not None]
         self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
         self.scarce = bays.chargers_are_scarce(model.fleet.size)
+        self._loaded_speeds = [robot.loaded_speed for robot in model.fleet.robots()]
         self._known = travel
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
@@ -193,9 +194,9 @@ class Reach:
         task = self._first(robot)
         if task is None:
             return 0.0
-        station, ways = self.stations.choose(robot, task), self.travel(robot.speed).ways
+        station, travel = self.stations.choose(robot, task), self.travel(robot.speed)
         return max(
-            self.rates["empty"] * (self.exit_time + ways.time(robot.node, bay))
+            self.rates["empty"] * (self.exit_time + (travel.ways.time(robot.node, bay) + travel.stop_time))
             + self.enough(replace(robot, node=bay), task, station, levels)
             for bay in (robot.node, *self.parking)
         )
@@ -210,7 +211,7 @@ class Reach:
         """Battery level at which a robot that leaves its work goes to a charger."""
         if levels.margin is None:
             return levels.good
-        way = self.to_charger(robot.node, robot, levels.charger)
+        way = self.to_charger(robot.node, robot, levels.charger) + self.travel(robot.speed).stop_time
         return max(levels.good, self.rates["empty"] * way + levels.margin)
 
     # Energies of a task
@@ -260,7 +261,8 @@ class Reach:
         for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
             if level.margin is None:
                 continue
-            key = robot.speed, id(nodes), level.charger, robot.home if level.charger == "own" else ""
+            speeds = robot.speed, self.loaded_speed(robot)
+            key = speeds, id(nodes), level.charger, robot.home if level.charger == "own" else ""
             if key not in rest:
                 rest[key] = np.array(
                     [
@@ -297,37 +299,38 @@ class Reach:
         node, counts as half a turn.
         """
         tasks, rates = self.tasks, self.rates
-        travel = self.travel(robot.speed)
-        before, after = travel.along(task.edge, task.offset)
-        unknown = travel.half_turn if task.edge[0] == task.edge[1] else 0.0
+        travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
+        before, after = travel.along(task.edge, task.offset)[0], with_load.along(task.edge, task.offset)[1]
+        unknown = with_load.half_turn if task.edge[0] == task.edge[1] else with_load.stop_time
         if task.is_tour:
             stops = self.stations.stops(robot, task) if stops is None else stops
             return float(
                 rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
                 + rates["loading"] * handled(self.handling, stops)
-                + rates["loaded"] * (driven(travel, stops) + unknown)
+                + rates["loaded"] * (driven(with_load, stops) + unknown)
             )
         return float(
             rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
             + rates["loading"] * (sum(self.handling.times(task)) if self.flows else self._handled)
-            + rates["loaded"] * (after + (loaded_time(travel, task, station) + unknown))
+            + rates["loaded"] * (after + (loaded_time(with_load, task, station) + unknown))
         )
 
     def tour_time(self, robot: RobotView, task: Task) -> float:
         """Time of a tour from standing at its first good to where it ends, driving freely."""
         stops = self.stations.stops(robot, task)
-        return float(driven(self.travel(robot.speed), stops) + handled(self.handling, stops))
+        return float(driven(self.travel(self.loaded_speed(robot)), stops) + handled(self.handling, stops))
 
     # Driving times
 
     def travel(self, speed: float) -> FreeTravel:
         """Driving times of a robot with a speed."""
         if speed not in self._travel:
-            known = self._known
-            self._travel[speed] = FreeTravel(
-                known.highways, speed, known.node_time, known.cost, (), known.turn_time, known.node_times
-            )
+            self._travel[speed] = self._known.at(speed)
         return self._travel[speed]
+
+    def loaded_speed(self, robot: RobotView) -> float:
+        """A robot's speed with a load."""
+        return self._loaded_speeds[robot.number]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
         """Driving time to the charger that a robot would go to; inf where there is none.
@@ -353,5 +356,5 @@ class Reach:
 
     def out_of(self, bay: str, robot: RobotView) -> float:
         """Time from resting in a parking slot to the charger that is farthest from it."""
-        ways = self.travel(robot.speed).ways
-        return self.exit_time + max(ways.time(bay, charger) for charger in self.chargers)
+        travel = self.travel(robot.speed)
+        return self.exit_time + max(travel.ways.time(bay, charger) for charger in self.chargers) + travel.stop_time

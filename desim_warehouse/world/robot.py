@@ -67,10 +67,11 @@ class Robot:
         self.env = world.env
         self.number = number
         self.kind = kind
+        self.speed, self.loaded_speed = shape.speed, shape.loaded_speed
         self.loads = shape.capacity
         self.carries = shape.carries
         self.home = self.parked_at = self.last_bay = home
-        self.body = Body(number, shape.speed, world.traffic.nodes[home], self)
+        self.body = Body(number, shape.speed, world.traffic.nodes[home], self, world.motion_of(shape))
         self.itinerary = Itinerary(
             self.body,
             lanes=world.traffic.lanes,
@@ -378,7 +379,7 @@ class Robot:
             self.battery.capacity,
             0.0 if spec is None else spec.threshold,
             self.last_bay,
-            self.body.speed,
+            self.speed,
             free,
             free_in,
             tuple(self.world.dispatcher.queues.get(self.number, ())),

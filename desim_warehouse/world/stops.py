@@ -80,7 +80,7 @@ def between(travel: FreeTravel, last: Stop, stop: Stop) -> float:
     before, _ = travel.along(stop.edge, stop.offset)
     passed, rest = travel.along(last.edge, last.offset)
     if stop.edge == last.edge and stop.offset >= last.offset:
-        return before - passed
+        return before - passed + travel.stop_time
     return rest + travel.from_edge(last.edge, stop.edge[0]) + travel.half_turn + before
 
 

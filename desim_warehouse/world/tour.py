@@ -109,6 +109,7 @@ class Tour:
             yield Timeout(self.env, self.handling.visit(stop.task, stop.rank))
             self.dispatcher.stations.release((stop,), ())
         del self.stops[:1]
+        robot.body.change_speed(robot.loaded_speed if self.stops else robot.speed)
         if self.stops:
             then = self.stops[0].task.number
             if stop.act == "unload":

@@ -31,6 +31,7 @@ from desim_warehouse.world.encounters import count_encounters, record_closures, 
 from desim_warehouse.world.events import Clock, happened
 from desim_warehouse.world.flows import Flows
 from desim_warehouse.world.handling import HandlingTimes
+from desim_warehouse.world.motion import Motion
 from desim_warehouse.world.people import sources
 from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
@@ -42,6 +43,7 @@ from desim_warehouse.world.traffic import Traffic
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.model.fleet import RobotSpec
     from desim_warehouse.policies import Task
     from desim_warehouse.world.gridlock import Rule
     from desim_warehouse.world.tallies import Rows
@@ -77,7 +79,9 @@ class World:
             hours = source.spec.hours
             source.start(streams, None if hours is None else model.hours(hours), model.units.hour)
         self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
-        kinds = {(robot.radius, robot.speed) for robot in fleet.robots()}
+        kinds = {(robot.radius, robot.speed, robot.loaded_speed) for robot in fleet.robots()}
+        self.has_motion = any(map(any, {robot.motion for robot in fleet.robots()}))
+        one_speed = len(kinds) == 1 and all(speed == loaded for _, speed, loaded in kinds)
         self.traffic = Traffic(
             env,
             layout,
@@ -86,7 +90,7 @@ class World:
             theta=math.radians(model.traffic.collision_angle),
             node_time=model.traffic.node_time,
             turn_time=model.traffic.turn_time,
-            mixed=len(kinds) > 1 or layout.has_limits,
+            mixed=not one_speed or layout.has_limits or self.has_motion,
             rule=_rule(model, layout),
             patience=PATIENCE / model.units.seconds,
             zones=zones,
@@ -97,12 +101,13 @@ class World:
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
             layout,
-            max(speed for _, speed in kinds),
+            max(speed for _, speed, _ in kinds),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
             model.traffic.turn_time,
             model.traffic.node_times,
+            fleet.slowness,
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)
@@ -176,6 +181,10 @@ class World:
         for number, start in starts:
             robot = self.robots[number]
             robot.itinerary.start(self.travel.way(start.node, robot.home))
+
+    def motion_of(self, shape: RobotSpec) -> Motion | None:
+        """How a robot gathers speed and brakes; None where no robot of the fleet takes time for it."""
+        return Motion(*shape.motion) if self.has_motion else None
 
     # The run
 

@@ -1,0 +1,125 @@
+"""How robots gather speed and brake: what a drive takes beyond its length at a steady pace, exactly.
+
+A *stretch* is what a robot drives from one stand to the next, in pieces of a length and a speed limit. Its time-optimal
+drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop; each piece then takes its
+length / limit and a time lost, which is known in closed form (a trapezoid of speeds, or a triangle on short pieces).
+In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no time steps, one
+event a drive.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Piece = tuple[float, float]
+"""A length, and the speed limit on it."""
+
+
+class Motion(NamedTuple):
+    """How long a robot takes to gather a unit of speed, and to lose it: 1 / acceleration, 1 / deceleration."""
+
+    gathers: float
+    brakes: float
+
+
+class Stretch(NamedTuple):
+    """What a robot has driven or committed to since it stood, and the time that it has `lost` beyond a steady pace.
+
+    Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes; it came to the
+    first of them at `speed`.
+    """
+
+    motion: Motion
+    speed: float = 0.0
+    pieces: tuple[Piece, ...] = ()
+    lost: float = 0.0
+
+    def further(self, length: float, limit: float, foreseen: float = 0.0) -> tuple[float, Stretch]:
+        """The time that a further piece loses, and the stretch with it; the speed at its end is free.
+
+        It is lost as on one of the length `foreseen`, if that is more.
+        """
+        more = max(time_lost(self._with(max(length, foreseen), limit), self.motion, self.speed) - self.lost, 0.0)
+        return more, self._replace(pieces=self._with(length, limit), lost=self.lost + more)._without_the_past()
+
+    def _with(self, length: float, limit: float) -> tuple[Piece, ...]:
+        pieces = self.pieces
+        if length <= 0:
+            return pieces
+        if pieces and pieces[-1][1] == limit:
+            return (*pieces[:-1], (pieces[-1][0] + length, limit))
+        return (*pieces, (length, limit))
+
+    def later(self, time: float, limit: float) -> tuple[float, Stretch]:
+        """The part of a late start that gathering speed takes anyway, and the stretch with that part lost already."""
+        to_come = self.further(limit * limit * self.motion.gathers / 2, limit)[0]
+        time = min(time, to_come)
+        return time, self._replace(lost=self.lost + time)
+
+    @property
+    def braking(self) -> float:
+        """The time that it loses more if it stops at its end."""
+        return max(time_lost(self.pieces, self.motion, self.speed, stops=True) - self.lost, 0.0)
+
+    def anew(self) -> Stretch:
+        """After a stop."""
+        return Stretch(self.motion)
+
+    def at_speed(self, limit: float) -> Stretch:
+        """After a stop, with a run-up that it has lost the time of already."""
+        return self.anew().further(limit * limit * self.motion.gathers / 2, limit)[1]
+
+    def _without_the_past(self) -> Stretch:
+        """Without the pieces that lie farther back than it may ever have to brake from."""
+        pieces = self.pieces
+        if len(pieces) <= 1:
+            return self
+        farthest = max(limit for _, limit in pieces) ** 2 * self.motion.brakes / 2
+        first = len(pieces) - 1
+        rest = pieces[first][0]
+        while first and rest < farthest:
+            first -= 1
+            rest += pieces[first][0]
+        if first == 0:
+            return self
+        speeds = _speeds(pieces, self.motion, self.speed, math.inf)
+        past = sum(_lost_on(pieces[i], speeds[i], speeds[i + 1], self.motion) for i in range(first))
+        return Stretch(self.motion, speeds[first], pieces[first:], self.lost - past)
+
+
+def time_lost(pieces: Sequence[Piece], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
+    """What the time-optimal drive over pieces takes beyond the sum of length / limit.
+
+    It comes to the first at `speed`; at the end it stops, or its speed is free.
+    """
+    speeds = _speeds(pieces, motion, speed, 0.0 if stops else math.inf)
+    return sum(_lost_on(piece, speeds[i], speeds[i + 1], motion) for i, piece in enumerate(pieces))
+
+
+def _speeds(pieces: Sequence[Piece], motion: Motion, first: float, last: float) -> list[float]:
+    """The speeds at the ends of all pieces: as fast as can be gathered, and no faster than can be braked from."""
+    speeds = [first]
+    for i, (length, limit) in enumerate(pieces):
+        then = pieces[i + 1][1] if i + 1 < len(pieces) else last
+        speeds.append(min(limit, then, _reached(speeds[i], length, motion.gathers)))
+    for i in reversed(range(len(pieces))):
+        speeds[i] = min(speeds[i], _reached(speeds[i + 1], pieces[i][0], motion.brakes))
+    return speeds
+
+
+def _reached(speed: float, length: float, slowness: float) -> float:
+    return math.sqrt(speed * speed + 2 * length / slowness) if slowness else math.inf
+
+
+def _lost_on(piece: Piece, comes: float, goes: float, motion: Motion) -> float:
+    """On one piece, between the speeds at its ends: up to a peak, which is the limit if there is room, and down."""
+    (length, limit), (gathers, brakes) = piece, motion
+    squared = (2 * length + gathers * comes * comes + brakes * goes * goes) / ((gathers + brakes) or math.inf)
+    if gathers + brakes == 0 or squared >= limit * limit:
+        return (gathers * (limit - comes) ** 2 + brakes * (limit - goes) ** 2) / (2 * limit)
+    peak = math.sqrt(squared)
+    return gathers * (peak - comes) + brakes * (peak - goes) - length / limit

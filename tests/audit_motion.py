@@ -1,0 +1,68 @@
+"""The part of the auditor that looks at speeds: nobody is faster than its own speed, or than it can gather and brake.
+
+Between two instants at which a robot stands for certain (it loads, unloads, is in a bay or station) it takes at least
+the time of the fastest drive over what it has driven, from a stand to a stand.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from tests.world.closed_form import drive_time
+
+TOL = 1e-6
+STANDS = {"loading", "unloading", "parked", "docked"}
+TRAFFIC = {"drive", "enter", "collision", "rotation", "released", "assigned", "returned", "delivered"}
+
+
+class Motion:
+    """Checks of how fast robots drive, for `Audit`."""
+
+    def speed_of(self, robot, state):
+        """Its speed on the way in a state."""
+        spec = self.robots[robot]
+        return spec.loaded_speed if state == "loaded" else spec.speed
+
+    def start_time(self):
+        """The most that gathering speed takes, and braking: what the robots of a ring wait for each other."""
+        fastest = max(self.speed_of(i, state) for i in range(len(self.robots)) for state in ("loaded", "empty"))
+        return fastest * (max(one.motion[0] for one in self.robots) + max(one.motion[1] for one in self.robots)) / 2
+
+    def check_motion(self):
+        if not any(any(one.motion) for one in self.robots):
+            return
+        rows = sorted(self.run.record.rows, key=lambda row: (row[2], row[0]))
+        for robot, mine in groupby(rows, key=lambda row: row[2]):
+            if robot >= 0:
+                self.check_stretches(robot, mine)
+
+    def check_stretches(self, robot, rows):
+        """From stand to stand, each as long as it takes at least."""
+        gathers, brakes = self.robots[robot].motion
+        state, since, pieces, place = "idle", 0.0, [], {}
+        for time, kind, _, _, _, edge, value, _, _ in rows:
+            if kind == "enter":
+                place = {edge: 0.0}
+            elif kind == "drive":
+                limit = min(self.speed_of(robot, state), self.graph.edges[edge]["speed"])
+                begin = place.get(edge, self.started_at(robot, edge))
+                if value > begin:
+                    pieces.append((limit, value - begin))
+                place[edge] = value
+            elif kind not in TRAFFIC:
+                state = kind
+                if kind in STANDS and pieces:
+                    together = [
+                        (sum(length for _, length in some), limit)
+                        for limit, some in groupby(pieces, key=lambda piece: piece[0])
+                    ]
+                    least = drive_time(together, 1 / gathers if gathers else 1e6, 1 / brakes if brakes else 1e6)
+                    if time - since < least - 5 * TOL * (1 + least):
+                        self.fault(time, f"robot {robot} takes {time - since:g} for a drive of at least {least:g}")
+                if kind in STANDS or not pieces:
+                    pieces, since = [], time
+
+    def started_at(self, robot, edge):
+        """Where it stood on an edge at the start of the run."""
+        places = self.run.model.fleet.start_on_lanes[robot : robot + 1]
+        return next((place.offset for place in places if getattr(place, "edge", None) == edge), 0.0)

@@ -1,0 +1,32 @@
+"""Robots that gather speed and brake, and are slower or faster with a load: added to models that know nothing of it."""
+
+from __future__ import annotations
+
+import random
+
+RATES = (0.05, 0.3, 1.0, 4.0, 1e3)
+LARGER = 8
+"""How much more a battery must hold, so that it lasts for any task with all its stops, at rates of at least 1."""
+
+
+def moving(mapping, seed):
+    """A copy of a model in which robots take time to start and to stop; some drive slower, or faster, with a load."""
+    draw = random.Random(f"moving {seed}")
+    fleet, battery = mapping["fleet"], mapping["battery"]
+    rates = [rate for rate in RATES if rate >= 1 or battery is None]
+    kinds = {name: {**kind, **drawn(draw, rates, kind.get("speed"))} for name, kind in fleet.get("kinds", {}).items()}
+    robot = {**fleet["robot"], **drawn(draw, rates, fleet["robot"]["speed"])}
+    if not any("acceleration" in one or "deceleration" in one for one in (robot, *kinds.values())):
+        robot["acceleration"] = draw.choice(rates)
+    if battery is not None:
+        amounts = ("capacity", "threshold", "charge_rate", "reserve")
+        battery = {**battery, **{key: LARGER * battery[key] for key in amounts if key in battery}}
+    return {**mapping, "battery": battery, "fleet": {**fleet, "robot": robot, "kinds": kinds}}
+
+
+def drawn(draw, rates, speed):
+    """What a kind says of its motion: all of it, or some."""
+    found = {key: draw.choice(rates) for key in ("acceleration", "deceleration") if draw.random() < 0.6}
+    if speed is not None and draw.random() < 0.5:
+        found["speed_loaded"] = speed * draw.choice((0.5, 0.8, 1.25))
+    return found

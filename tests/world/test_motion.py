@@ -1,0 +1,281 @@
+"""Robots that gather speed and brake: the time of each start and stop, exactly. In most stories D = 2."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import desim_warehouse as dw
+from desim_warehouse.run import check
+from desim_warehouse.world.motion import Motion
+from tests.auditor import audit
+from tests.world import ring
+from tests.world.closed_form import drive_time
+from tests.world.floor import PARK, Floor, line
+
+near = pytest.approx
+HALF = Motion(2.0, 2.0)
+"""Half a length unit per time unit squared, up and down: 1 is gathered in 2, over a length of 1."""
+
+
+# One robot, worked out by hand
+
+
+def test_a_start_and_a_stop_cost_half_the_time_that_gathering_and_losing_the_speed_take():
+    floor = line("A B", 10)
+    robot = floor.robot("A B", motion=HALF)
+    floor.run()
+    # 2 to gather 1, over 1; 8 at 1; 2 to brake, over 1
+    assert floor.there(robot) == [near(12, abs=1e-12)]
+
+
+def test_on_a_short_drive_it_never_gets_to_its_speed():
+    floor = line("A B", 0.5, D=0.2)
+    robot = floor.robot("A B", motion=HALF)
+    floor.run()
+    # 0.25 up and 0.25 down, each sqrt(2 * 0.25 / 0.5) = 1
+    assert floor.there(robot) == [near(2, abs=1e-12)]
+
+
+def test_braking_can_be_harder_than_gathering_speed():
+    floor = line("A B", 10)
+    robot = floor.robot("A B", motion=Motion(2.0, 0.5))
+    floor.run()
+    assert floor.there(robot) == [near(10 + 1 + 0.25, abs=1e-12)]
+
+
+def test_without_a_stop_nothing_is_lost_on_the_way():
+    floor = line("A B C D", 10, 10, 10)
+    robot = floor.robot("A B C D", motion=HALF)
+    floor.run()
+    assert floor.there(robot) == [near(32, abs=1e-12)]
+    # what gathering speed takes is spent before it sets out
+    assert floor.enters(robot) == {"A>B": near(1), "B>C": near(11), "C>D": near(21)}
+
+
+def test_a_stop_in_the_lane_costs_braking_and_gathering_speed_again():
+    floor = line("A B", 20)
+    robot = floor.robot(("A B", 8), 5, "B", motion=HALF)
+    floor.run()
+    assert floor.there(robot) == [near(10), near(10 + 5 + 14)]
+
+
+def test_at_every_node_where_time_is_spent_it_stops():
+    floor = line("A B C", 10, 10, node_time=3)
+    robot = floor.robot("A B C", motion=HALF)
+    floor.run()
+    assert floor.there(robot) == [near(2 * (12 + 3), abs=1e-12)]
+
+
+def test_it_brakes_before_a_slower_lane_and_gathers_speed_after_it():
+    floor = line("A B C D", 10, 10, 10, limits=[None, 0.5, None])
+    robot = floor.robot("A B C D", motion=HALF)
+    floor.run()
+    # from 1 to 0.5, or back, takes 1 over 0.75: 0.25 more than at 1
+    assert floor.there(robot) == [near(10 + 20 + 10 + 1 + 1 + 2 * 0.25, abs=1e-12)]
+
+
+def test_a_turn_is_a_stop():
+    floor = Floor({"A": (0, 0), "B": (10, 0), "C": (10, 10)}, ["A>B", "B>C"], turn_time=4)
+    robot = floor.robot("A B C", motion=HALF)
+    floor.run()
+    assert floor.there(robot) == [near(12 + 4 + 12, abs=1e-12)]
+
+
+# One robot, any route
+
+
+@st.composite
+def routes(draw):
+    """Edges with limits, times at nodes and turns, and where the robot stops on them."""
+    edges = draw(
+        st.lists(
+            st.tuples(
+                st.sampled_from((0.3, 0.7, 1.0, 1.5, 2.0, 2.5, 4.0, 15.0)),
+                st.sampled_from((None, None, 0.3, 0.8, 5.0)),
+                st.sampled_from((0.0, 0.0, 0.5, -0.5)),  # quarters turned before it
+                st.sampled_from((0.0, 0.0, 1.5)),  # time at its end
+                st.none() | st.floats(0, 1),  # a stop on it, as a part of its length
+            ),
+            min_size=1,
+            max_size=10,
+        )
+    )
+    return edges, draw(st.sampled_from((0.0, 2.0)))
+
+
+rates = st.sampled_from((0.05, 0.3, 1.0, 2.5))
+
+
+@given(routes(), st.sampled_from((0.5, 1.0, 2.0)), rates, rates, st.sampled_from((0.0, 2.5)))
+@settings(deadline=None, max_examples=200)
+def test_any_route_with_stops_takes_the_closed_form_of_the_fastest_drives_between_them(
+    route, speed, acceleration, deceleration, pause
+):
+    edges, turn_time = route
+    floor, names = _street(edges, turn_time)
+    steps, pieces, expected = [], [], 0.0
+
+    def stop(spent):
+        nonlocal pieces, expected
+        expected += drive_time(pieces, acceleration, deceleration) + spent if pieces else spent
+        pieces = []
+
+    way = names[:1]
+    for i, (length, limit, _, node_time, part) in enumerate(edges):
+        way.append(names[i + 1])
+        lane, pace, at = floor.traffic.lanes[names[i], names[i + 1]], min(speed, limit or math.inf), 0.0
+        if part is not None:
+            at = lane.clear_stop(part * length)
+            steps += [(" ".join(way), at), pause]
+            way = way[-1:]
+            pieces.append((at, pace))
+            stop(pause)
+        if length > at:
+            pieces.append((length - at, pace))
+        last = i + 1 == len(edges)
+        spent = node_time + (0.0 if last else lane.turn_to(floor.traffic.lanes[names[i + 1], names[i + 2]]))
+        if last:
+            steps.append(" ".join(way))
+        if spent or last:
+            stop(spent)
+    robot = floor.robot(*steps, speed=speed, motion=Motion(1 / acceleration, 1 / deceleration))
+    floor.run()
+    assert floor.there(robot)[-1] == near(expected, abs=1e-9)
+
+
+def _street(edges, turn_time):
+    """Edges in a row, each turned against the one before; an extra name at the end takes the last step to its node."""
+    names, points, heading = [f"n{i}" for i in range(len(edges) + 1)], [(0.0, 0.0)], 0.0
+    for length, _, turned, _, _ in edges:
+        heading += turned * math.pi / 2
+        x, y = points[-1]
+        points.append((x + length * math.cos(heading), y + length * math.sin(heading)))
+    drawn = [(f"{a}>{b}", length, limit) for (a, b), (length, limit, *_) in zip(pairwise(names), edges, strict=True)]
+    node_times = {name: edge[3] for name, edge in zip(names[1:], edges, strict=True)}
+    floor = Floor(dict(zip(names, points, strict=True)), drawn, D=1.0, turn_time=turn_time, node_times=node_times)
+    return floor, names
+
+
+# Several robots
+
+
+def test_those_that_wait_in_a_row_start_together_and_flow_as_one():
+    """The first loads at 20 until 40, the others stand 2 and 4 behind it; it is at B at 51, and they follow."""
+    floor = line("A B C", 30, 60)
+    robots = [floor.robot(("A B", 20), 18, "B C", PARK, motion=HALF)]
+    robots += [floor.robot("A B C", PARK, start=4.0 * i, motion=HALF) for i in (1, 2)]
+    floor.run()
+    assert floor.there(robots[0])[0] == near(22)
+    assert [floor.enters(robot)["B>C"] for robot in robots] == [near(51), near(53), near(55)]
+    # a start that waits for another to gather speed is part of gathering it: no further wait
+    assert [[wait[1:3] for wait in floor.waits(robot) if wait[0] == "A>B"] for robot in robots] == [
+        [],
+        [(near(4 + 1 + 18), near(40))],
+        [(near(8 + 1 + 16), near(40))],
+    ]
+
+
+def test_a_robot_that_waits_at_a_node_brakes_and_gathers_speed_again():
+    """At right angles, D = 2: the first is on X at 1 + 10; the other at its stop line at 2 + 1 + 8, and waits there."""
+    nodes = {"W": (0, 10), "X": (10, 10), "E": (20, 10), "N": (10, 0), "S": (10, 20)}
+    floor = Floor(nodes, ["W>X", "X>E", "N>X", "X>S"])
+    floor.robot("W X E", PARK, motion=HALF)
+    second = floor.robot("N X S", PARK, start=2, motion=HALF)
+    floor.run()
+    ((_, begin, end, _),) = floor.waits(second)
+    assert begin == near(11)
+    # it has braked by 12; from there 1 to gather speed, 12 to drive, 1 to brake
+    assert floor.there(second) == [near(max(end, 12) + 1 + 12 + 1)]
+
+
+def test_a_ring_of_waiting_robots_turns_when_the_last_has_gathered_speed():
+    fleet = {**ring.RING["fleet"], "size": 40, "robot": {**ring.RING["fleet"]["robot"], "acceleration": 0.5}}
+    places = [{"edge": list(edge), "offset": offset} for edge in ("AB", "BC", "CD", "DA") for offset in range(1, 10)]
+    fleet["start_on_lanes"] = [*places, *({"node": node} for node in "ABCD")]
+    run = dw.simulate(dw.load(ring.RING, {"fleet": fleet, "tasks.goods": {"random": 60}, "tasks.unload_at": ["C"]}))
+    assert run.kpis["tasks"] == 60
+    assert run.kpis["rotations"] > 0
+    assert audit(run) == []
+
+
+# Whole models
+
+
+def simulated(**changes):
+    named = {key.replace("__", "."): value for key, value in changes.items()}
+    return dw.simulate(dw.load(ring.RING, {"fleet.size": 1, "tasks.goods": [1], **named}))
+
+
+def when(run, kind):
+    return [row.time for row in run.history.rows(kind)]
+
+
+def test_with_a_load_it_drives_at_another_speed():
+    """A ring of edges of 10: good 1 lies on C>D at 5; 25 at 1, 5 to load, 5 at 0.5 to D, 3 to unload, 10 home at 1."""
+    run = simulated(fleet__robot__speed_loaded=0.5)
+    assert when(run, "loaded") == [30]
+    assert when(run, "unloading") == [40]
+    assert run.T == 53
+    assert audit(run) == []
+
+
+def test_a_task_takes_its_starts_and_stops():
+    """The same with a load at 0.5, and 0.5 per time unit to gather and to brake: 25 + 2, 5, 5 / 0.5 + 1, 3, 10 + 2."""
+    run = simulated(fleet__robot__speed_loaded=0.5, fleet__robot__acceleration=0.5)
+    assert when(run, "loading") == [27]
+    assert when(run, "unloading") == [27 + 5 + 11]
+    assert run.T == 27 + 5 + 11 + 3 + 12
+    assert audit(run) == []
+
+
+def test_kinds_have_their_own():
+    fleet = dw.load(
+        ring.RING,
+        {
+            "fleet.size": 4,
+            "fleet.robot.acceleration": "0.5 m/s^2",
+            "fleet.robot.speed_loaded": 0.8,
+            "fleet.kinds": {
+                "lift": {"count": 1, "acceleration": 0.25},
+                "tug": {"count": 1, "deceleration": 2, "speed": 2},
+                "cart": {"count": 1, "speed_loaded": 0.4},
+            },
+        },
+    ).fleet
+    assert [(one.speed, one.loaded_speed, *one.motion) for one in fleet.robots()] == [
+        (1, 0.8, 4, 4),
+        (2, 2, 2, 0.5),
+        (1, 0.4, 2, 2),
+        (1, 0.8, 2, 2),
+    ]
+
+
+def test_nothing_that_is_drawn_depends_on_it():
+    made = {"tasks.goods": {"poisson": 60}, "run.length": 3600, "tasks.load_time": {"exponential": 5}}
+    plain, slow = (simulated(**{**made, **more}) for more in ({}, {"fleet.robot.acceleration": 0.2}))
+    assert when(plain, "released") == when(slow, "released")
+    first, then = (handling(run) for run in (plain, slow))
+    assert len(then) > 20
+    assert all(first[task] == near(time) for task, time in then.items())
+
+
+def handling(run):
+    """How long each task took to load."""
+    begun = {row.task: row.time for row in run.history.rows("loading")}
+    return {row.task: row.time - begun[row.task] for row in run.history.rows("loaded")}
+
+
+def test_the_hand_calculation_counts_a_start_and_a_stop_of_each_drive():
+    model = dw.load(
+        ring.RING,
+        {"fleet.size": 1, "fleet.robot.acceleration": 0.5, "fleet.robot.speed_loaded": 0.5, "run.length": 6000}
+        | {"layout.storage": [ring.RING["layout"]["storage"][1]], "tasks.goods": {"saturated": 1}, "run.warm_up": 600},
+    )
+    cycle = check(model).calculation.cycle
+    assert (cycle.empty, cycle.loaded, cycle.time) == (35 + 2, 10 + 1, 56)
+    assert dw.simulate(model).kpis["tasks"] == near(5400 / 56, abs=1)
