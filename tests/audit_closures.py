@@ -74,12 +74,13 @@ class Closures:
         for robot, visits in self.visits.items():
             for rank, (before, visit) in enumerate(pairwise([None, *visits])):
                 for shut in by_edge[visit.edge]:
-                    if not shut.begin + TOL < visit.enter < shut.end - TOL:
+                    begin = shut.begin + self.start_time()  # it may have been let in, and brakes or gathers speed
+                    if not begin + TOL < visit.enter < shut.end - TOL:
                         continue
                     if before is not None and not before.into_bay and before.edge in shut.edges:
                         continue
-                    waited = any(shut.begin + TOL < end <= visit.enter + TOL for end in waits[robot])
-                    if waited or not self.was_let_in(visits[:rank], shut.begin):
+                    waited = any(begin + TOL < end <= visit.enter + TOL for end in waits[robot])
+                    if waited or not self.was_let_in(visits[:rank], begin):
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
 
     def was_let_in(self, visits, time):

@@ -122,7 +122,7 @@ class Audit(Nodes, Motion, Work, Closures):
             if last.edge[1] != edge[0] or abs(last.at(time) - length) > TOL:
                 self.fault(time, f"robot {robot} jumped from {last.edge} at {last.at(time)} to {edge}")
             last.leave = time
-        set_out = last.times[-2] if last is not None and len(last.times) > 1 else time
+        set_out = (last.times[-2] if last is not None and len(last.times) > 1 else time) - self.start_time()
         where[robot] = Visit(robot, edge, time, times=[time], places=[0.0], limit=self.slow_limit(edge, set_out, time))
         self.visits[robot].append(where[robot])
 

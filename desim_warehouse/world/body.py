@@ -73,7 +73,7 @@ class Body:
     Standing on an intersection it faces its next lane at `ready_at`.
     `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions;
     `encounters` counts episodes of waiting for people.
-    `train_pace` bounds its pace on the next lane, when it turns with a ring of slower robots.
+    `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
@@ -96,6 +96,7 @@ class Body:
         "granted",
         "held",
         "lane",
+        "limit",
         "mark",
         "moves",
         "number",
@@ -146,7 +147,7 @@ class Body:
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
         self.delay: Delay | None = None
-        self.recall_at = self.train_pace = math.inf
+        self.recall_at = self.train_pace = self.limit = math.inf
         self.ready_at = -math.inf
         self.mark = 0
         self.detours = 0
@@ -188,15 +189,16 @@ class Body:
     def pace_on(self, lane: Lane) -> float:
         """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest of them."""
         train, self.train_pace = self.train_pace, math.inf
-        return min(self.speed, lane.limit, train)
+        self.limit = min(lane.limit, train)
+        return min(self.speed, self.limit)
 
     # Gathering speed and braking
 
     def change_speed(self, speed: float) -> None:
         """Standing, it has loaded or unloaded, and drives at another speed from now on."""
-        self.speed = speed
-        if self.lane is not None:
-            self.pace = min(speed, self.lane.limit)
+        if speed != self.speed:
+            self.speed = speed
+            self.pace = min(speed, self.limit)
 
     def going_on(self, now: float) -> tuple[float, Stretch]:
         """When a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
