@@ -7,7 +7,7 @@ and never in a lane. Rejected: reserving on arrival (queues in lanes), driving i
 from __future__ import annotations
 
 from collections import Counter
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 from simpy import Resource
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import RobotView, StopPlace, Task
     from desim_warehouse.streams import Streams
     from desim_warehouse.world.stops import Act
-
-
-BY_TIME = 5_000
-"""Places for which the stations are kept in the order in which they are reached."""
 
 
 class Servers(Resource):
@@ -91,7 +87,6 @@ class Stations:
         self._streams = streams
         self._drawn: dict[int, str] = {}
         self._tours: dict[int, list[Stop]] = {}
-        self._by_time = lru_cache(BY_TIME)(self._sorted)
         self._bound: Counter[str] = Counter()
 
     # Which one
@@ -112,15 +107,10 @@ class Stations:
             return self._draw(task)
         if len(nodes) == 1:
             return nodes[0]
-        nodes = self._by_time(comes_from or task.edge[1], nodes)
+        nodes = self._travel.by_time(comes_from or task.edge[1], nodes)
         if full:
             nodes = tuple(node for node in nodes if node not in full) or nodes
         return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
-
-    def _sorted(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Nodes by the free driving time to them; those that are as near in their order."""
-        times = self._travel.times([origin], nodes)[0]
-        return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
@@ -192,7 +182,7 @@ class Stations:
         if act == "unload":
             node = self.choose(robot, task, comes_from)
         else:
-            nodes = self._by_time(comes_from, place.nodes)
+            nodes = self._travel.by_time(comes_from, place.nodes)
             node = next((node for node in nodes if node not in self.full), nodes[0])
         stored = act == "load" and task.good >= 0
         return Stop(task, act, node, (node, node), 0.0, None if stored else self.by_node.get(node))
