@@ -204,6 +204,8 @@ def as_json(value: Any) -> Any:
 class FrozenMap(dict[Key, Value]):
     """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
 
+    _hash: int | None = None
+
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
 
@@ -218,7 +220,9 @@ class FrozenMap(dict[Key, Value]):
         return not self == other
 
     def __hash__(self) -> int:  # type: ignore[override]
-        return hash(tuple(self.items()))
+        if self._hash is None:
+            self._hash = hash(tuple(self.items()))
+        return self._hash
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

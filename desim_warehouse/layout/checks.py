@@ -7,6 +7,7 @@ The conditions are those of docs/why.md, "Never stalled". A finding says where a
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -124,7 +125,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
         return
-    homes = [start[number % len(start)] for number in range(use.robots)]
+    homes = Counter(start[number % len(start)] for number in range(use.robots))
     crowded: dict[str, list[str]] = {}
     for node in dict.fromkeys(start):
         bay = layout.bays.get(node)
@@ -132,14 +133,14 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "START_WITHOUT_BAY", f"fleet.start: {node}", "there is no bay at this node", "name nodes with bays"
             )
-        elif bay.places is not None and homes.count(node) > bay.places:
+        elif bay.places is not None and homes[node] > bay.places:
             crowded.setdefault(bay.zone, []).append(node)
     for zone, nodes in crowded.items():
         places = layout.bays[nodes[0]].places
         yield Finding(
             "BAY_CROWDED",
             f"layout.bays.{zone}.places",
-            f"{homes.count(nodes[0])} robots start at {nodes[0]} but its bay has {places} slots",
+            f"{homes[nodes[0]]} robots start at {nodes[0]} but its bay has {places} slots",
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):

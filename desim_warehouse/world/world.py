@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from typing import TYPE_CHECKING
 
 from simpy import Event
@@ -298,9 +298,9 @@ def _rule(model: Model, layout: Layout) -> Rule:
 
 def _bays(env: Clock, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
     """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
-    bays = []
+    bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
-        places = homes.count(node) if item.places is None else item.places
+        places = at_home[node] if item.places is None else item.places
         chargers = places if item.chargers is None else item.chargers
         bays.append(Bay(env, node, places, chargers))
     return Bays(env, bays, keep=keep)
