@@ -399,6 +399,11 @@ class History:
                 on[row.robot] = row.edge
         return found
 
+    @property
+    def collisions(self) -> list[Wait]:
+        """The waiting episodes that S counts."""
+        return [wait for wait in self.waits if wait.cause == "waiting"]
+
     @cached_property
     def blocked(self) -> list[Blocked]:
         """When edges were closed or had people in them, in order of time, up to the end of the run."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import pairwise
 
 TOL = 1e-6
 
@@ -72,16 +71,27 @@ class Closures:
             if kind in {"collision", "waiting_closed", "waiting_person"} and node is not None:
                 waits[robot].append(time)
         for robot, visits in self.visits.items():
-            for rank, (before, visit) in enumerate(pairwise([None, *visits])):
+            for rank, visit in enumerate(visits):
                 for shut in by_edge[visit.edge]:
                     begin = shut.begin + self.start_time()  # it may have been let in, and brakes or gathers speed
-                    if not begin + TOL < visit.enter < shut.end - TOL:
+                    set_out = visit.enter - self.delays.get((robot, visit.edge, visit.enter), 0.0)
+                    if not begin + TOL < set_out < shut.end - TOL:
                         continue
-                    if before is not None and not before.into_bay and before.edge in shut.edges:
+                    if self.comes_from_within(visits[:rank], shut):
                         continue
                     waited = any(begin + TOL < end <= visit.enter + TOL for end in waits[robot])
                     if waited or not self.was_let_in(visits[:rank], begin):
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
+
+    def comes_from_within(self, visits, shut):
+        """Whether the last edge before, but for those in an intersection, is one of them."""
+        of = self.joined()
+        for visit in reversed(visits):
+            if visit.into_bay or visit.edge in shut.edges:
+                return not visit.into_bay
+            if of[visit.edge[0]] != of[visit.edge[1]]:
+                return False
+        return False
 
     def was_let_in(self, visits, time):
         """Whether a robot had set out at a time from where it can stand: within D of the node, or on short edges."""
@@ -91,7 +101,7 @@ class Closures:
                 return False
             if visit.enter <= time + TOL and visit.at(time) >= length - self.contact - self.slack:
                 return True
-            if length >= 2 * self.contact - TOL:
+            if not self.is_below(length, 2 * self.contact):
                 return False
             if visit.enter <= time + TOL:
                 return True

@@ -56,13 +56,18 @@ class Nodes:
     def joined(self):
         """The name of its intersection for every node."""
         lengths = self.graph.edges(data="length")
-        close = nx.Graph((one, other) for one, other, length in lengths if length < self.contact - TOL)
+        close = nx.Graph((one, other) for one, other, length in lengths if self.is_below(length, self.contact))
         for zone in self.run.model.traffic.zones.values():
             if zone.rule == "one-robot":
                 nodes = [node for one in zone.members for node in ([one] if isinstance(one, str) else one)]
                 close.add_edges_from(pairwise(nodes))
         close.add_nodes_from(self.graph)
         return {node: "+".join(sorted(part)) for part in nx.connected_components(close) for node in part}
+
+    @staticmethod
+    def is_below(length, exact):
+        """Whether an edge is shorter than a length at which other rules begin, and not just by rounding."""
+        return length < exact and abs(length - exact) > TOL
 
     def closed(self):
         """Edges in a zone of one robot, which nobody leaves the intersection by."""

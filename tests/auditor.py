@@ -96,6 +96,7 @@ class Audit(Nodes, Motion, Work, Closures):
 
     def rebuild(self):
         rows = sorted(self.run.record.rows, key=lambda row: row[0])
+        self.delays = {(row[2], row[5], row[0]): row[6] for row in rows if row[1] == "collision" and row[5] is not None}
         where = {}
         for robot, place in enumerate(self.run.model.fleet.start_on_lanes):
             if hasattr(place, "edge"):  # it has been there for ever
@@ -122,7 +123,8 @@ class Audit(Nodes, Motion, Work, Closures):
             if last.edge[1] != edge[0] or abs(last.at(time) - length) > TOL:
                 self.fault(time, f"robot {robot} jumped from {last.edge} at {last.at(time)} to {edge}")
             last.leave = time
-        set_out = (last.times[-2] if last is not None and len(last.times) > 1 else time) - self.start_time()
+        set_out = last.times[-2] if last is not None and len(last.times) > 1 else time
+        set_out = min(set_out, time - self.delays.get((robot, edge, time), 0.0)) - self.start_time()
         where[robot] = Visit(robot, edge, time, times=[time], places=[0.0], limit=self.slow_limit(edge, set_out, time))
         self.visits[robot].append(where[robot])
 
@@ -229,7 +231,7 @@ class Audit(Nodes, Motion, Work, Closures):
 
     def check_clear_of_nodes(self, visit):
         length = self.graph.edges[visit.edge]["length"]
-        if 2 * self.contact - length > TOL or visit.edge in self.closed():
+        if self.is_below(length, 2 * self.contact) or visit.edge in self.closed():
             return
         stands = zip(visit.times, visit.places, [*visit.times[1:], visit.leave], [*visit.places[1:], None], strict=True)
         for begin, place, end, then in stands:

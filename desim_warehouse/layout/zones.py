@@ -131,15 +131,20 @@ def edges_inside(layout: Layout, contact: float, zones: Iterable[TrafficZone]) -
 
     zones = tuple(zones)
     lengths = list(layout.graph.edges(data="length"))
-    joined = nx.Graph((a, b) for a, b, length in lengths if length < contact - EPS)
+    joined = nx.Graph((a, b) for a, b, length in lengths if length < contact and not _is_about(length, contact))
     joined.add_edges_from(pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes))
     of = {node: number for number, part in enumerate(nx.connected_components(joined)) for node in part}
     kept = closed(zones)
     return frozenset(
         (a, b)
         for a, b, length in lengths
-        if of.get(a, a) == of.get(b, b) and (length < 2 * contact - EPS or (a, b) in kept)
+        if of.get(a, a) == of.get(b, b)
+        and ((length < 2 * contact and not _is_about(length, 2 * contact)) or (a, b) in kept)
     )
+
+
+def _is_about(length: float, exact: float) -> bool:
+    return abs(length - exact) <= EPS
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:

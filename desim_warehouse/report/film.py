@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.log import NONE
 from desim_warehouse.report.palette import GROUND, PALETTES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import window
@@ -115,6 +116,11 @@ class FilmFrame:
         self.radii = np.array(robot_radii(run.model))
         self.state_times = [np.array([span.start for span in changes]) for changes in self.history.changes]
         self._draw_floor()
+        if self.history.blocked:
+            from matplotlib.collections import LineCollection
+
+            self.shut = LineCollection([], linewidths=5, alpha=0.5)
+            self.axes.add_collection(self.shut)
         self._add_robots()
 
     def show(self, time: float) -> None:
@@ -132,10 +138,22 @@ class FilmFrame:
             number.set_position((x, y))
         self.goods.set_facecolor(self._goods(time))
         self._show_directions(self.positions.at(time)[0])
+        self._show_blocked(time)
         done = sum(1 for task in self.history.counted_deliveries if task.delivered <= time)
-        counted = sum(1 for wait in self.history.waits if self.history.counts(wait.end) and wait.end <= time)
+        counted = sum(1 for wait in self.history.collisions if self.history.counts(wait.end) and wait.end <= time)
         unit = self.run.model.units
         self.caption.set_text(f"{time:.0f} {unit.time} ({time * unit.seconds:.0f} s)   S {counted}   delivered {done}")
+
+    def _show_blocked(self, time: float) -> None:
+        """Edges that are closed, or have people in them, as thick lines."""
+        if not self.history.blocked:
+            return
+        now = [one for one in self.history.blocked if one.start <= time < one.end]
+        self.shut.set_segments([[self.run.layout.position(one.edge, at) for at in self._ends(one.edge)] for one in now])
+        self.shut.set_color([self.colours["shut" if one.visit == NONE else "person"] for one in now])
+
+    def _ends(self, edge: tuple[str, str]) -> tuple[float, float]:
+        return 0.0, self.run.layout.length(edge)
 
     def moods(self, time: float) -> list[str]:
         """The colour of every robot at a time."""

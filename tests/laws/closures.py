@@ -9,6 +9,7 @@ import networkx as nx
 from desim_warehouse.layout import build
 from desim_warehouse.layout.spec import LayoutSpec
 from desim_warehouse.layout.zones import edges_inside, zones_on
+from tests.laws.wider import refused
 
 SPANS = (3.0, 20.0, 60.0, 200.0)
 """How long edges are closed and people stay: less than an edge takes, up to more than a task."""
@@ -54,7 +55,11 @@ def with_closures(mapping, seed, contact=1.0):
         if draw.random() < 0.3 and any(place.edge in free for place in layout.storage):
             del people[f"p{number}"]["aisles"]
     traffic = {**mapping.get("traffic", {}), "closures": closures, "slow": slow}
-    return {**mapping, "calendars": calendars, "traffic": traffic, "people": people}
+    made = {**mapping, "calendars": calendars, "traffic": traffic, "people": people}
+    if made.get("battery"):
+        last = {key: 20 * made["battery"][key] for key in ("capacity", "threshold", "charge_rate", "reserve")}
+        made["battery"] = {**made["battery"], **last}  # for waits that nobody foresees
+    return {**made, "traffic": {**traffic, "closures": {}}} if refused(made, "CUT_OFF") else made
 
 
 def calendar(draw):

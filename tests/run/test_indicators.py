@@ -60,7 +60,7 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
         }
     )
     shares = {"loaded": 13, "unloading": 5, "returning": 60, "charging": 18.2, "idle": 53.8}
-    for state in TIMES:
+    for state in (*STATES, "waiting"):
         assert got[f"share_{state}"] == pytest.approx(shares.get(state, 0) / 150)
 
 

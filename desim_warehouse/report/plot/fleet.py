@@ -73,12 +73,13 @@ def utilisation(
 def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
     length = run.record.end - run.record.begin
     table = run.robots
-    shares = {state: [float(v) / length for v in table[state]] for state in palette.STATE_COLOURS}
+    shares = {state: [float(v) / length for v in table[state]] for state in palette.STATE_COLOURS if state in table}
     return [str(number) for number in table.index], shares
 
 
 def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, list[float]]]:
-    by_state = {state: cells(table, [factor], f"share_{state}") for state in palette.STATE_COLOURS}
+    shares = {state: f"share_{state}" for state in palette.STATE_COLOURS}
+    by_state = {state: cells(table, [factor], name) for state, name in shares.items() if name in table}
     labels = [", ".join(map(words.level, cell.levels)) for cell in by_state["idle"]]
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
@@ -149,19 +150,19 @@ def gantt(
         axes.set_xlim(begin, until)
         axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
         axes.set_ylabel("Robot")
-        _key(axes)
+        _key(axes, run)
         return axes
 
 
 def _waits(axes: Axes, run: Run, shown: list[int], begin: float, until: float) -> None:
-    """Black bars in the middle of a row while a robot waits."""
-    spans: dict[int, list[tuple[float, float]]] = {}
+    """Bars in the middle of a row while a robot waits: black for other robots."""
+    rows = {number: row for row, number in enumerate(shown)}
+    spans: dict[tuple[int, str], list[tuple[float, float]]] = {}
     for wait in run.history.waits:
-        if wait.end > begin and wait.start < until:
-            spans.setdefault(wait.robot, []).append((wait.start, wait.end - wait.start))
-    for row, number in enumerate(shown):
-        if number in spans:
-            axes.broken_barh(spans[number], (row - 0.15, 0.3), facecolors=palette.STATE_COLOURS["waiting"])
+        if wait.robot in rows and wait.end > begin and wait.start < until:
+            spans.setdefault((rows[wait.robot], wait.cause), []).append((wait.start, wait.end - wait.start))
+    for (row, cause), parts in sorted(spans.items()):
+        axes.broken_barh(parts, (row - 0.15, 0.3), facecolors=palette.STATE_COLOURS[cause])
 
 
 def _rows(axes: Axes, shown: list[int]) -> None:
@@ -171,10 +172,12 @@ def _rows(axes: Axes, shown: list[int]) -> None:
     axes.grid(visible=False, axis="y")
 
 
-def _key(axes: Axes) -> None:
+def _key(axes: Axes, run: Run) -> None:
     from matplotlib.patches import Patch
 
     handles = [
-        Patch(facecolor=colour, label=words.STATE_WORDS[state]) for state, colour in palette.STATE_COLOURS.items()
+        Patch(facecolor=colour, label=words.STATE_WORDS[state])
+        for state, colour in palette.STATE_COLOURS.items()
+        if state in run.robots
     ]
     look.legend(axes, len(handles), handles=handles)

@@ -20,7 +20,7 @@ from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
 from desim_warehouse.resources import resources
-from desim_warehouse.states import FOR_CHARGER, STATES, seen
+from desim_warehouse.states import APART, FOR_CHARGER, STATES, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,6 +53,7 @@ def payload(run: Run, start: float, end: float) -> tuple[dict[str, Any], Columns
         **_energy_columns(history, scale),
         **_task_columns(run, scale),
         **_wait_columns(run, scale),
+        **_blocked_columns(history, scale),
         **_delivery_columns(run, scale),
         **tile_columns(shown, scale),
         **resource_columns(places, scale),
@@ -246,6 +247,27 @@ def _wait_columns(run: Run, scale: Scale) -> Columns:
         "wait_robot": [wait.robot for wait in shown],
         "wait_other": [wait.other for wait in shown],
         "wait_edge": [-1 if wait.on is None else number[wait.on] for wait in shown],
+    }
+
+
+def _blocked_columns(history: History, scale: Scale) -> Columns:
+    """Edges that are closed or have people in them in the window: `shut_visit` -1: closed; nothing where none ever is.
+
+    `wait_cause` says of each wait what it is for: 0 other robots, 1 a closed edge, 2 a person.
+    """
+    if not history.model.waits_apart:
+        return {}
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    shown = [one for one in history.blocked if one.end >= scale.start and one.start <= scale.end]
+    begin = scale.times([one.start for one in shown])
+    causes = ["waiting", *APART]
+    waits = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
+    return {
+        "shut_edge": [number[one.edge] for one in shown],
+        "shut_time": _steps(begin),
+        "shut_length": scale.times([one.end for one in shown]) - begin,
+        "shut_visit": [one.visit for one in shown],
+        "wait_cause": [causes.index(wait.cause) for wait in waits],
     }
 
 

@@ -65,7 +65,7 @@ def tiles(run: Run) -> list[Tile]:
         found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
         found.append(Tile("T", "Time T", "clock"))
-    found.append(Tile("S", "Waits in traffic, S", "count", _count(history, (wait.end for wait in history.waits))))
+    found.append(Tile("S", "Waits in traffic, S", "count", _count(history, (wait.end for wait in history.collisions))))
     if run.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
         found.append(Tile("battery", "Battery (lowest)", "battery"))

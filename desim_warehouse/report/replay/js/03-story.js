@@ -8,6 +8,7 @@ class Story {
     this.readStates(columns);
     this.readTasks(columns);
     this.readWaits(columns);
+    this.readBlocked(columns);
     this.rings = header.rings.map(([time, robots]) => ({ time: (time - header.start) / header.tick, robots }));
   }
 
@@ -59,6 +60,23 @@ class Story {
     for (const i of order) this.waitsOf[next[this.waitRobot[i]]++] = i;
     this.beginsOf = Float64Array.from(this.waitsOf, (i) => this.waitBegin[i]);
     this.waitCursor = this.waitFirst.slice(0, this.count);
+  }
+
+  // Edges that are closed (visit -1) or have people in them, in order of time; none in most runs.
+  readBlocked(columns) {
+    this.waitCause = columns.wait_cause ?? null;
+    this.shutEdge = columns.shut_edge ?? [];
+    this.shutBegin = totals(columns.shut_time ?? []);
+    this.shutLength = columns.shut_length ?? [];
+    this.shutVisit = columns.shut_visit ?? [];
+  }
+
+  // The numbers of those at a time.
+  blocked(time) {
+    const found = [];
+    for (let i = 0; i < this.shutBegin.length && this.shutBegin[i] <= time; i++)
+      if (time < this.shutBegin[i] + this.shutLength[i]) found.push(i);
+    return found;
   }
 
   // The row of a robot's states that holds at a time.

@@ -5,6 +5,16 @@ const CROWD = 0.14; // the most of the floor that enlarged robots may cover
 const LINK = 0.42; // the most of the distance between lanes that an enlarged robot's radius may be, but
 const SEEN = 3; // where lanes are closer than can be drawn, robots are at least this large
 
+// Somebody: a head and shoulders.
+function figure(ctx, x, y, r) {
+  ctx.beginPath();
+  ctx.arc(x, y - r * 0.55, r * 0.45, 0, 7);
+  ctx.fill();
+  ctx.beginPath();
+  ctx.arc(x, y + r * 0.8, r * 0.8, Math.PI, 0);
+  ctx.fill();
+}
+
 class Scene {
   constructor(parts, canvas) {
     Object.assign(this, parts); // header, edges, tracks, story, heat, resources, floor, view, colours
@@ -62,6 +72,7 @@ class Scene {
     ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     if (this.showHeat) this.heatMap(time, colours);
     this.goods(time, colours);
+    this.blocked(time, colours);
     this.floor.lines(ctx, view, colours.soft, this.directions(), true);
     this.unloading(time, colours);
     this.sort(time);
@@ -88,6 +99,24 @@ class Scene {
     this.ctx.fillStyle = colours.good;
     this.floor.squares(this.ctx, this.view, good.length, (i) =>
       released[i] <= time && time < loaded[i] ? good[i] : -1, 0.74);
+  }
+
+  // Edges that are closed, as broad lines; those with people in them have somebody in the middle.
+  blocked(time, colours) {
+    const { ctx, view, edges, story } = this, s = view.scale;
+    for (const i of story.blocked(time)) {
+      const edge = story.shutEdge[i], person = story.shutVisit[i] >= 0;
+      const x = edges.x[edge] * s + view.x, y = edges.y[edge] * s + view.y, dx = edges.dx[edge] * s, dy = edges.dy[edge] * s;
+      ctx.strokeStyle = ctx.fillStyle = person ? colours.person : colours.shut;
+      ctx.globalAlpha = 0.5;
+      ctx.lineWidth = Math.max(this.floor.radius * s * 1.3, 4);
+      ctx.beginPath();
+      ctx.moveTo(x + dx * 0.08, y + dy * 0.08);
+      ctx.lineTo(x + dx * 0.92, y + dy * 0.92);
+      ctx.stroke();
+      ctx.globalAlpha = 1;
+      if (person) figure(ctx, x + dx / 2, y + dy / 2, Math.max(this.floor.radius * s, 5));
+    }
   }
 
   heatMap(time, colours) {

@@ -41,7 +41,9 @@ class Panel {
 
   whom(wait) {
     const other = this.side.story.waitOther[wait];
-    return other >= 0 ? ` for robot ${other}` : "";
+    if (other >= 0) return ` for robot ${other}`;
+    const causes = ["", " for an edge to open", " for a person to leave"], { waitCause } = this.side.story;
+    return waitCause === null ? "" : causes[waitCause[wait]];
   }
 
   taskText(task) {

@@ -12,6 +12,8 @@ function signsOf(sides) {
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay" && zone.number))) signs.push(["charger", "charger"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "station"))) signs.push(["out", "station"]);
   else signs.push(["out", "goods are unloaded"]);
+  if (sides.some(({ story }) => story.shutVisit.some((visit) => visit < 0))) signs.push(["shut", "closed"]);
+  if (sides.some(({ story }) => story.shutVisit.some((visit) => visit >= 0))) signs.push(["person", "person in the aisle"]);
   if (some((header) => header.two_way.length > 0))
     signs.push(["free", "two-way lane, free"], ["used", "in use, in this direction"]);
   return signs;
@@ -44,6 +46,8 @@ function drawSign(ctx, sign, colours) {
     return ctx.setLineDash([]);
   }
   ctx.fillStyle = colours[sign];
+  if (sign === "person") return figure(ctx, 9, 9, 8);
+  if (sign === "shut") return ctx.fillRect(0, 6, 18, 6);
   if (sign === "good" || sign === "none" || sign === "wall") return ctx.fillRect(3, 3, 12, 12);
   if (sign === "wait") {
     circle(9);
