@@ -14,7 +14,17 @@ import desim_warehouse as dw
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.resources import resources
 from tests.browser.pages import Page
-from tests.report.replay.floors import RUNS, WALLS, busy_run, due_run, grid_run, jammed_run, paper_run, spurs_run
+from tests.report.replay.floors import (
+    RUNS,
+    WALLS,
+    busy_run,
+    due_run,
+    grid_run,
+    jammed_run,
+    paper_run,
+    people_run,
+    spurs_run,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,6 +64,22 @@ def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser: Any,
         assert np.abs(np.array(page.ask("page.positions(arguments[0])", float(time))) - expected).max() * scale < 1
         drawn = np.array(page.ask("page.drawn()")) / scale
         assert np.ptp(drawn - expected, axis=0).max() * scale < 1
+
+
+def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(browser: Any, tmp_path: Path) -> None:
+    run = people_run()
+    page = Page(browser, run, tmp_path)
+    assert {"closed", "person in the aisle"} <= set(page.text("legend").splitlines())
+    for cause, said in (("waiting_closed", "for an edge to open"), ("waiting_person", "for a person to leave")):
+        wait = max((one for one in run.history.waits if one.cause == cause), key=lambda one: one.end - one.start)
+        time = (wait.start + wait.end) / 2
+        page.ask("page.positions(arguments[0])", time)
+        now = [one for one in run.history.blocked if one.start <= time < one.end]
+        assert sorted(page.ask("page.blocked()")) == sorted([*one.edge, one.visit >= 0] for one in now)
+        page.tap(*page.ask("page.drawn()")[wait.robot])
+        assert f"waits {said}" in page.text("robot")
+        page.press(ESCAPE)
+    assert page.complaints() == []
 
 
 def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -> None:

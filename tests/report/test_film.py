@@ -16,7 +16,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.film import FilmFrame, film
 from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.positions import Positions
-from tests.report.replay.floors import busy, busy_run, paper_run, spurs_run
+from tests.report.replay.floors import busy, busy_run, paper_run, people_run, spurs_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,6 +58,22 @@ def test_a_two_way_lane_has_an_arrow_in_its_present_direction() -> None:
             assert np.dot(head[1] - head[0], end - start) > 0  # it points ahead
         counts.add(len(used))
     assert len(counts) > 1
+
+
+def test_closed_edges_and_those_with_people_are_thick_lines_while_they_are() -> None:
+    run = people_run()
+    picture = FilmFrame(Figure().add_subplot(), run)
+    colours = PALETTES["safe"]["light"]
+    for time in np.linspace(0, run.record.end, 20):
+        picture.show(float(time))
+        now = [one for one in run.history.blocked if one.start <= time < one.end]
+        drawn = zip(picture.shut.get_segments(), picture.shut.get_color(), strict=True)
+        for one, (line, colour) in zip(now, drawn, strict=True):
+            ends = [run.layout.position(one.edge, at) for at in (0.0, run.layout.length(one.edge))]
+            assert line == pytest.approx(np.array(ends))
+            assert to_hex(colour) == colours["shut" if one.visit < 0 else "person"]
+    picture.show(run.record.end)
+    assert f"S {run.S} " in picture.caption.get_text()
 
 
 def test_the_caption_counts_as_the_run_does() -> None:

@@ -42,7 +42,7 @@ def account(
         across += f" (the {_PLACES} of {len(table)} with most waiting)"
         table = _worst(table)
     known = OF_TASKS if by in OF_WORK else OF_ROBOTS
-    parts = [known[name] for name in table if table[name].any()]
+    parts = [part for name, part in known.items() if name in table and table[name].any()]
     means = by in ("flow", "station")
     size = (6.4, 1.2 + max(0.36 * len(table), 0.2 * len(parts))) if means else (6.4, 3.8)
     with look.drawing(ax, style, title, size, f"Account of time by {by}") as axes:

@@ -140,6 +140,19 @@ def tours_run() -> Run:
     return dw.simulate(dw.load("models/multibots.yaml", changes))
 
 
+@cache
+def people_run() -> Run:
+    """The crowded floor with an aisle that is closed again and again, and people in others."""
+    model = busy(
+        name="people",
+        calendars={"cleaning": {"every": 200, "lasts": 80, "first": 20}},
+        traffic={"node_time": 0.5, "closures": {"aisle": {"members": [["B", "F"], ["F", "J"]], "hours": "cleaning"}}},
+        people={"pickers": {"per_hour": 200, "stay": {"exponential": 40}}},
+        battery=None,
+    )
+    return dw.simulate(dw.load(model), seed=2)
+
+
 WALLS = [(column, row) for column in (*range(2, 6), *range(7, 11)) for row in (2, 5)]
 """Cells of the grid where no robot can be: shelves."""
 
@@ -181,4 +194,5 @@ RUNS = {
     "busy": busy_run,
     "jammed": jammed_run,
     "drawn": drawn_run,
+    "people": people_run,
 }

@@ -20,7 +20,7 @@ from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.report.replay.tiles import tiles
 from desim_warehouse.report.web import safe_json
 from desim_warehouse.resources import resources
-from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run
+from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run, people_run
 from tests.report.replay.unpacked import unpack
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def test_legs_read_back_put_robots_where_the_log_has_them(name: str, window: tup
 def test_counts_at_the_end_are_the_run_s_indicators(name: str) -> None:
     run = RUNS[name]()
     history, begin = run.history, run.record.begin
-    assert sum(wait.end >= begin for wait in history.waits) == run.S
+    assert sum(wait.end >= begin for wait in history.collisions) == run.S
     assert sum(time >= begin for time in history.recharges) == run.C
     assert sum(task.delivered >= begin for task in history.delivered) == run.kpis["tasks"]
 
@@ -284,3 +284,22 @@ def test_a_page_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ReportError, match="cannot be written"):
         paper_run().replay(tmp_path / "file" / "replay.html")
+
+
+def test_closed_edges_and_people_are_where_and_when_the_log_has_them() -> None:
+    run = people_run()
+    header, columns = read(run, 0.0, run.record.end)
+    edges = list(run.layout.graph.edges)
+    begin = np.cumsum(columns["shut_time"]) * header["tick"]
+    end = begin + np.array(columns["shut_length"]) * header["tick"]
+    shown = sorted(
+        (edges[edge], round(start, 1), round(until, 1), visit)
+        for edge, start, until, visit in zip(columns["shut_edge"], begin, end, columns["shut_visit"], strict=True)
+    )
+    known = sorted((one.edge, round(one.start, 1), round(one.end, 1), one.visit) for one in run.history.blocked)
+    assert [(edge, visit) for edge, *_, visit in shown] == [(edge, visit) for edge, *_, visit in known]
+    np.testing.assert_allclose([row[1:3] for row in shown], [row[1:3] for row in known], atol=0.11)
+    causes = ["waiting", "waiting_closed", "waiting_person"]
+    assert [causes[cause] for cause in columns["wait_cause"]] == [wait.cause for wait in run.history.waits]
+    assert set(columns["wait_cause"]) == {0, 1, 2}
+    assert "shut_edge" not in read(busy_run(), 0.0, 100.0)[1]

@@ -29,6 +29,8 @@ function about(app, side, seek) {
     scale: () => view.scale,
     screen: (x, y) => [x * view.scale + view.x, y * view.scale + view.y],
     waiting: () => Array.from(scene.wait.keys()).filter((robot) => story.waiting(robot, now()) >= 0),
+    // Closed edges, and those with people in them, now: source, target, and whether it is a person.
+    blocked: () => story.blocked(now()).map((i) => [scene.edges.source[story.shutEdge[i]], scene.edges.target[story.shutEdge[i]]].map((node) => side.name(node)).concat(story.shutVisit[i] >= 0)),
     states: () => Array.from(scene.mood, (state) => header.states[state].name),
     chosen: () => scene.chosen,
     route: () => scene.ahead(now()).nodes.map((node) => side.name(node)),
