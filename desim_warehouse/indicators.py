@@ -8,6 +8,7 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -39,6 +40,7 @@ Unit = Literal[
     "share of capacity",
     "share of people's time",
     "encounters per hour",
+    "ratio",
 ]
 Better = Literal["less", "more"]
 
@@ -130,6 +132,11 @@ def _cycle_time_median(tasks: History | FlowHistory) -> float:
 
 def _cycle_time_p95(tasks: History | FlowHistory) -> float:
     return quantile(tasks.cycle_times, 0.95)
+
+
+def _cycle_time_cv(history: History) -> float:
+    times = history.cycle_times
+    return statistics.stdev(times) / statistics.fmean(times) if len(times) > 1 else math.nan
 
 
 def _tardiness(tasks: History | FlowHistory) -> float:
@@ -410,6 +417,15 @@ INDICATORS = {
             "less",
             _cycle_time_p95,
             by_flow=_cycle_time_p95,
+        ),
+        Indicator(
+            "cycle_time_cv",
+            "Cycle time, coefficient of variation",
+            "ratio",
+            "the same, standard deviation / mean: how far tasks differ in time; only with `people`",
+            "less",
+            _cycle_time_cv,
+            _has_tally("encounters"),
         ),
         Indicator(
             "backlog",

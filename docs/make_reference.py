@@ -279,11 +279,14 @@ _UNITS = {
     "tasks per hour": "1/h",
     "weighted": "-",
     "capacity per hour": "1/h",
+    "encounters per hour": "1/h",
+    "ratio": "-",
     "share of tasks": "share",
     "share of orders": "share",
     "share of fleet time": "share",
     "share of charger time": "share",
     "share of capacity": "share",
+    "share of people's time": "share",
 }
 """How the reference writes kinds of units, where not as they are called."""
 

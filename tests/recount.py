@@ -346,7 +346,13 @@ class Recount:
             **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting", *APART)},
             **{name: total[name] for name in APART},
             **(self.encounters(total, hours) if self.model.people else {}),
+            **(self.spread() if self.model.people else {}),
         }
+
+    def spread(self):
+        released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
+        times = [row[0] - released[row[3]] for row in self.rows if row[1] == "delivered" and row[0] >= self.begin]
+        return {"cycle_time_cv": float(np.std(times, ddof=1) / np.mean(times)) if len(times) > 1 else math.nan}
 
     def encounters(self, total, hours):
         time = self.people["time"]

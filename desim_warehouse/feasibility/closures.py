@@ -85,16 +85,18 @@ def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
         begin, end = model.hours(closure.hours).following(0.0)
         if begin > 0 or end < length:
             continue
-        shut = set(edges_of(layout, closure.members))
+        shut = edges_of(layout, closure.members)
         graph = layout.graph.copy()
         graph.remove_edges_from(shut)
         place = f"traffic.closures.{name}"
         cure = "close it at times, or leave out the edge"
-        for good in layout.storage:
-            if good.edge in shut and good.edge[::-1] not in graph.edges:
-                yield Finding(
-                    "CUT_OFF", place, f"good {good.number} is on {'>'.join(good.edge)}, closed for good", cure
-                )
+        for edge in shut:
+            behind = [
+                str(good.number) for good in layout.storage if good.edge == edge and edge[::-1] not in graph.edges
+            ]
+            if behind:
+                what = f"good{'s' * (len(behind) > 1)} {checks.some(behind)}"
+                yield Finding("CUT_OFF", place, f"closed for the whole run; {what} on {'>'.join(edge)}", cure)
         for found in checks.unreachable(replace(layout, graph=graph), use):
             if found.code == "UNREACHABLE":
                 node = found.place.removeprefix("layout: ")

@@ -42,7 +42,7 @@ _LONGEST = 44
 
 def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
     """The unit of a kind of quantity as the model names it; empty for counts, and for times without a model."""
-    if kind in ("count", "weighted"):
+    if kind in ("count", "weighted", "ratio"):
         return ""
     if kind == "time":
         return "s" if seconds else (units.time if units else "")
