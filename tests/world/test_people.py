@@ -173,7 +173,7 @@ def test_the_mean_time_left_of_a_stay_is_that_of_renewal_theory(stay, left):
     [
         ({"stay": 3}, "neither per_hour nor times"),
         ({"stay": 3, "per_hour": 4, "times": [1]}, "both per_hour and times"),
-        ({"stay": 3, "times": [1], "hours": "x"}, "beside times, which say when people come"),
+        ({"stay": 3, "times": [1], "hours": "day"}, "beside times, which say when people come"),
         ({"stay": 3, "per_hour": 1, "hours": "x"}, "no such calendar"),
         ({"stay": 3, "times": [1], "aisles": [["A", "C"]]}, "no edge from one to the next"),
         ({"stay": 3, "times": [1], "aisles": [["A"]]}, "two or more along an aisle"),
@@ -181,7 +181,7 @@ def test_the_mean_time_left_of_a_stay_is_that_of_renewal_theory(stay, left):
 )
 def test_what_makes_no_sense_is_refused(people, said):
     with pytest.raises(dw.ModelError, match=said):
-        with_people(**people)
+        with_people(robots={**ONE, "calendars": {"day": {"every": 10, "lasts": 5}}}, **people)
 
 
 def test_aisles_that_are_hardly_ever_free_are_warned_of():
