@@ -6,7 +6,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test quick lint tests test-long bench allocation-table validation pictures clean
+.PHONY: paper test quick lint tests test-long bench bench-long allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -32,6 +32,9 @@ test-long: $(READY)  ## slow proofs: thousands of random warehouses
 
 bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks
+
+bench-long: $(READY)  ## the same, with what takes minutes: large fleets, a whole shift, how each part of a run grows
+	$(BIN)/python -m benchmarks --long
 
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
 	$(BIN)/python -m benchmarks.allocation

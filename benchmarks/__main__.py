@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import allocation_call, replay, studies, traffic
+from benchmarks import allocation_call, growth, replay, studies, traffic
 
 if __name__ == "__main__":
     traffic.report(long="--long" in sys.argv)
     allocation_call.main()
     studies.report()
     print(replay.report())
+    if "--long" in sys.argv:
+        growth.report()
