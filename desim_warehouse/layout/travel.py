@@ -30,7 +30,7 @@ KEPT = 24_000_000
 """Numbers of each kind that an oracle keeps: rows times nodes (192 MB of times, as much of lengths).
 
 A decision asks for a row for each open task. Where fewer are kept than there are open tasks, every decision searches
-all of them again: on 42,000 nodes 8 million are 190 rows, and a run with 200 open tasks took 20 times as long.
+all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 open tasks took ten times as long.
 """
 SORTED = 5_000
 """Origins for which nodes are kept in the order in which they are reached."""

@@ -1,4 +1,4 @@
-"""Nothing in a run grows much faster than what it is about: the parts of benchmarks/growth.py, each held to its bound."""
+"""Nothing in a run grows much faster than what it is about: benchmarks/growth.py, each part held to its bound."""
 
 import pytest
 
