@@ -88,7 +88,7 @@ class Reach:
         self._known = travel
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
-        self._onward: dict[int, dict[tuple[str, float, str, str], float]] = {}
+        self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
 
     def why_too_low(self, started: float | None = None) -> str:
         """Why batteries run flat or do not last in this model, and what helps; `started`: as in `cause`."""
@@ -279,7 +279,7 @@ class Reach:
         Not of a tour with a choice of places, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
-        key = station, robot.speed, choice, robot.home if choice == "own" else ""
+        key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
         if key not in known:
             way = self.to_charger(station, robot, choice)
             energy = self._from_edge(robot, task, station) + self.rates["empty"] * way
