@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.states import APART, FOR_CHARGER, STATES, WAITING, seen
+from desim_warehouse.states import APART, FOR_CHARGER, STATES, WAITING, absent, seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -85,11 +85,8 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
     for row, part, length in found:
         spent[row, part].append(length)
-    columns = [
-        part
-        for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS)
-        if part not in APART or part in history.model.waits_apart
-    ]
+    no = absent(history.model)
+    columns = (part for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS) if part not in no)
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
 

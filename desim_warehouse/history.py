@@ -252,13 +252,18 @@ class History:
         """All tasks by number, and those delivered in the order in which they were."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
-        for row in self.rows("released", "loaded", "delivered"):
+        loading: set[int] = set()
+        for row in self.rows("released", "loading", "loaded", "delivered"):
             if row.kind == "released":
                 due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
                 order = self.log.orders.get(row.task, "")
                 tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
+            elif row.kind == "loading":
+                loading.add(row.robot)
             elif row.kind == "loaded":
-                tasks[row.task].loaded = min(row.time, tasks[row.task].loaded)  # it may stop on its way, too
+                if row.robot in loading:  # else it goes on, from a stop on its way or after a breakdown
+                    loading.remove(row.robot)
+                    tasks[row.task].loaded = row.time
             else:
                 task = tasks[row.task]
                 task.delivered, task.station = row.time, row.node or ""

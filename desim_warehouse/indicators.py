@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse import money
 from desim_warehouse.errors import StudyError, nearest
-from desim_warehouse.states import APART, TIMES
+from desim_warehouse.states import APART, OPERATING, TIMES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,6 +41,7 @@ Unit = Literal[
     "share of people's time",
     "encounters per hour",
     "ratio",
+    "share of operating time",
 ]
 Better = Literal["less", "more"]
 
@@ -188,6 +189,15 @@ def _charger_utilisation(history: History) -> float:
     return used / time if time else math.nan
 
 
+def _availability(history: History) -> float:
+    operating, broken = math.fsum(history.totals[state] for state in OPERATING), history.totals["broken"]
+    return operating / (operating + broken) if operating + broken > 0 else math.nan
+
+
+def _breaks_down(history: History) -> bool:
+    return history.model.fleet.breaks_down
+
+
 def _station_wait(history: History) -> float:
     """Robots queue for a server or for a charger; rounding may leave these sums just below 0."""
     return max(history.totals["queueing"] - history.charger_wait, 0.0)
@@ -253,16 +263,15 @@ def _has_due_times(tasks: History | FlowHistory) -> bool:
 
 def _share_of(state: State) -> Indicator:
     """The share of the fleet's time in a state; waiting in traffic is counted apart, and they add up to 1."""
-    less = state.name in ("empty", "queueing", "returning", "waiting") or state.name in APART
-    name, title = f"share_{state.name}", f"Fleet {state.doing}"
+    less = state.name in ("empty", "queueing", "returning", "waiting", "broken") or state.name in APART
     return Indicator(
-        name,
-        title,
+        f"share_{state.name}",
+        f"Fleet {state.doing}",
         "share of fleet time",
         state.time + _WHERE.get(state.name, ""),
         "less" if less else None,
         _share(state.name),
-        _has_tally(state.name),
+        lambda history: state.applies(history.model),
     )
 
 
@@ -564,6 +573,25 @@ INDICATORS = {
             "less",
             _station_wait,
             _has_stations,
+        ),
+        Indicator(
+            "breakdowns",
+            "Breakdowns",
+            "count",
+            "breakdowns of robots; only with breakdowns",
+            "less",
+            _count("breakdowns"),
+            _breaks_down,
+        ),
+        Indicator(
+            "availability",
+            "Availability",
+            "share of operating time",
+            "time in operation (driving, loading and unloading, waits not counted) as a share of that and the time in "
+            "which robots are broken down; only with breakdowns",
+            "more",
+            _availability,
+            _breaks_down,
         ),
         Indicator(
             "annual_cost",

@@ -7,9 +7,12 @@ figures, film and replay page. To add one, add it to `STATES`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-Role = Literal["idle", "empty", "loaded", "charging", "wait"]
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
 Consumption = Literal["standing", "empty", "loaded", "handling"]
 
 
@@ -21,7 +24,8 @@ class State:
     `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
     done in its share of time. `draws`: which consumption of the model file applies; None: nothing is drawn. `role`: how
     the replay page and films draw a robot that is in it. `colour` and `stacked`: in figures, and its place in a stack
-    of states, from below.
+    of states, from below. `applies`: whether robots of a model can be in
+    it; else no table, figure or page has it.
     """
 
     name: str
@@ -32,6 +36,7 @@ class State:
     role: Role
     colour: str
     stacked: int
+    applies: Callable[[Any], bool] = lambda _: True
 
 
 STATES = {
@@ -117,6 +122,17 @@ STATES = {
             colour="#009E73",
             stacked=5,
         ),
+        State(
+            "broken",
+            doing="broken down",
+            begins="it has broken down where it stands; repaired, it begins again what it did before",
+            time="broken down, until it is repaired; only with breakdowns",
+            draws="standing",
+            role="broken",
+            colour="#8C564B",
+            stacked=11,
+            applies=lambda model: model.fleet.breaks_down,
+        ),
     )
 }
 """By name, in the order of tables and indicators."""
@@ -144,6 +160,7 @@ APART: dict[str, State] = {
         role="wait",
         colour="#8C6D1F",
         stacked=9,
+        applies=lambda model: "waiting_closed" in model.waits_apart,
     ),
     "waiting_person": State(
         "waiting_person",
@@ -154,16 +171,29 @@ APART: dict[str, State] = {
         role="wait",
         colour="#E41A8B",
         stacked=10,
+        applies=lambda model: "waiting_person" in model.waits_apart,
     ),
 }
 """Waits in traffic that are no collisions, where closures or people are in the model: counted beside `waiting`."""
 
 TIMES: dict[str, State] = {**STATES, "waiting": WAITING, **APART}
 """The states among which a robot's time is divided."""
+OPERATING = tuple(state.name for state in STATES.values() if state.draws in ("empty", "loaded", "handling"))
+"""States in which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
+
+
+def absent(model: Any) -> frozenset[str]:
+    """The states and times of `TIMES` that robots of a model cannot be in, by name."""
+    return frozenset(name for name, state in TIMES.items() if not state.applies(model))
+
 
 FOR_SERVER = replace(STATES["queueing"], name="queueing_server", doing="queueing for a server")
 FOR_CHARGER = replace(
-    STATES["queueing"], name="queueing_charger", doing="queueing for a charger", role="idle", colour="#882255"
+    STATES["queueing"],
+    name="queueing_charger",
+    doing="queueing for a charger",
+    role="idle",
+    colour="#882255",
 )
 """The two kinds of queueing, which reports and the account of time tell apart; in the log they are one state."""
 

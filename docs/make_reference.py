@@ -51,7 +51,7 @@ def distributions() -> str:
     """The distributions of times that vary."""
     import inspect
 
-    from desim_warehouse.model.distributions import KINDS
+    from desim_warehouse.distributions import KINDS
 
     docs = [(inspect.getdoc(kind) or "").partition("\n")[0].partition(": ") for kind in KINDS.values()]
     said = [re.fullmatch(r"(`.*`): (.*)", "".join(doc)) for doc in docs]

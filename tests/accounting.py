@@ -37,7 +37,7 @@ def faults(run):
 
     for number, tally in run.robots.iterrows():  # waits have rounded times in the log: a millionth
         row = robots.loc[number]
-        for state in STATES:
+        for state in (*STATES, *({"broken"} & set(robots.columns))):
             same(f"robot {number} {state}", row[state], tally[state], 1e-6)
         same(f"robot {number} queueing", row["queueing_server"] + row["queueing_charger"], tally["queueing"], 1e-6)
         same(f"robot {number} waiting", row["behind_robot"] + row["before_intersection"], tally["waiting"], 1e-6)

@@ -9,7 +9,7 @@ from desim_warehouse.model.energy import start_levels
 from desim_warehouse.streams import Streams
 
 TOL = 1e-6
-WORKING = {"empty", "loading", "loaded", "unloading", "returning"}
+WORKING = {"empty", "loading", "loaded", "unloading", "returning", "broken"}
 STATES = WORKING | {"idle", "queueing", "charging"}
 NO_ENERGY = {"drive", "collision", "rotation", "enter", "released", "waiting_closed", "waiting_person"}
 

@@ -14,10 +14,11 @@ from collections import Counter, defaultdict
 import numpy as np
 
 APART = ("waiting_closed", "waiting_person")
-STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging")
+STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging", "broken")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
+    "broken": "standing",
     "empty": "empty",
     "returning": "empty",
     "loaded": "loaded",
@@ -38,6 +39,7 @@ class Recount:
         warm_up = self.model.run.warm_up
         self.begin = warm_up if warm_up <= self.end else 0.0
         self.size = self.model.fleet.size
+        self.absent = set() if any(robot.breakdowns for robot in self.model.fleet.robots()) else {"broken"}
         self.robots = [Counter() for _ in range(self.size)]
         self.edges = defaultdict(Counter)
         self.nodes = defaultdict(Counter)
@@ -72,6 +74,8 @@ class Recount:
                 self.robots[robot]["moves"] += counts
             elif kind in {"delivered", "recharged"}:
                 self.robots[robot][kind] += counts
+            elif kind == "broken":
+                self.robots[robot]["breakdowns"] += counts
             elif kind == "rotation":
                 self.rotations += counts
 
@@ -249,6 +253,17 @@ class Recount:
         bay = self.layout.bays.get(node)
         return bay is not None and bay.chargers != 0
 
+    def breakdowns(self):
+        """Availability: of the time in operation or broken, waits not counted."""
+        if self.absent:
+            return {}
+        works = sum(robot[name] for robot in self.robots for name in DRAWS if DRAWS[name] != "standing")
+        broken = sum(robot["broken"] for robot in self.robots)
+        return {
+            "breakdowns": sum(robot["breakdowns"] for robot in self.robots),
+            "availability": works / (works + broken) if works + broken else math.nan,
+        }
+
     # Tasks
 
     def trips(self):
@@ -342,8 +357,13 @@ class Recount:
             **self.tasks(),
             **self.energy(),
             **self.trips(),
+            **self.breakdowns(),
             **({"station_wait": self.queued["server"]} if self.layout.stations else {}),
-            **{f"share_{state}": total[state] / time if time else math.nan for state in (*STATES, "waiting", *APART)},
+            **{
+                f"share_{state}": total[state] / time if time else math.nan
+                for state in (*STATES, "waiting", *APART)
+                if state not in self.absent
+            },
             **{name: total[name] for name in APART},
             **(self.encounters(total, hours) if self.model.people else {}),
             **(self.spread() if self.model.people else {}),

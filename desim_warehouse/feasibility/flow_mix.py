@@ -10,11 +10,11 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.layout import build
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.distributions import mean_of
 from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.orders import Reading, summary
 from desim_warehouse.model.popularity import shares

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility import batteries, starts
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.distributions import mean_of
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:

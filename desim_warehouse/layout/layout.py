@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import networkx as nx
 
+    from desim_warehouse.disturbances import OutageSpec
+
 Edge = tuple[str, str]
 
 
@@ -33,7 +35,7 @@ class StoragePlace:
 class BayPlaces:
     """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
 
-    `in_lane`: the one slot is the node itself, so that no route leads through it.
+    `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger.
     """
 
     zone: str
@@ -41,6 +43,7 @@ class BayPlaces:
     places: int | None
     chargers: int | None
     in_lane: bool = False
+    outages: OutageSpec | None = None
 
 
 @dataclass(frozen=True, slots=True)

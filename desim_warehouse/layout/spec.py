@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from desim_warehouse.disturbances import OutageSpec
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
     LATER,
@@ -337,10 +338,20 @@ class BaySpec(PlacesSpec):
         json_schema_extra=LATER,
     )
 
+    outages: OutageSpec | None = Field(
+        None, description="of each of its chargers; none: they never fail", json_schema_extra=LATER
+    )
+
     @model_validator(mode="after")
     def _one_in_the_lane(self) -> BaySpec:
         if self.in_lane and self.places not in {None, 1}:
             raise wrong(f"too many for a bay in the lane (got {self.places}), expected 1: the node itself", "places")
+        return self
+
+    @model_validator(mode="after")
+    def _of_chargers(self) -> BaySpec:
+        if self.outages is not None and 0 in (self.chargers, self.total_chargers):
+            raise wrong("outages of no charger, expected chargers above 0, or none of this", "outages")
         return self
 
     @model_validator(mode="after")

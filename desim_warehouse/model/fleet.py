@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from desim_warehouse.disturbances import BreakdownSpec, DelaySpec
 from desim_warehouse.errors import got
 from desim_warehouse.fields import (
     LATER,
@@ -70,6 +71,8 @@ class RobotSpec(Part):
     carries: LoadTypes = Field(
         (), description="load types (of flows) that it carries; default: all", json_schema_extra=LATER
     )
+    breakdowns: BreakdownSpec | None = Field(None, description="none: it never breaks down", json_schema_extra=LATER)
+    delays: DelaySpec | None = Field(None, description="none: it loses no time at nodes", json_schema_extra=LATER)
 
     @property
     def loaded_speed(self) -> float:
@@ -106,6 +109,10 @@ class Kind(Part):
         None, description="default: fleet.robot.capacity", json_schema_extra=LATER
     )
     carries: LoadTypes | None = Field(None, description="default: fleet.robot.carries", json_schema_extra=LATER)
+    breakdowns: BreakdownSpec | None = Field(
+        None, description="default: fleet.robot.breakdowns", json_schema_extra=LATER
+    )
+    delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays", json_schema_extra=LATER)
 
 
 class SpreadEnergy(Part):
@@ -220,6 +227,8 @@ class Fleet(Part):
                 deceleration=kind.deceleration or kind.acceleration or self.robot.deceleration,
                 capacity=kind.capacity or self.robot.capacity,
                 carries=self.robot.carries if kind.carries is None else kind.carries,
+                breakdowns=kind.breakdowns or self.robot.breakdowns,
+                delays=kind.delays or self.robot.delays,
             )
             for kind in self.kinds.values()
             for _ in range(kind.count)
@@ -256,6 +265,11 @@ class Fleet(Part):
     def slowness(self) -> float:
         """What a stop takes at most for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
         return max(sum(robot.motion) for robot in self.robots()) / 2
+
+    @property
+    def breaks_down(self) -> bool:
+        """Whether any robot breaks down."""
+        return any(robot.breakdowns is not None for robot in self.robots())
 
     @property
     def contact(self) -> float:

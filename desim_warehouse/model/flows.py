@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from desim_warehouse.distributions import Varying
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
     LATER,
@@ -41,7 +42,6 @@ from desim_warehouse.fields import (
     wrong,
 )
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.distributions import Varying
 from desim_warehouse.model.popularity import PopularityRule
 
 STORAGE = "storage"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.calendars import Calendar, Hours
+from desim_warehouse.distributions import Varying, mean_of
 from desim_warehouse.errors import got, spoken
 from desim_warehouse.fields import (
     LATER,
@@ -45,7 +46,6 @@ from desim_warehouse.layout.spec import (
     NodesOfStations,
 )
 from desim_warehouse.model.battery import BatterySpec
-from desim_warehouse.model.distributions import Varying, mean_of
 from desim_warehouse.model.fleet import Fleet
 from desim_warehouse.model.flows import (
     FlowSpec,

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
+from desim_warehouse.distributions import ObservedFile
 from desim_warehouse.errors import ModelError, nearest, reason, spoken
 from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.distributions import ObservedFile
 from desim_warehouse.model.flows import MatrixFile
 from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
 from desim_warehouse.model.orders import sha256

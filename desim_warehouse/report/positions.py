@@ -180,9 +180,11 @@ class _Follower:
                 self._stand(robot, start)
             else:
                 self._settle(0.0, robot, "bay", start.node)
-        for row in self.run.history.rows("drive", "enter", "parked", "docked", *IN_PLACE):
+        for row in self.run.history.rows("drive", "enter", "parked", "docked", "broken", *IN_PLACE):
             if row.kind == "drive":
                 self._drive(row)
+            elif row.kind == "broken":
+                self._come_out(row.robot, row.time)
             elif row.kind == "enter":
                 self._enter(row)
             elif row.kind == "parked":
@@ -220,14 +222,24 @@ class _Follower:
         robot, time = row.robot, row.time
         inside = self.inside[robot]
         if inside is not None:
-            berths, place, _ = inside
-            since = max(self.resting[robot], time - self.exit[robot])
-            self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
-            berths.leave(place)
-            self.inside[robot] = None
+            self._leave_berth(robot, time, inside)
         self.on[robot] = self._number(row)
         self.position[robot] = 0.0
         self.fresh[robot] = True
+
+    def _leave_berth(self, robot: int, time: float, inside: tuple[_Berths, int, str]) -> None:
+        """It is on the node beside its bay or station at `time`."""
+        berths, place, _ = inside
+        since = max(self.resting[robot], time - self.exit[robot])
+        self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
+        berths.leave(place)
+        self.inside[robot] = None
+
+    def _come_out(self, robot: int, time: float) -> None:
+        """It has broken down; if it was in a bay it is on the node beside it now, as it never does so in a bay."""
+        inside = self.inside[robot]
+        if inside is not None and inside[2] == "bay":
+            self._leave_berth(robot, time, inside)
 
     def _drive(self, row: LogRow) -> None:
         """A robot sets off along the edge it is on."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse import account, indicators, verdicts
+from desim_warehouse.distributions import Distribution
 from desim_warehouse.history import History
-from desim_warehouse.model.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

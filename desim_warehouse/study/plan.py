@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Literal
 
+from desim_warehouse.distributions import Distribution
 from desim_warehouse.errors import ModelError
-from desim_warehouse.model.distributions import Distribution
 from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint

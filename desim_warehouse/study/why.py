@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.distributions import scaled
 from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.indicators import find
 from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.distributions import scaled
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics

@@ -5,8 +5,8 @@ from __future__ import annotations
 import traceback
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from desim_warehouse.distributions import mean_of
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
-from desim_warehouse.model.distributions import mean_of
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
 

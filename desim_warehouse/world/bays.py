@@ -9,26 +9,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from simpy import Event, Resource
+from simpy import Event
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from simpy import Environment
 
-
-class Chargers(Resource):
-    """The chargers of a bay, a SimPy resource: a robot requests one when it is in the bay."""
+    from desim_warehouse.world.chargers import Chargers, FailingChargers
 
 
 class Bay:
     """Slots for robots beside a node; `taken` are those occupied or reserved."""
 
-    def __init__(self, env: Environment, node: str, places: int, chargers: int) -> None:
+    def __init__(self, node: str, places: int, chargers: Chargers | FailingChargers | None) -> None:
         self.node = node
         self.places = places
         self.taken = 0
-        self.chargers = Chargers(env, chargers) if chargers else None
+        self.chargers = chargers
 
     @property
     def free(self) -> int:

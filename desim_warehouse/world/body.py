@@ -9,13 +9,18 @@ from desim_warehouse.world.motion import Stretch
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Generator, Sequence
+
+    from simpy.events import Event
 
     from desim_warehouse.states import WaitName
+    from desim_warehouse.world.breakdowns import NodeDelays
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.intersection import Claim, Intersection
     from desim_warehouse.world.lane import Lane
     from desim_warehouse.world.motion import Motion
+
+    Steps = Generator[Event, object, None]
 
 
 class Driver(Protocol):
@@ -33,6 +38,9 @@ class Driver(Protocol):
     def will_stand(self, begin: float, end: float) -> None:
         """It is known that it will wait in traffic from `begin` to `end`."""
 
+    def halt(self) -> Steps:
+        """It looks round, and a breakdown is due: it stands until it is repaired; in a bay it has none."""
+
 
 class NoDriver:
     """For bodies that only follow routes."""
@@ -49,6 +57,10 @@ class NoDriver:
 
     def will_stand(self, begin: float, end: float) -> None:
         """Nothing to do."""
+
+    def halt(self) -> Steps:
+        """It never breaks down."""
+        yield from ()
 
 
 class Delay(NamedTuple):
@@ -76,7 +88,8 @@ class Body:
     `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
-    From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to.
+    From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to. From `halts_at` on it has
+    broken down when it next looks round: at its target, on a node, before it sets off; `delays` it has at nodes.
     `stretch` is what it has driven since it stood, where gathering speed and braking take time; None: they take none.
     """
 
@@ -87,6 +100,7 @@ class Body:
         "claim",
         "crossings",
         "delay",
+        "delays",
         "detours",
         "driven",
         "driver",
@@ -94,6 +108,7 @@ class Body:
         "entered_at",
         "goal",
         "granted",
+        "halts_at",
         "held",
         "lane",
         "limit",
@@ -147,7 +162,8 @@ class Body:
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
         self.delay: Delay | None = None
-        self.recall_at = self.train_pace = self.limit = math.inf
+        self.recall_at = self.halts_at = self.train_pace = self.limit = math.inf
+        self.delays: NodeDelays | None = None
         self.ready_at = -math.inf
         self.mark = 0
         self.detours = 0

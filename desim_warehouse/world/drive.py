@@ -57,7 +57,8 @@ class Drive:
         self.route = route
         self.stop = stop
         self.index = 0
-        self.slow = rules.turn_time > 0 or robot.stretch is not None  # crossing takes more than a drive and node time
+        # Crossing takes more than a drive and node time.
+        self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
         self.held_up: Event
 
     @property
@@ -91,6 +92,9 @@ class Drive:
                 if outcome is not Departure.UNDER_WAY:
                     return outcome is Departure.THERE
             yield self._under_way()
+            if robot.halts_at <= self.env._now:
+                yield from self._halt()
+                continue
             onward = self.onward
             if onward is None and self.stop is not None:
                 yield from self._comes_to_stand()
@@ -106,6 +110,13 @@ class Drive:
         robot, now = self.robot, self.env._now
         if (stands := robot.stands(now)) > now:
             yield Arrival(self.env, stands)
+
+    def _halt(self) -> Steps:
+        """Stand until a breakdown is repaired; it goes no farther meanwhile, whoever makes way for it."""
+        robot = self.robot
+        goal, robot.goal = robot.goal, robot.pos
+        yield from robot.driver.halt()
+        robot.goal = goal
 
     def _under_way(self) -> Event:
         """Due when the robot is there, or at an intersection where it cannot just go on."""
@@ -130,7 +141,13 @@ class Drive:
             stop = self.stop if self.index + 1 == len(self.route) else None
             return self._crossing(onward, stop, self.env._now)[2]
         clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
-        return clear + lane.turn_to(onward) if self.turn_time else clear
+        return clear + self._more_time(lane, onward)
+
+    def _more_time(self, lane: Lane, onward: Lane) -> float:
+        """Spent at the end of a lane beside its `node_time`: to turn to the next, and for a delay."""
+        robot = self.robot
+        time = lane.turn_to(onward) if self.turn_time else 0.0
+        return time if robot.delays is None else time + robot.delays.at(robot.moves)
 
     def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
         """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
@@ -148,7 +165,7 @@ class Drive:
         rest = lane.length - robot.pos
         more, stretch = stretch.further(rest, robot.pace)
         begin += more
-        spent = lane.node_time + (lane.turn_to(onward) if self.turn_time else 0.0)
+        spent = lane.node_time + self._more_time(lane, onward)
         if spent:
             out = begin + rest / robot.pace
             clear = out + stretch.braking + spent
@@ -199,6 +216,9 @@ class Drive:
             self.due(robot.until)
             return
         pos = robot.pos = robot.target
+        if robot.halts_at <= now:
+            self._wake()
+            return
         if robot.held is not None:
             if not self._crosses_next_short(now):
                 self._wake()
@@ -268,8 +288,7 @@ class Drive:
         robot, begin = self.robot, now
         if robot.stretch is None:
             if lane is not None:
-                turning = lane.turn_to(onward) if self.turn_time else 0.0
-                lane.leave(robot, clear - lane.node_time - turning)
+                lane.leave(robot, clear - lane.node_time - self._more_time(lane, onward))
             return now, clear
         if lane is None or robot.pos >= lane.length:
             out = now
@@ -320,9 +339,10 @@ class Drive:
     def _after_node_time(self, lane: Lane) -> float:
         """When a robot that drives to its lane's end has spent the time at the node."""
         robot = self.robot
-        if robot.stretch is not None and lane.node_time:
-            return robot.stands(robot.until) + lane.node_time
-        return robot.until + lane.node_time
+        spent = lane.node_time if robot.delays is None else lane.node_time + robot.delays.at(robot.moves)
+        if robot.stretch is not None and spent:
+            return robot.stands(robot.until) + spent
+        return robot.until + spent
 
     def _along_short(self, stop: float) -> Steps:
         """Farther along a lane that is too short to stand clear of its nodes; the robot holds its end."""
@@ -335,11 +355,12 @@ class Drive:
         """From a bay or an intersection onto the next lane where the robot can stand."""
         robot = self.robot
         if robot.held is None:
-            yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
-            robot.driver.left_bay()
+            yield from self._out_of_bay()
         elif robot.lane is not None and robot.pos < robot.lane.length:
             yield from self._to_end()
         while True:
+            if robot.halts_at <= self.env._now:
+                yield from self._halt()
             if robot.recall_at <= self.env._now and self._may_stay():
                 return Departure.RECALLED
             onward = self.onward
@@ -356,6 +377,14 @@ class Drive:
             yield from self._over_short(onward, halt)
             if halt is not None:
                 return Departure.THERE
+
+    def _out_of_bay(self) -> Steps:
+        """From a bay or station onto the node beside it."""
+        robot = self.robot
+        if robot.halts_at <= self.env._now:
+            yield from self._halt()
+        yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
+        robot.driver.left_bay()
 
     def _turn(self, onward: Lane) -> None:
         """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""

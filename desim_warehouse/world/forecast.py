@@ -47,10 +47,10 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
         return bay, time + ways.time(robot.node, bay)
     since = now - robot.since_state
     station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job)
-    if robot.state == "unloading" or (robot.state == "queueing" and len(robot.tour.stops) == 1):
+    if robot.doing == "unloading" or (robot.doing == "queueing" and len(robot.tour.stops) == 1):
         rest = 0.0 if job.drop is None else with_load.along(*job.drop)[1]
-        return station, max(unload - (since if robot.state == "unloading" else 0.0), 0.0) + rest
-    if robot.state == "loaded":
+        return station, max(unload - (since if robot.doing == "unloading" else 0.0), 0.0) + rest
+    if robot.doing == "loaded":
         if job.drop is None:
             return station, time + with_load.ways.time(robot.node, station) + unload
         start = with_load.ways.time(robot.node, job.drop[0][0])
@@ -58,8 +58,8 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     length = reach.length(job.edge)
     onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
     beyond = (length - job.offset) / robot.loaded_speed + onward + unload
-    if robot.state in ("loading", "queueing"):
-        return station, max(load - (since if robot.state == "loading" else 0.0), 0.0) + beyond
+    if robot.doing in ("loading", "queueing"):
+        return station, max(load - (since if robot.doing == "loading" else 0.0), 0.0) + beyond
     if robot.body.lane is not None and robot.body.lane.edge == job.edge:
         to_good = max(time - (length - job.offset) / speed, 0.0)
     else:
@@ -72,9 +72,9 @@ def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     travel, stops, handling = reach.travel(robot.speed), robot.tour.stops, reach.handling
     first, length = stops[0], reach.length(stops[0].edge)
     rest = time_at(handling, first)
-    if robot.state in ("loading", "unloading"):
+    if robot.doing in ("loading", "unloading"):
         rest = max(rest - (now - robot.since_state), 0.0)
-    elif robot.state != "queueing":
+    elif robot.doing != "queueing":
         time = time_to_node(robot, now)
         if robot.body.lane is not None and robot.body.lane.edge == first.edge:
             rest += max(time - (length - first.offset) / robot.speed, 0.0)

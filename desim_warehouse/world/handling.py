@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.distributions import Distribution
+from desim_warehouse.distributions import Distribution
 
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Tasks

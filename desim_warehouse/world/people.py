@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim_warehouse.distributions import Distribution
 from desim_warehouse.layout.zones import edges_along
-from desim_warehouse.model.distributions import Distribution
 from desim_warehouse.model.flows import StorageEnd, mean_rate
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import Good

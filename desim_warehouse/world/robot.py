@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.log import STATES
 from desim_warehouse.policies import RobotView
+from desim_warehouse.states import OPERATING, STATES, absent
 from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
+from desim_warehouse.world.breakdowns import Breakdowns, NodeDelays
 from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
 from desim_warehouse.world.forecast import time_to_node
 from desim_warehouse.world.itinerary import Itinerary
@@ -60,6 +61,7 @@ class Robot:
     elsewhere. `docked` is the station that it is in.
     `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
     no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
+    `doing`: its state, or that in which it broke down.
     """
 
     def __init__(self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "") -> None:
@@ -80,6 +82,12 @@ class Robot:
             guard=world.traffic.rules.guard,
         )
         self.battery = Battery(world.model.battery, world.reach.rates)
+        if shape.delays is not None:
+            self.body.delays = NodeDelays(shape.delays, number, world.streams)
+        self.breakdowns: Breakdowns | None = None
+        if shape.breakdowns is not None:
+            self.breakdowns = Breakdowns(shape.breakdowns, number, world.streams)
+            self.body.halts_at = self.breakdowns.least_until_due(0.0)
         self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
@@ -95,10 +103,11 @@ class Robot:
         self.offer: Event | None = None
         self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
-        self.state = "idle"
+        self.state = self.doing = "idle"
         self.since_state = 0.0
         self.waited_before = 0.0
-        self.time_in = dict.fromkeys(STATES, 0.0)
+        no = absent(world.model)
+        self.time_in = {name: 0.0 for name in STATES if name not in no}
 
     def stand(self, start: Start) -> None:
         """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""
@@ -284,31 +293,47 @@ class Robot:
         if self.must_charge:
             least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
         self.is_charging, self.must_charge = True, False
-        with bay.chargers.request() as turn:
-            if not turn.triggered and offer is None:
-                self.enter("queueing")
-            yield turn if offer is None else turn | offer
-            self.is_charging = self.job is None
-            if self.job is not None:
-                return offer
-            self.enter("charging")
-            begun = env.now
-            if levels.swap_time is not None:
-                yield Timeout(env, levels.swap_time)
-                battery.unplug(env.now, levels.full)
-            else:
-                offer = yield from self._fill(levels, least, offer)
-            self.has_charged = self.has_charged or env.now > begun
+        swap, failed = levels.swap_time, True
+        while failed:
+            with bay.chargers.turn(first=self.state == "charging") as turn:
+                if not turn.triggered and offer is None:
+                    self.enter("queueing")
+                elif not turn.triggered and self.state == "charging":
+                    self.enter("idle")
+                yield turn if offer is None else turn | offer
+                self.is_charging = self.job is None
+                if self.job is not None:
+                    return offer
+                self.enter("charging")
+                begun, lost = env.now, bay.chargers.outage_of(turn)
+                if swap is None:
+                    offer, failed = yield from self._fill(levels, least, offer, lost)
+                else:
+                    done = Timeout(env, swap)
+                    yield done if lost is None else done | lost
+                    swap, failed = swap - (env.now - begun), not done.processed
+                    if not failed:
+                        battery.unplug(env.now, levels.full)
+                self.has_charged = self.has_charged or env.now > begun
         self.is_charging = False
         return offer
 
-    def _fill(self, levels: Levels, least: float, offer: Event | None) -> Generator[Event, object, Event | None]:
-        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs."""
+    def _fill(
+        self, levels: Levels, least: float, offer: Event | None, lost: Event | None
+    ) -> Generator[Event, object, tuple[Event | None, bool]]:
+        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs.
+
+        True beside the event: the charger has failed (`lost`) before that.
+        """
         env, battery, world = self.env, self.battery, self.world
         level = battery.level(env.now)
         battery.plug(env.now)
         if offer is None:
-            yield Timeout(env, battery.charge_time(level, least))
+            done = Timeout(env, battery.charge_time(level, least))
+            yield done if lost is None else done | lost
+            if not done.processed:
+                battery.unplug(env.now)
+                return None, True
             level = max(level, least)
             if level < levels.full:
                 offer = world.dispatcher.wait(self)
@@ -316,8 +341,12 @@ class Robot:
             goal = world.reach.enough_for_first(self.view(), levels)
             goal = goal if level < goal < levels.full else levels.full
             done = Timeout(env, battery.charge_time(level, goal))
-            yield offer | done | world.bays.charger_sought() if world.reach.scarce else offer | done
+            due = offer | done | world.bays.charger_sought() if world.reach.scarce else offer | done
+            yield due if lost is None else due | lost
             level = goal if done.processed else battery.level(env.now)
+            if lost is not None and lost.processed and self.job is None and not done.processed:
+                battery.unplug(env.now, level)
+                return offer, True
             able = level >= world.reach.enough_after_parking(self.view(), levels)
             if self.job is None and able and world.bays.wants_room(self):
                 self.make_room()
@@ -325,7 +354,7 @@ class Robot:
             elif done.processed:
                 world.dispatcher.call()
         battery.unplug(env.now, level)
-        return offer
+        return offer, False
 
     # Where it is and what it is doing
 
@@ -408,6 +437,8 @@ class Robot:
         self.since_state = now
         if state != self.state:
             self.state = state
+            if state != "broken":
+                self.doing = state
             self.record(state)
         self._draw(state)
 
@@ -443,6 +474,7 @@ class Robot:
             "delivered": self.delivered,
             "recharged": self.recharged,
             **({"encounters": body.encounters} if "waiting_person" in waits else {}),
+            **({"breakdowns": self.breakdowns.count if self.breakdowns else 0} if "broken" in self.time_in else {}),
         }
 
     # As the driver of its body
@@ -465,6 +497,25 @@ class Robot:
         if other is not None:
             self.body.detours -= 1
         return other
+
+    def halt(self) -> Steps:
+        """Broken down where it stands, until it is repaired; then what it was `doing` goes on. Never in a bay."""
+        breakdowns = self.breakdowns
+        assert breakdowns is not None
+        while self.is_out and breakdowns.is_due(self.operated()):
+            yield Arrival(self.env, self.body.stands(self.env.now))
+            repair = breakdowns.begin()
+            self.enter("broken")
+            yield Timeout(self.env, repair)
+            self.enter(self.doing)
+        self.body.halts_at = self.env.now + breakdowns.least_until_due(self.operated())
+
+    def operated(self) -> float:
+        """Time for which it has been in operation: driving and handling, waits not counted."""
+        now = self.env.now
+        waited = self.body.waited_by(now) - self.waited_before
+        present = now - self.since_state - waited if self.state in OPERATING else 0.0
+        return sum(self.time_in[state] for state in OPERATING) + present
 
     def stands(self, waiting: bool) -> None:
         """It begins or ends waiting in traffic, where standing may draw less than driving."""

@@ -23,6 +23,7 @@ from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.batches import Batcher
 from desim_warehouse.world.bays import Bay, Bays
+from desim_warehouse.world.chargers import Chargers, FailingChargers
 from desim_warehouse.world.closures import Restrictions
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
@@ -113,7 +114,7 @@ class World:
         self.stations = Stations(env, model.tasks, layout, self.travel, streams)
         self.handling = HandlingTimes(model.tasks, streams)
         homes = fleet.homes(layout.bays)
-        self.bays = _bays(env, layout, homes, keep=self.traffic.rules.guard is not None)
+        self.bays = _bays(env, layout, homes, streams, keep=self.traffic.rules.guard is not None)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self.reach = Reach(
             model,
@@ -296,11 +297,16 @@ def _rule(model: Model, layout: Layout) -> Rule:
     return rule
 
 
-def _bays(env: Clock, layout: Layout, homes: list[str], *, keep: bool) -> Bays:
+def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, keep: bool) -> Bays:
     """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
     bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
         places = at_home[node] if item.places is None else item.places
-        chargers = places if item.chargers is None else item.chargers
-        bays.append(Bay(env, node, places, chargers))
+        number = places if item.chargers is None else item.chargers
+        chargers: Chargers | FailingChargers | None = None
+        if number and item.outages is not None:
+            chargers = FailingChargers(env, node, number, item.outages, streams)
+        elif number:
+            chargers = Chargers(env, number)
+        bays.append(Bay(node, places, chargers))
     return Bays(env, bays, keep=keep)

@@ -20,10 +20,12 @@ from scipy.stats import t as student
 import desim_warehouse as dw
 from tests.theory import models
 from tests.theory.formulas import (
+    completion,
     headway_of_a_turn,
     m_d_c_wait,
     m_g_1_wait,
     m_m_c_wait,
+    on_and_off,
     repairman,
 )
 from tests.theory.models import ROUND
@@ -295,4 +297,76 @@ def chargers() -> Iterator[Case]:
     )
 
 
-CASES = [*queues(), *roads(), *chargers()]
+# Breakdowns and outages
+
+FAILURES = "Breakdowns and outages"
+
+
+def failures() -> Iterator[Case]:
+    for robots, every, repair in ((1, 4000.0, 1000.0), (12, 900.0, 100.0)):
+        yield Case(
+            FAILURES,
+            f"{count(robots, 'robot')}, a breakdown every {every:g} s of operation, repair {repair:g} s",
+            partial(models.crews_that_break_down, robots, every, repair),
+            (
+                Quantity("availability", every / (every + repair), "availability"),
+                Quantity("breakdowns per second of operation", 1 / every, breakdowns_in_operation),
+            ),
+        )
+    every, repair, service, load = 50.0, 20.0, 10.0, 0.4
+    mean, square = completion(service, service**2, every, repair, 2 * repair**2)
+    yield queue(
+        "M/D/1 with breakdowns in the middle of a service, one robot that drives",
+        partial(models.round_as_service, service, load, 4000, every, repair),
+        m_g_1_wait(load / service, mean, square),
+        mean,
+    )
+    every, repair, service, load = 5000.0, 1000.0, 1000.0, 0.3
+    mean, square = completion(service, 2 * service**2, every, repair, 2 * repair**2)
+
+    def desk() -> dict[str, Any]:
+        model = models.robots_that_serve(load, service, 1, 4000, unload_time={"exponential": service})
+        return models.breaks_down(model, every, repair)
+
+    # a breakdown that is due while it unloads is found as it sets off, so the next task waits for the repair
+    yield queue(
+        "M/M/1 with breakdowns, repaired at the end of a service, one robot that unloads",
+        desk,
+        m_g_1_wait(load / service, mean, square),
+        models.ROUND + service,
+    )
+    every, repair, up, swap = 300.0, 100.0, 100.0, 50.0
+    down = fmean(on_and_off(time, every, repair) for time in models.petal_times(up))
+    cycle = up + down * repair + swap * (1 + repair / every)
+    yield Case(
+        FAILURES,
+        "1 robot, one place to swap batteries, in order for 300 s and in repair for 100 s",
+        lambda: models.with_outages(models.fleet_with_one_charger(1, up, swap, 1000), every, repair),
+        (
+            Quantity("swaps per hour", 3600 / cycle, "throughput_per_hour"),
+            Quantity("part of the time that it is in use", swap / cycle, charging),
+        ),
+        runs=20,
+    )
+    p, r, places, robots, every, repair = 0.5, 1.0, 2, 6, 4000.0, 1000.0
+    works = every / (every + repair)
+    yield Case(
+        FAILURES,
+        "6 robots with work at all times, 2 chargers in order for 4000 s and in repair for 1000 s",
+        lambda: models.with_outages(models.fleet_on(places, robots, p, r, 4e5), every, repair),
+        (
+            Quantity("robots at chargers", places * works, charging),
+            Quantity("power drawn", places * works * r, power),
+        ),
+    )
+
+
+def breakdowns_in_operation(run):
+    """Breakdowns by the time for which robots drive and handle."""
+    totals = run.history.totals
+    return totals["breakdowns"] / sum(
+        totals[state] for state in ("empty", "loading", "loaded", "unloading", "returning")
+    )
+
+
+CASES = [*queues(), *roads(), *chargers(), *failures()]

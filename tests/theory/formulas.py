@@ -18,6 +18,21 @@ def m_g_1_wait(rate, mean, square):
     return rate * square / (2 * (1 - rate * mean))
 
 
+def completion(mean, square, every, repair, repair_square):
+    """Mean and mean square of a service with the repairs of a server that breaks down while it serves (Gaver 1962).
+
+    Breakdowns come after exponential times of service, and the service is resumed: there are as many as in a Poisson
+    process over the service, each adds a repair.
+    """
+    longer = 1 + repair / every
+    return mean * longer, square * longer**2 + mean * repair_square / every
+
+
+def on_and_off(up, every, repair):
+    """Part of the time that a charger that was in order `up` ago is in repair; both times exponential."""
+    return repair / (every + repair) * (1 - math.exp(-up * (1 / every + 1 / repair)))
+
+
 def m_d_c_wait(rate, service, servers):
     """Mean wait of M/D/c, exactly: whoever is served now is gone one service time later (Crommelin 1932)."""
     most = servers + 400

@@ -119,19 +119,60 @@ def crews(robots, service, think):
     }
 
 
+# Breakdowns
+
+
+def breaks_down(model, every, repair):
+    """A model in which every robot breaks down; both times exponential."""
+    robot = {
+        **model["fleet"]["robot"],
+        "breakdowns": {"every": {"exponential": every}, "repair": {"exponential": repair}},
+    }
+    return {**model, "fleet": {**model["fleet"], "robot": robot}}
+
+
+def round_as_service(service, load, tasks, every, repair):
+    """Tasks arrive at random for one robot that serves by driving, `service` for a round; it may break down on it."""
+    length = tasks * service / load
+    model = {
+        "layout": TRIANGLE,
+        "fleet": {"size": 1, "robot": {"radius": 0.05, "speed": AROUND / service}},
+        "tasks": {"goods": {"poisson": 3600 * load / service}, "unload_at": ["A"], "load_time": 0, "unload_time": 0},
+        "run": {"length": length, "warm_up": length / 10},
+        "log": "tasks",
+    }
+    return breaks_down(model, every, repair)
+
+
+def with_outages(model, every, repair):
+    """A model in which every charger fails now and then; both times exponential."""
+    home = {
+        **model["layout"]["bays"]["home"],
+        "outages": {"every": {"exponential": every}, "repair": {"exponential": repair}},
+    }
+    return {**model, "layout": {**model["layout"], "bays": {"home": home}}}
+
+
 # Chargers
 
 PETALS = 40
 PETAL_SPEED = 1000.0
 
 
-def petals(mean):
-    """Rings of two nodes at A; the times round them are about exponential: the means of equal parts of that law."""
-    nodes, edges, storage = {"A": [0.0, 0.0]}, [], []
+def petal_times(mean):
+    """The times round the petals."""
+    found = []
     for i in range(PETALS):
         low, high = (-math.log(1 - part) if part < 1 else math.inf for part in (i / PETALS, (i + 1) / PETALS))
         upper = (high + 1) * math.exp(-high) if math.isfinite(high) else 0.0
-        time = PETALS * ((low + 1) * math.exp(-low) - upper) * mean
+        found.append(PETALS * ((low + 1) * math.exp(-low) - upper) * mean)
+    return found
+
+
+def petals(mean):
+    """Rings of two nodes at A; the times round them are about exponential: the means of equal parts of that law."""
+    nodes, edges, storage = {"A": [0.0, 0.0]}, [], []
+    for i, time in enumerate(petal_times(mean)):
         angle, half = 2 * math.pi * i / PETALS, time * PETAL_SPEED / 2
         nodes[f"P{i}"] = [half * math.cos(angle), half * math.sin(angle)]
         ends = ("A", f"P{i}"), (f"P{i}", "A")

@@ -20,24 +20,23 @@ from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
 from desim_warehouse.resources import resources
-from desim_warehouse.states import APART, FOR_CHARGER, STATES, seen
+from desim_warehouse.states import APART, FOR_CHARGER, STATES, absent, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.history import History, StateSpan
+    from desim_warehouse.history import History
+    from desim_warehouse.model import Model
     from desim_warehouse.report.replay.scale import Scale
     from desim_warehouse.report.replay.tiles import Tile
     from desim_warehouse.resources import Resource
     from desim_warehouse.run import Run
+    from desim_warehouse.states import State
 
 ENERGY = 1000
 """Steps in a full battery."""
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge; any edge, named in a column of its own; or the n-th out of the last one's end."""
-SHOWN = [*(seen(name, task=0) for name in STATES), FOR_CHARGER]
-"""States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
-_NUMBERS = {state.doing: number for number, state in enumerate(SHOWN)}
 
 Columns = dict[str, Any]
 
@@ -95,7 +94,7 @@ def _header(run: Run, positions: Positions, shown: list[Tile], places: list[Reso
         "worst": worst(run, edges, places, scale),
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
-        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in SHOWN],
+        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
@@ -170,11 +169,12 @@ def _edge_codes(
 
 def _state_columns(history: History, scale: Scale) -> Columns:
     """Per robot, what it begins to do, with its task; and once more at the end of the run."""
+    number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
     for changes in history.changes:
-        rows += [(span.start, _number(span), span.task) for span in changes]
+        rows += [(span.start, number[seen(span.state, span.task).doing], span.task) for span in changes]
         last = changes[-1]
-        rows.append((last.end, _number(last), last.task))
+        rows.append((last.end, rows[-1][1], last.task))
     counts, (time, state, task) = _in_window(rows, [len(changes) + 1 for changes in history.changes], scale)
     return {
         "state_count": counts,
@@ -206,8 +206,10 @@ def _in_window(rows: list[Any], sizes: list[int], scale: Scale) -> tuple[list[in
     return [high - low for low, high in windows], flat[keep].T
 
 
-def _number(span: StateSpan) -> int:
-    return _NUMBERS[seen(span.state, span.task).doing]
+def _shown(model: Model) -> list[State]:
+    """States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
+    no = absent(model)
+    return [*(seen(name, task=0) for name in STATES if name not in no), FOR_CHARGER]
 
 
 def _task_columns(run: Run, scale: Scale) -> Columns:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
-from desim_warehouse.model.distributions import (
+from desim_warehouse.distributions import (
     Distribution,
     ExponentialTime,
     GammaTime,
@@ -17,6 +16,7 @@ from desim_warehouse.model.distributions import (
     UniformTime,
     WeibullTime,
 )
+from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -25,7 +25,7 @@ class Scene {
     this.following = false;
     this.queue = null; // one that was jumped to
     this.stale = true;
-    this.groups = { empty: [], loaded: [], charging: [], idle: [] };
+    this.groups = { empty: [], loaded: [], charging: [], idle: [], broken: [] };
     this.mood = new Uint8Array(this.tracks.count);
     this.wait = new Int32Array(this.tracks.count).fill(-1);
     this.waiting = [];
@@ -79,7 +79,7 @@ class Scene {
     this.rotations(time, colours);
     this.route(time, colours);
     this.waits(colours);
-    for (const mood of ["idle", "charging", "empty", "loaded"]) this.robots(mood, colours);
+    for (const mood of ["idle", "charging", "empty", "loaded", "broken"]) this.robots(mood, colours);
     this.dots(colours);
     this.bars(time, colours);
     this.numbers(colours);

@@ -1,6 +1,6 @@
 // Robots: a circle with a line for its head and a bar for its battery behind it. What it does can be told without colour:
-// empty ones are full circles, carrying ones hold a square, charging ones a bolt, idle ones are hollow, and those that
-// wait wear a ring.
+// empty ones are full circles, carrying ones hold a square, charging ones a bolt, broken ones a cross, idle ones are
+// hollow, and those that wait wear a ring.
 
 const SMALL = 2.2; // below this radius on the screen, a square will do
 const PLAIN = 4.5; // below this one, no bar and no head
@@ -35,12 +35,18 @@ Object.assign(Scene.prototype, {
     this.heads(robots, hollow ? colours[mood] : colours.outline);
     if (mood === "loaded") this.loads(robots, colours);
     if (mood === "charging") this.bolts(robots, colours);
+    if (mood === "broken") this.crosses(robots, colours);
   },
 
   bolts(robots, colours) {
     const { ctx } = this;
     ctx.fillStyle = colours.label;
     this.each(robots, (robot, x, y, r) => r >= PLAIN && bolt(ctx, x, y, r * 0.75));
+  },
+
+  crosses(robots, colours) {
+    const { ctx } = this;
+    this.each(robots, (robot, x, y, r) => r >= SMALL && cross(ctx, x, y, r * 0.55, colours.label));
   },
 
   heads(robots, colour) {
@@ -99,7 +105,7 @@ Object.assign(Scene.prototype, {
     ctx.textAlign = "center";
     ctx.textBaseline = "middle";
     for (const [mood, robots] of Object.entries(this.groups)) {
-      if (mood === "charging") continue; // they show a bolt
+      if (mood === "charging" || mood === "broken") continue; // they show a bolt or a cross
       ctx.fillStyle = mood === "idle" ? colours.ink : colours.label;
       this.each(robots, (robot, x, y, r) => {
         if (r < 6.5) return;
@@ -167,3 +173,14 @@ Object.assign(Scene.prototype, {
     ctx.stroke();
   },
 });
+
+function cross(ctx, x, y, r, colour) {
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = Math.max(r * 0.4, 1);
+  ctx.beginPath();
+  for (const side of [1, -1]) {
+    ctx.moveTo(x - r, y - side * r);
+    ctx.lineTo(x + r, y + side * r);
+  }
+  ctx.stroke();
+}

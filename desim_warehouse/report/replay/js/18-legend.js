@@ -5,6 +5,7 @@ function signsOf(sides) {
   const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
   const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
   if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"]);
+  if (some((header) => header.states.some(({ role }) => role === "broken"))) signs.push(["broken", "broken down"]);
   signs.push(["idle", "idle, or to a bay"], ["wait", "waits"], ["good", "good to be fetched"]);
   signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
   if (some((_, floor) => floor.cell)) signs.push(["wall", "no lane: shelf or wall"]);
@@ -58,6 +59,7 @@ function drawSign(ctx, sign, colours) {
   ctx.fillStyle = sign === "idle" ? colours.floor : colours.label;
   if (sign === "idle") circle(5);
   if (sign === "charging") bolt(ctx, 9, 9, 5.5);
+  if (sign === "broken") cross(ctx, 9, 9, 3.5, colours.label);
   if (sign !== "loaded") return;
   ctx.strokeStyle = colours.label;
   ctx.lineWidth = 1.5;

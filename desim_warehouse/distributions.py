@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -30,7 +31,11 @@ from desim_warehouse.fields import (
 from desim_warehouse.findings import amount
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.random import Generator
+
+    from desim_warehouse.streams import Streams
 
 
 class Distribution(Part, ABC):
@@ -423,3 +428,10 @@ def _times(value: Any, factor: float) -> Any:
 def mean_of(time: float | Distribution) -> float:
     """The mean of a time that may vary."""
     return time.mean if isinstance(time, Distribution) else time
+
+
+def draws(time: float | Distribution, streams: Streams, purpose: str, entity: int) -> Callable[[], float]:
+    """Draw a time that may vary again and again, from a stream of its own; one that does not vary needs none."""
+    if not isinstance(time, Distribution):
+        return lambda: time
+    return partial(time.draw, streams.stream(purpose, entity))

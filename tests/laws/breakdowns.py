@@ -1,0 +1,38 @@
+"""What goes wrong, put into any random model: robots that break down, chargers that fail, delays at nodes."""
+
+from __future__ import annotations
+
+import random
+
+WITH_CHANCE = "exponential"
+
+
+def with_breakdowns(mapping, number):
+    """A model in which robots break down every few minutes, half of them for long, and lose time at nodes."""
+    draw = random.Random(f"breakdowns {number}")
+    fleet = {**mapping["fleet"], "robot": dict(mapping["fleet"]["robot"]), "kinds": {}}
+    for name, kind in mapping["fleet"].get("kinds", {}).items():
+        fleet["kinds"][name] = {**kind, **({"breakdowns": failures(draw)} if draw.random() < 0.3 else {})}
+    if draw.random() < 0.8:
+        fleet["robot"]["breakdowns"] = failures(draw)
+    if draw.random() < 0.5:
+        fleet["robot"]["delays"] = {"share": draw.choice((0.1, 0.5, 1.0)), "time": varying(draw, draw.choice((0.5, 5)))}
+    layout = {**mapping["layout"], "bays": {name: dict(bay) for name, bay in mapping["layout"]["bays"].items()}}
+    for bay in layout["bays"].values():
+        if bay.get("chargers") != 0 and draw.random() < 0.6:
+            bay["outages"] = {
+                "every": varying(draw, draw.choice((20, 200))),
+                "repair": varying(draw, draw.choice((5, 50))),
+            }
+    battery = mapping.get("battery")
+    if battery:  # what repairs and delays draw is in nobody's plan
+        battery = {**battery, "reserve": 1e12}
+    return {**mapping, "fleet": fleet, "layout": layout, "battery": battery}
+
+
+def failures(draw):
+    return {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}
+
+
+def varying(draw, mean):
+    return {WITH_CHANCE: mean} if mean and draw.random() < 0.7 else mean
