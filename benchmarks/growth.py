@@ -193,7 +193,7 @@ class Part:
 
 
 PARTS = {
-    "robots at work": Part("move", (50, 100, 200, 400, 800), robots_at_work),
+    "robots at work": Part("move", (50, 100, 200, 400, 800), robots_at_work, bound=0.5),
     "robots at rest": Part("decision", (50, 100, 200, 400, 800), robots_at_rest, bound=0.7),
     "open tasks": Part("decision", (250, 500, 1000, 2000, 4000), open_tasks),
     "open tours": Part("decision", (250, 500, 1000, 2000, 4000), open_tours),
