@@ -218,12 +218,16 @@ def measured(name: str) -> tuple[list[float], float]:
     return times, exponent(part.sizes, times)
 
 
+def _short(number: float) -> str:
+    return f"{number:,.0f}" if number >= 100 else f"{number:.3g}"
+
+
 def report(names: Sequence[str] = tuple(PARTS)) -> None:
     """Print the table of docs/performance.md."""
     print("| part | sizes | microseconds | a | exponent |\n|---|---|---|---|---|")
     for name in names:
         part, (times, slope) = PARTS[name], measured(name)
-        sizes, costs = f"{part.sizes[0]:,} to {part.sizes[-1]:,}", ", ".join(f"{1e6 * time:,.3g}" for time in times)
+        sizes, costs = f"{part.sizes[0]:,} to {part.sizes[-1]:,}", ", ".join(_short(1e6 * time) for time in times)
         print(f"| {name} | {sizes} | {costs} | {part.unit} | {slope:.2f} |", flush=True)
 
 
