@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from itertools import groupby
 
+from tests.audit_work import STATES
 from tests.world.closed_form import drive_time
 
 TOL = 1e-6
 STANDS = {"loading", "unloading", "parked", "docked"}
-TRAFFIC = {"drive", "enter", "collision", "rotation", "released", "assigned", "returned", "delivered"}
 
 
 class Motion:
@@ -49,7 +49,7 @@ class Motion:
                 if value > begin:
                     pieces.append((limit, value - begin))
                 place[edge] = value
-            elif kind not in TRAFFIC:
+            elif kind in STATES | STANDS:
                 state = kind
                 if kind in STANDS and pieces:
                     together = [

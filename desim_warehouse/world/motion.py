@@ -70,8 +70,8 @@ class Stretch(NamedTuple):
         return Stretch(self.motion)
 
     def at_speed(self, limit: float) -> Stretch:
-        """After a stop, with a run-up that it has lost the time of already."""
-        return self.anew().further(limit * limit * self.motion.gathers / 2, limit)[1]
+        """After a stop, when it has lost all that gathering speed up to a limit can take."""
+        return Stretch(self.motion, lost=limit * self.motion.gathers / 2)
 
     def _without_the_past(self) -> Stretch:
         """Without the pieces that lie farther back than it may ever have to brake from."""
