@@ -20,12 +20,7 @@ METRES = {
 }
 SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)}
 SPEEDS = {f"{length}/{time}": METRES[length] / SECONDS[time] for length in METRES for time in SECONDS}
-ACCELERATIONS = {
-    f"{length}/{time}{square}": METRES[length] / SECONDS[time] ** 2
-    for length in METRES
-    for time in ("s", "min")
-    for square in ("^2", "2", "²")
-}
+ACCELERATIONS = {f"{length}/s{square}": METRES[length] for length in ("mm", "cm", "m") for square in ("^2", "²", "2")}
 RATES = {f"/{time}": 3600 / SECONDS[time] for time in SECONDS}
 
 TABLE = {

@@ -30,6 +30,8 @@ def refused(overrides, source=TUTORIAL):
         ({}, "policies.interval", "0.5min", 30),
         ({}, "fleet.robot.speed", "1.5 m/s", 1.5),
         ({}, "fleet.robot.speed", "5.4 km/h", 1.5),
+        ({}, "fleet.robot.acceleration", "0.5 m/s^2", 0.5),
+        ({"length": "cm", "time": "min", "seconds": 60}, "fleet.robot.deceleration", "500 mm/s²", 180_000),
         ({}, "fleet.robot.radius", "350 mm", 0.35),
         ({}, "layout.blocks.goods_size", "90 cm", 0.9),
         ({"length": "mm"}, "fleet.robot.radius", "35 cm", 350),
@@ -82,6 +84,11 @@ def test_in_a_file_on_the_command_line_and_in_a_table(tmp_path):
             "not a time (got '8 mni'), expected a time such as 15 min, in ms, s, min, h or d; did you mean 'min'?",
         ),
         ("fleet.robot.speed", "3 h", "not a speed (got '3 h'), expected a speed such as 1.5 m/s"),
+        (
+            "fleet.robot.acceleration",
+            "1 m/s",
+            "not an acceleration (got '1 m/s'), expected an acceleration such as 0.5 m/s^2; did you mean 'm/s²'?",
+        ),
         (
             "fleet.robot.radius",
             "25 %",

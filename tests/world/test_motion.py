@@ -270,6 +270,26 @@ def handling(run):
     return {row.task: row.time - begun[row.task] for row in run.history.rows("loaded")}
 
 
+def test_a_battery_lasts_for_the_starts_and_stops():
+    """27 to the good and 5 there, 11 to D, 3 there and 12 home are 58; a robot that has less would not set out."""
+    changes = {"fleet__robot__speed_loaded": 0.5, "fleet__robot__acceleration": 0.5}
+    charging = {"name": "reach-aware", "margin": 0.0}
+
+    def with_battery(capacity):
+        battery = {"capacity": capacity, "threshold": 0, "consumption": 1, "charge_rate": 100}
+        return simulated(**changes, battery=battery, policies__charging=charging)
+
+    assert with_battery(58.01).kpis["tasks"] == 1
+    with pytest.raises(dw.errors.WarehouseError, match=r"no battery seems to last|draws at least|lasts for task"):
+        with_battery(57.9)
+
+
+def test_what_a_stop_costs_is_said_beforehand():
+    model = dw.load(ring.RING, {"fleet.robot.acceleration": 0.5, "fleet.robot.deceleration": 0.25})
+    assert "a stop on the way costs up to 3 s of braking and gathering speed" in check(model).facts
+    assert not any("a stop on the way" in fact for fact in check(dw.load(ring.RING)).facts)
+
+
 def test_the_hand_calculation_counts_a_start_and_a_stop_of_each_drive():
     model = dw.load(
         ring.RING,
