@@ -303,11 +303,11 @@ FAILURES = "Breakdowns and outages"
 
 
 def failures() -> Iterator[Case]:
-    for robots, every, repair in ((1, 4000.0, 1000.0), (12, 900.0, 100.0)):
+    for robots, every, repair, length in ((1, 400.0, 100.0, 2.5e5), (12, 200.0, 20.0, 4e4)):
         yield Case(
             FAILURES,
             f"{count(robots, 'robot')}, a breakdown every {every:g} s of operation, repair {repair:g} s",
-            partial(models.crews_that_break_down, robots, every, repair),
+            partial(models.crews_that_break_down, robots, every, repair, length),
             (
                 Quantity("availability", every / (every + repair), "availability"),
                 Quantity("breakdowns per second of operation", 1 / every, breakdowns_in_operation),
@@ -348,12 +348,12 @@ def failures() -> Iterator[Case]:
         ),
         runs=20,
     )
-    p, r, places, robots, every, repair = 0.5, 1.0, 2, 6, 4000.0, 1000.0
+    p, r, places, robots, every, repair = 0.5, 1.0, 2, 6, 400.0, 100.0
     works = every / (every + repair)
     yield Case(
         FAILURES,
-        "6 robots with work at all times, 2 chargers in order for 4000 s and in repair for 1000 s",
-        lambda: models.with_outages(models.fleet_on(places, robots, p, r, 4e5), every, repair),
+        "6 robots with work at all times, 2 chargers in order for 400 s and in repair for 100 s",
+        lambda: models.with_outages(models.fleet_on(places, robots, p, r, 5e4), every, repair),
         (
             Quantity("robots at chargers", places * works, charging),
             Quantity("power drawn", places * works * r, power),

@@ -123,12 +123,19 @@ def crews(robots, service, think):
 
 
 def breaks_down(model, every, repair):
-    """A model in which every robot breaks down; both times exponential."""
-    robot = {
-        **model["fleet"]["robot"],
-        "breakdowns": {"every": {"exponential": every}, "repair": {"exponential": repair}},
-    }
+    """A model in which every robot breaks down."""
+    robot = {**model["fleet"]["robot"], "breakdowns": at_random(every, repair)}
     return {**model, "fleet": {**model["fleet"], "robot": robot}}
+
+
+def at_random(every, repair):
+    """Failures and repairs, both times exponential."""
+    return {"every": {"exponential": every}, "repair": {"exponential": repair}}
+
+
+def crews_that_break_down(robots, every, repair, length):
+    """A closed line of robots."""
+    return {**breaks_down(crews(robots, 10.0, 30.0), every, repair), "run": {"length": length}}
 
 
 def round_as_service(service, load, tasks, every, repair):
@@ -145,11 +152,8 @@ def round_as_service(service, load, tasks, every, repair):
 
 
 def with_outages(model, every, repair):
-    """A model in which every charger fails now and then; both times exponential."""
-    home = {
-        **model["layout"]["bays"]["home"],
-        "outages": {"every": {"exponential": every}, "repair": {"exponential": repair}},
-    }
+    """A model in which every charger fails now and then."""
+    home = {**model["layout"]["bays"]["home"], "outages": at_random(every, repair)}
     return {**model, "layout": {**model["layout"], "bays": {"home": home}}}
 
 
