@@ -124,9 +124,9 @@ def count(number, thing):
 CYCLE = "mean time from release to delivery, s"
 
 
-def queue(title, model, wait, service, *, long=False):
+def queue(title, model, wait, service, *, long=False, section="Queues"):
     """A case whose mean cycle time is a wait and a service."""
-    return Case("Queues", title, model, (Quantity(CYCLE, wait + service, "cycle_time_mean"),), long=long)
+    return Case(section, title, model, (Quantity(CYCLE, wait + service, "cycle_time_mean"),), long=long)
 
 
 def queues() -> Iterator[Case]:
@@ -303,37 +303,32 @@ FAILURES = "Breakdowns and outages"
 
 
 def failures() -> Iterator[Case]:
-    for robots, every, repair, length in ((1, 400.0, 100.0, 2.5e5), (12, 200.0, 20.0, 4e4)):
+    for robots, every, repair, length in ((1, 400.0, 100.0, 6e4), (12, 200.0, 20.0, 1e4)):
         yield Case(
             FAILURES,
             f"{count(robots, 'robot')}, a breakdown every {every:g} s of operation, repair {repair:g} s",
             partial(models.crews_that_break_down, robots, every, repair, length),
-            (
-                Quantity("availability", every / (every + repair), "availability"),
-                Quantity("breakdowns per second of operation", 1 / every, breakdowns_in_operation),
-            ),
+            (Quantity("availability", every / (every + repair), "availability"),),
         )
-    every, repair, service, load = 50.0, 20.0, 10.0, 0.4
+    every, repair, service, load = 50.0, 20.0, 10.0, 0.25
     mean, square = completion(service, service**2, every, repair, 2 * repair**2)
     yield queue(
         "M/D/1 with breakdowns in the middle of a service, one robot that drives",
-        partial(models.round_as_service, service, load, 4000, every, repair),
+        partial(models.round_as_service, service, load, 3000, every, repair),
         m_g_1_wait(load / service, mean, square),
         mean,
+        section=FAILURES,
     )
-    every, repair, service, load = 5000.0, 1000.0, 1000.0, 0.3
+    every, repair, service, load = 5000.0, 1000.0, 1000.0, 0.2
     mean, square = completion(service, 2 * service**2, every, repair, 2 * repair**2)
-
-    def desk() -> dict[str, Any]:
-        model = models.robots_that_serve(load, service, 1, 4000, unload_time={"exponential": service})
-        return models.breaks_down(model, every, repair)
-
+    desk = models.robots_that_serve(load, service, 1, 3000, unload_time={"exponential": service})
     # a breakdown that is due while it unloads is found as it sets off, so the next task waits for the repair
     yield queue(
         "M/M/1 with breakdowns, repaired at the end of a service, one robot that unloads",
-        desk,
+        partial(models.breaks_down, desk, every, repair),
         m_g_1_wait(load / service, mean, square),
         models.ROUND + service,
+        section=FAILURES,
     )
     every, repair, up, swap = 300.0, 100.0, 100.0, 50.0
     down = fmean(on_and_off(time, every, repair) for time in models.petal_times(up))
@@ -341,7 +336,7 @@ def failures() -> Iterator[Case]:
     yield Case(
         FAILURES,
         "1 robot, one place to swap batteries, in order for 300 s and in repair for 100 s",
-        lambda: models.with_outages(models.fleet_with_one_charger(1, up, swap, 1000), every, repair),
+        partial(models.with_outages, models.fleet_with_one_charger(1, up, swap, 1000), every, repair),
         (
             Quantity("swaps per hour", 3600 / cycle, "throughput_per_hour"),
             Quantity("part of the time that it is in use", swap / cycle, charging),
@@ -353,19 +348,11 @@ def failures() -> Iterator[Case]:
     yield Case(
         FAILURES,
         "6 robots with work at all times, 2 chargers in order for 400 s and in repair for 100 s",
-        lambda: models.with_outages(models.fleet_on(places, robots, p, r, 5e4), every, repair),
+        partial(models.with_outages, models.fleet_on(places, robots, p, r, 5e4), every, repair),
         (
             Quantity("robots at chargers", places * works, charging),
             Quantity("power drawn", places * works * r, power),
         ),
-    )
-
-
-def breakdowns_in_operation(run):
-    """Breakdowns by the time for which robots drive and handle."""
-    totals = run.history.totals
-    return totals["breakdowns"] / sum(
-        totals[state] for state in ("empty", "loading", "loaded", "unloading", "returning")
     )
 
 
