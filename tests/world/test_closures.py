@@ -150,6 +150,31 @@ def test_an_edge_in_an_intersection_cannot_be_closed():
         dw.simulate(closed(["B", "C"], at=[(0, 1)], **zone))
 
 
+def test_who_waits_for_an_edge_on_two_way_lanes_holds_nobody_else_in_their_bays():
+    """Robot 0 waits two hours for the spur X; robot 1 fetches from Y all the while, long past what patience allows."""
+    spurs = {"A": [-20, 0], "B": [20, 0], "X": [0, 20], "Y": [0, -20]}
+    model = {
+        "layout": {
+            "nodes": {"C": [0, 0], **spurs},
+            "edges": [{"from": "C", "to": name, "two_way": True} for name in spurs],
+            "storage": [{"edge": ["C", "X"], "offset": 10}, {"edge": ["C", "Y"], "offset": 10}],
+            "bays": {"home": {"at": ["A", "B"], "places": 1}},
+            "stations": {"packing": {"at": ["B"], "places": 2}},
+        },
+        "fleet": {"size": 2, "start": ["A", "B"], "robot": {"radius": 0.5, "speed": 1}},
+        "tasks": {"goods": [0, *[1] * 40], "unload_at": ["packing"], "load_time": 5, "unload_time": 5},
+        "policies": {"routing": "shortest"},
+        "calendars": {"works": {"between": [[0, 7200]]}},
+        "traffic": {"closures": {"works": {"members": [["C", "X"]], "hours": "works"}}},
+    }
+    run = dw.simulate(dw.load(model))
+    delivered = [task.delivered for task in run.history.delivered]
+    assert run.kpis["waiting_closed"] > 7000
+    assert 2000 < delivered[-2] < 4000  # one after the other, without a break
+    assert delivered[-1] > 7200
+    assert audit(run) == differences(run) == []
+
+
 # Slow zones
 
 

@@ -84,6 +84,13 @@ def test_indicators_are_the_same_at_every_level_of_the_log(level):
     assert {"person_in", "person_out"} <= kinds
 
 
+def test_a_run_that_is_saved_and_read_has_the_same_indicators(tmp_path):
+    run = dw.simulate(with_people(robots={"tasks.goods": {"random": 5}}, per_hour=60, stay=30))
+    again = dw.load_run(run.save(tmp_path / "run"))
+    assert again.kpis == run.kpis
+    assert again.history.blocked == run.history.blocked
+
+
 def test_people_come_alike_whatever_robots_do_and_robots_work_alike_wherever_people_are():
     """Of the streams of a run none is shared: goods and handling times are those of a run without people."""
     over = {
