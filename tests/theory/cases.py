@@ -22,11 +22,13 @@ from tests.theory import models
 from tests.theory.formulas import (
     completion,
     headway_of_a_turn,
+    held_up,
     m_d_c_wait,
     m_g_1_wait,
     m_m_c_wait,
     on_and_off,
     repairman,
+    wait_until_empty,
 )
 from tests.theory.models import ROUND
 
@@ -356,4 +358,26 @@ def failures() -> Iterator[Case]:
     )
 
 
-CASES = [*queues(), *roads(), *chargers(), *failures()]
+def passages(run):
+    """How often the aisle with people is passed, in the counted time."""
+    return next(row["passages"] for row in run.record.edges if row["edge"] == "B>C")
+
+
+def people() -> Iterator[Case]:
+    """A robot before an aisle: people come at random and stay for exponential times."""
+    rate, stay, away = 1 / 60, 40.0, 60.0
+    held = Quantity(
+        "passages before which it is held up",
+        held_up(rate, stay, away),
+        lambda run: sum(wait.end >= run.record.begin for wait in run.history.waits) / passages(run),
+    )
+    waited = Quantity(
+        "mean wait before a passage, s",
+        wait_until_empty(rate, stay, away),
+        lambda run: run.kpis["waiting_person"] / passages(run),
+    )
+    model = partial(models.robot_before_people, rate, stay, away, 2500)
+    yield Case("Queues", "M/M/infinity, a robot waits for an aisle without people", model, (held, waited), long=True)
+
+
+CASES = [*queues(), *people(), *roads(), *chargers(), *failures()]

@@ -60,6 +60,28 @@ def repairman(machines, up, repair):
     return 1 - 1 / (1 + machines * repair / up * total)
 
 
+def held_up(rate, stay, away):
+    """How often a robot finds people in an aisle `away` after it last found it empty; M/M/infinity.
+
+    From empty, the number of people after a time t is a Poisson number of mean rate x stay x (1 - exp(-t / stay)).
+    """
+    return 1 - math.exp(-rate * stay * (1 - math.exp(-away / stay)))
+
+
+def wait_until_empty(rate, stay, away, most=60):
+    """The mean time that the same robot waits for the aisle to be empty, 0 included.
+
+    From n people to none one goes down step by step; a step down from k takes, by the balance of a birth and death
+    process with probabilities p, (p_k + p_(k+1) + ...) / (p_k k / stay) on average.
+    """
+    load = rate * stay
+    weights = [load**k / math.factorial(k) for k in range(2 * most)]
+    down = [0.0] + [sum(weights[k:]) / (weights[k] * k / stay) for k in range(1, most)]
+    present = load * (1 - math.exp(-away / stay))
+    chance = [math.exp(-present) * present**n / math.factorial(n) for n in range(most)]
+    return sum(p * sum(down[: n + 1]) for n, p in enumerate(chance))
+
+
 def headway_of_a_turn(angle, theta, distance, speed, node_time=0.0):
     """Time between two robots that turn off one after the other, `distance` apart.
 

@@ -57,6 +57,17 @@ def station_that_serves(load, service, servers, tasks, robots=15, unload=None):
     }
 
 
+def robot_before_people(rate, stay, away, rounds):
+    """A robot that goes round for ever passes an aisle that people come to; it is `away` from it for so long."""
+    return {
+        "layout": TRIANGLE,
+        "fleet": {"size": 1, "robot": FAST},
+        "tasks": {"goods": {"saturated": 1}, "unload_at": ["A"], "load_time": 0, "unload_time": away - ROUND},
+        "people": {"pickers": {"aisles": [["B", "C"]], "per_hour": 3600 * rate, "stay": {"exponential": stay}}},
+        "run": {"length": rounds * (away + stay), "warm_up": away},
+    }
+
+
 def flows_at_a_station(load, times, tasks, robots=15):
     """Several flows, equally many tasks of each, meet at a station with one server; each has its own time there."""
     mean = sum(times.values()) / len(times)
