@@ -9,7 +9,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
@@ -227,6 +227,24 @@ class Hours:
             amount -= here
             at = end
 
+    def between(self, begin: float, end: float) -> Iterator[Stretch]:
+        """The stretches of a part of the run, cut off at its ends."""
+        at = begin
+        while at < end:
+            first, last = self.following(at)
+            if first >= end:
+                return
+            yield max(first, begin), min(last, end)
+            at = last
+
+    def share(self, begin: float, end: float) -> float:
+        """The part of the time between two times in which it is open; of a period, if there is no end."""
+        if math.isfinite(end):
+            return (self.open_time(end) - self.open_time(begin)) / (end - begin) if end > begin else 1.0
+        if math.isfinite(self.period):
+            return math.fsum(b - a for a, b in self.stretches) / self.period
+        return 1.0 if math.isinf(self.stretches[-1][1]) else 0.0
+
     def _next(self, time: float) -> Stretch:
         """As `following`, but stretches that touch are not joined."""
         at = max(time, self.since)
@@ -240,6 +258,9 @@ class Hours:
                 break
         return math.inf, math.inf
 
+
+ALWAYS = Hours([(0.0, math.inf)])
+"""Where there is no calendar."""
 
 # Stretches
 

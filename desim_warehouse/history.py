@@ -528,7 +528,7 @@ class History:
         """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
         if span.state == "charging" or (span.state == "queueing" and span.task == NONE):
             return 0.0
-        if span.state == "idle" and self.layout.bays[span.node].chargers != 0:
+        if span.state in ("idle", "on_break") and self.layout.bays[span.node].chargers != 0:
             return 0.0
         return self._rates[span.state]
 

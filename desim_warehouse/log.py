@@ -68,6 +68,7 @@ KINDS = {
     "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
     "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
     "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),

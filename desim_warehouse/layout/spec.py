@@ -16,6 +16,8 @@ from pydantic import (
     model_validator,
 )
 
+from desim_warehouse.calendars import CalendarName
+from desim_warehouse.distributions import Varying
 from desim_warehouse.disturbances import OutageSpec
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
@@ -369,6 +371,45 @@ class StationSpec(PlacesSpec):
     servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(
         1, description="robots served at a time at each node"
     )
+    hours: CalendarName | None = Field(
+        None, description="a calendar: outside it nothing begins there; default: always open", json_schema_extra=LATER
+    )
+    at_close: Literal["finish", "pause"] = Field(
+        "finish",
+        description="what has begun when it closes is finished, or pauses until it opens again",
+        json_schema_extra=LATER,
+    )
+    load_time: Varying | None = Field(
+        None, description="loading there; default: that of the flow or of tasks", json_schema_extra=LATER
+    )
+    unload_time: Varying | None = Field(
+        None, description="unloading there; default: that of the flow or of tasks", json_schema_extra=LATER
+    )
+    work_time: Varying | None = Field(
+        None, description="work on each load unit that is put down there; default: none", json_schema_extra=LATER
+    )
+    workers: Count = Field(
+        1, description="with work_time: load units worked on at a time, at each node", json_schema_extra=LATER
+    )
+    buffer: Count | None = Field(
+        None,
+        description="with work_time: places at each node for load units that wait or are worked on; full: robots wait "
+        "at the server; default: as many as are needed",
+        json_schema_extra=LATER,
+    )
+
+    @model_validator(mode="after")
+    def _something_to_do(self) -> StationSpec:
+        if self.work_time is None:
+            for key in ("buffer", "workers"):
+                if getattr(self, key) != type(self).model_fields[key].default:
+                    raise wrong(f"without work (got {got(getattr(self, key))}), expected work_time beside it", key)
+        if self.buffer is not None and self.workers > self.buffer:
+            text = f"too many (got {self.workers}), expected at most one for each place of the buffer, {self.buffer}"
+            raise wrong(text, "workers")
+        if self.at_close != "finish" and self.hours is None:
+            raise wrong(f"it never closes (got {got(self.at_close)}), expected hours beside it", "at_close")
+        return self
 
 
 class LayoutSpec(Part):
@@ -407,6 +448,11 @@ class LayoutSpec(Part):
             and frozenset((edge.source, edge.target)) not in beside
             for edge in self.edges
         )
+
+    @property
+    def has_hours(self) -> bool:
+        """Whether any station has a calendar."""
+        return any(station.hours is not None for station in self.stations.values())
 
     @field_validator("blocks", mode="before")
     @classmethod

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from desim_warehouse.calendars import CalendarName
 from desim_warehouse.disturbances import BreakdownSpec, DelaySpec
 from desim_warehouse.errors import got
 from desim_warehouse.fields import (
@@ -113,6 +114,7 @@ class Kind(Part):
         None, description="default: fleet.robot.breakdowns", json_schema_extra=LATER
     )
     delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays", json_schema_extra=LATER)
+    hours: CalendarName | None = Field(None, description="default: fleet.hours", json_schema_extra=LATER)
 
 
 class SpreadEnergy(Part):
@@ -167,6 +169,11 @@ class Fleet(Part):
         (),
         description="where robots stand at the start, from robot 0 on; the others are in their bays, and each has a "
         "place in its bay",
+        json_schema_extra=LATER,
+    )
+    hours: CalendarName | None = Field(
+        None,
+        description="a calendar, of shifts and breaks: outside it robots take up no work; default: always at work",
         json_schema_extra=LATER,
     )
     robot: RobotSpec
@@ -239,6 +246,16 @@ class Fleet(Part):
         """The kind of every robot, by number; ordinary ones have none."""
         special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
         return special + [""] * (self.size - len(special))
+
+    def hours_of_robots(self) -> list[str | None]:
+        """The calendar of every robot, by number; None: it is always at work."""
+        special = [kind.hours or self.hours for kind in self.kinds.values() for _ in range(kind.count)]
+        return special + [self.hours] * (self.size - len(special))
+
+    @property
+    def has_hours(self) -> bool:
+        """Whether any robot has a calendar."""
+        return any(name is not None for name in self.hours_of_robots())
 
     def homes(self, bays: Iterable[str]) -> list[str]:
         """The node beside which every robot starts, by number, given the nodes with bays."""

@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from desim_warehouse.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.distributions import Varying
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.fields import (
@@ -267,6 +268,12 @@ class FlowSpec(Part):
         (), description="stops in between with the load, in order: nodes or names of stations", json_schema_extra=LATER
     )
     stop_time: Varying = Field(0.0, description="handling at each stop of via", json_schema_extra=LATER)
+    hours: CalendarName | None = Field(
+        None,
+        description="a calendar: tasks are asked for only then; what a schedule or a file asks for outside it is "
+        "released when it opens; default: at all times",
+        json_schema_extra=LATER,
+    )
     load_type: Name | None = Field(
         None, description="for robots that carry it (carries); default: for all", json_schema_extra=LATER
     )
@@ -326,6 +333,9 @@ class FlowSpec(Part):
             raise wrong("missing, expected when tasks are asked for, such as {poisson: 40}", "arrivals")
         if self.from_to and not any(pair.per_hour for pair in self.from_to):
             raise wrong("all rates are 0, expected one above 0", "from_to")
+        if self.hours is not None and isinstance(self.arrivals, SaturatedArrivals):
+            text = f"{self.arrivals.saturated} tasks are always open, expected hours of the fleet or of stations"
+            raise wrong(text, "hours")
         if self.due_at and self.due_within is not None:
             raise wrong("both this and due_within, expected one of the two", "due_at")
         for pair in self.routes:
@@ -395,13 +405,17 @@ def _named(end: tuple[str, ...] | StorageEnd) -> str:
     return STORAGE if isinstance(end, StorageEnd) else spoken(end, "or")
 
 
-def mean_rate(flow: FlowSpec, length: float, hour: float) -> float | None:
-    """Tasks an hour over the first `length` of a run; None: as many as can be done, or as a file says."""
+def mean_rate(flow: FlowSpec, length: float, hour: float, hours: Hours = ALWAYS) -> float | None:
+    """Tasks an hour over the first `length` of a run; None: as many as can be done, or as a file says.
+
+    `hours`: those of the flow.
+    """
     when = flow.when
     if isinstance(when, PoissonArrivals):
-        return when.poisson
+        return when.poisson * hours.share(0.0, length)
     if isinstance(when, ProfileArrivals):
-        return Rates(when.profile, hour).expected(length) / length * hour
+        expected = Rates(when.profile, hour).expected
+        return math.fsum(expected(b) - expected(a) for a, b in hours.between(0.0, length)) / length * hour
     if isinstance(when, ScheduleArrivals):
         return sum(batch.tasks for batch in when.schedule if batch.at <= length) / length * hour
     return None

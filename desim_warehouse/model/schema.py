@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.calendars import Calendar, Hours
+from desim_warehouse.calendars import ALWAYS, Calendar, CalendarName, Hours
 from desim_warehouse.distributions import Varying, mean_of
 from desim_warehouse.errors import got, spoken
 from desim_warehouse.fields import (
@@ -137,6 +137,9 @@ class PoissonGoods(Part):
 
     poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
     due_within: Duration | None = Field(None, description="time from release to due")
+    hours: CalendarName | None = Field(
+        None, description="a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
+    )
 
 
 def _goods_form(value: Any) -> str | None:
@@ -447,8 +450,10 @@ class Model(Part):
         found: list[WaitName] = ["waiting_closed"] if self.traffic.closures else []
         return (*found, "waiting_person") if self.people else tuple(found)
 
-    def hours(self, calendar: str) -> Hours:
-        """A calendar as times of a run."""
+    def hours(self, calendar: str | None) -> Hours:
+        """A calendar as times of a run; None: always."""
+        if calendar is None:
+            return ALWAYS
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:

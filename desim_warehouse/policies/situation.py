@@ -19,7 +19,7 @@ class Handling:
     """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
 
     Of times that vary it is the mean. `flows`: loading and unloading of the flows that have times of their own;
-    `visits`: of flows a stop on the way (`via`).
+    `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
     """
 
     load_time: float
@@ -30,10 +30,16 @@ class Handling:
     collisions: float = 1.0
     flows: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     visits: Mapping[str, float] = field(default_factory=dict)
+    stations: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
-    def times(self, task: Task) -> tuple[float, float]:
-        """The mean times of loading and unloading a task."""
-        return self.flows.get(task.flow, (self.load_time, self.unload_time))
+    def times(self, task: Task, node: str = "") -> tuple[float, float]:
+        """The mean times of loading and unloading a task, given the node where it is unloaded, if that is known."""
+        load, unload = self.flows.get(task.flow, (self.load_time, self.unload_time))
+        if self.stations:
+            at_pick = self.stations.get(task.edge[0], (None, None))[0] if task.good < 0 else None
+            at_drop = self.stations.get(node, (None, None))[1] if task.drop is None else None
+            return load if at_pick is None else at_pick, unload if at_drop is None else at_drop
+        return load, unload
 
 
 @dataclass(frozen=True)
@@ -95,8 +101,10 @@ class Situation:
                 ]
             )
         fixed: Any = handling.load_time + handling.unload_time + handling.clear_time
-        if handling.flows:
-            fixed = np.array([sum(handling.times(task)) + handling.clear_time for task in tasks])
+        if handling.flows or handling.stations:
+            at = [self.station(robot, task) if handling.stations else "" for task in tasks]
+            times = [handling.times(task, node) for task, node in zip(tasks, at, strict=True)]
+            fixed = np.array([sum(both) + handling.clear_time for both in times])
         if any(task.drop is not None for task in tasks):
             return self._driven_loaded(robot, tasks) + fixed
         stations = [self.station(robot, task) for task in tasks]

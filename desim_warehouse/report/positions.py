@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-IN_PLACE = ("idle", "charging", "empty", "returning", "queueing", "unloading")
+IN_PLACE = ("idle", "on_break", "closed", "charging", "empty", "returning", "queueing", "unloading")
 """States that a robot may begin in a bay or station."""
 
 

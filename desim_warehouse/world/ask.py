@@ -11,7 +11,7 @@ from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from numpy.random import Generator
     from simpy import Environment
@@ -127,7 +127,7 @@ def _view(bay: Bay) -> BayView:
     return BayView(bay.node, bay.free, 0 if bay.chargers is None else int(bay.chargers.capacity), bay.taken)
 
 
-def handling_of(model: Model) -> Handling:
+def handling_of(model: Model, layout: Layout) -> Handling:
     """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
     tasks, cost = model.tasks, model.cost
     flows = {
@@ -137,9 +137,25 @@ def handling_of(model: Model) -> Handling:
         )
         for name, flow in tasks.flows.items()
     }
+    stations = {
+        node: (
+            None if spec.load_time is None else mean_of(spec.load_time),
+            None if spec.unload_time is None else mean_of(spec.unload_time),
+        )
+        for node, spec in ((node, model.layout.stations[item.zone]) for node, item in layout.stations.items())
+        if spec.load_time is not None or spec.unload_time is not None
+    }
     visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
     return Handling(
-        tasks.mean_load, tasks.mean_unload, tasks.clear_time, cost.distance, cost.time, cost.collisions, flows, visits
+        tasks.mean_load,
+        tasks.mean_unload,
+        tasks.clear_time,
+        cost.distance,
+        cost.time,
+        cost.collisions,
+        flows,
+        visits,
+        stations,
     )
 
 
@@ -173,7 +189,7 @@ class Situations:
         return Situation(
             time=self.env.now,
             robots=free,
-            tasks=self.open_tasks.values(),
+            tasks=self._tasks(free),
             travel=self.travel,
             station=reach.stations.choose,
             feasible=reach.feasible,
@@ -186,6 +202,13 @@ class Situations:
             length=self._length,
             tour_time=reach.tour_time,
         )
+
+    def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
+        """The open tasks; without those for which nobody may set out yet, as a station is closed."""
+        tasks, openings = self.open_tasks.values(), self.reach.openings
+        if not self.reach.stations.close:
+            return tasks
+        return [task for task in tasks if openings.for_somebody(free, task)]
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""

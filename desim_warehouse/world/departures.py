@@ -9,12 +9,18 @@ or works on (docs/why.md, "Never stalled").
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from desim_warehouse.world.duty import Duty
+
 
 class Departures:
     """The robots under way, by number, and the most that may be so to take up work; None: no cap."""
 
-    def __init__(self, most: int | None) -> None:
+    def __init__(self, most: int | None, duty: Duty) -> None:
         self.most = most
+        self.duty = duty
         self.under_way: set[int] = set()
 
     @property
@@ -23,5 +29,5 @@ class Departures:
         return self.most is not None and len(self.under_way) >= self.most
 
     def may_work(self, number: int) -> bool:
-        """Whether a robot may be given a task: it is under way, or may set out."""
-        return number in self.under_way or not self.is_full
+        """Whether a robot may be given a task: in its hours, if it is under way, or may set out."""
+        return (number in self.under_way or not self.is_full) and self.duty.has(number)

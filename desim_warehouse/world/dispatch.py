@@ -14,6 +14,7 @@ from desim_warehouse.world.ask import asked
 from desim_warehouse.world.events import DECISIONS, end_of_instant
 from desim_warehouse.world.forecast import busy_view
 from desim_warehouse.world.reach import may_do
+from desim_warehouse.world.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from desim_warehouse.world.stations import Stations
     from desim_warehouse.world.stops import Stop
 
+VAIN = 1000
+"""After so many openings in a row at which nobody could be given anything, nobody ever will."""
 RETURNS = 100
 """A task that is given back so often will never be done."""
 
@@ -84,13 +87,15 @@ class Dispatcher:
         self.waiting = False
         self._passing: set[int] = set()
         self._seen: dict[int, RobotView] = {}
-        self._decides_at = math.inf
+        self._decides_at = self._looks_at = math.inf
+        self._vain = 0
 
     # What happens
 
     def release(self, task: Task) -> None:
         """A new task is known."""
         self.released += 1
+        self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
         if self.batcher is not None:
             self.batcher.add(task)
@@ -115,6 +120,7 @@ class Dispatcher:
     def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
         event = Event(self.env)
         self._seen.pop(robot.number, None)
+        self._vain = 0
         self.free[robot.number] = robot, event
         self.call(at_once=at_once)
         return event
@@ -173,6 +179,17 @@ class Dispatcher:
             self.open[task.number] = task
             self.open.move_to_end(task.number, last=False)
 
+    def hours_change(self, robots: Iterable[int]) -> bool:
+        """The hours of some robots begin, or end: then their queues go back to the list. False: it is all in vain."""
+        for number in robots:
+            if not self.departures.duty.has(number):
+                self._put_back(number)
+        if not self.open:
+            return False
+        self.call()
+        self._vain += 1
+        return self._vain <= VAIN
+
     # Decisions
 
     def call(self, *, at_once: bool = False) -> None:
@@ -203,6 +220,19 @@ class Dispatcher:
             policy = self.allocation
             self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
 
+    def _look_again(self) -> None:
+        """Decide anew when the first task that was held back, as a station is closed, can be given out."""
+        openings = self.reach.openings
+        due, openings.due = openings.due, math.inf
+        if due < self._looks_at - EPS and self._vain <= VAIN:
+            self._looks_at = due
+            end_of_instant(self.env, DECISIONS, due - self.env.now).callbacks.append(self._look)
+
+    def _look(self, event: Event) -> None:
+        self._looks_at = math.inf
+        self._vain += 1
+        self._decide(event)
+
     def situation(self) -> Situation:
         """What the allocation policy decides on now."""
         return self.situations.now([self._view(number) for number in self._able()], self._fleet)
@@ -215,18 +245,17 @@ class Dispatcher:
         return view
 
     def _able(self) -> list[int]:
-        """The free robots, by number; with as many under way as may be not those in bays."""
-        if self.departures.is_full:
-            return sorted(self.free.keys() & self.departures.under_way)
-        return sorted(self.free)
+        """The free robots in their hours, by number; with as many under way as may be not those in bays."""
+        free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
+        return self.departures.duty.among(sorted(free))
 
     def _fleet(self) -> list[RobotView]:
         """All robots that may be given work, by number; those at work where, and about when, they will be free."""
-        now, free, may_work = self.env.now, self.free, self.departures.may_work
+        now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
         return [
             self._view(robot.number) if robot.number in free else busy_view(robot, self.reach, now)
             for robot in self.robots
-            if robot.number not in free or may_work(robot.number)
+            if (robot.number not in free or may_work(robot.number)) and duty.has(robot.number)
         ]
 
     def decide(self, pairs: Iterable[Any]) -> None:
@@ -252,6 +281,7 @@ class Dispatcher:
         self._pass()
         if self.open and self.free and self.reach.batteries:
             self._charge_the_short()
+        self._look_again()
 
     def _charge_the_short(self) -> None:
         """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
@@ -279,6 +309,8 @@ class Dispatcher:
         robot = self.robots[number]
         if robot.job is None:
             raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
+        if not self.departures.duty.has(number):
+            return  # its hours end before it could begin: the task stays on the list
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
     def _next_of_queues(self) -> None:
@@ -305,8 +337,8 @@ class Dispatcher:
         if not may_do(view, task):
             raise self._fault(f"robot {number} {_unfit(view, task)}")
         node = self.stations.choose(view, task)
-        if not self.stations.has_room(view, task, node):
-            return  # taken by another pair of this decision: robot and task wait for the next
+        if not self.stations.has_room(view, task, node) or not self.reach.openings.in_time(view, task, node):
+            return  # taken by another pair of this decision, or closed: robot and task wait for the next
         if not self.reach.may_take(view, task, node):
             if not first:
                 return  # another pair of this decision took the slot at a nearer station
@@ -315,6 +347,7 @@ class Dispatcher:
                 f"policies.charging ({self.charging})"
             )
         del self.free[number], self.open[task_number]
+        self._vain = 0
         self._passing.discard(number)
         tour = robot.tour
         tour.stops = self.stations.stops(view, task, node)

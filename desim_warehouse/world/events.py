@@ -6,9 +6,13 @@ Together with `drive.py`, the place where SimPy's private names are used: `env._
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from typing import TYPE_CHECKING
 
 from simpy import Environment
 from simpy.events import NORMAL, Event, EventPriority
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 BATCHES = EventPriority(NORMAL + 1)
 """Priority of putting tasks together among the events of one instant: after all that happens at that time."""
@@ -25,6 +29,8 @@ class Clock(Environment):
     """
 
     now: float = 0.0  # a property in SimPy
+    ticks: int = 0
+    """How many of the scheduled events are those of clocks that go on whatever happens (`tick`)."""
 
     def run_to(self, over: Event) -> bool:
         """Let everything happen up to `over` and with it (True), or until nothing is scheduled any more (False)."""
@@ -41,6 +47,21 @@ class Clock(Environment):
             if event is over:
                 return True
         return False
+
+    def tick(self, time: float, callback: Callable[[], object]) -> None:
+        """Call back at a time, as a clock does that goes on for ever: by itself it keeps no run going."""
+
+        def due(_: Event) -> None:
+            self.ticks -= 1
+            callback()
+
+        self.ticks += 1
+        Arrival(self, time).callbacks.append(due)
+
+    @property
+    def only_ticks(self) -> bool:
+        """Whether nothing is scheduled but clocks."""
+        return len(self._queue) <= self.ticks
 
 
 def happened(env: Environment) -> Event:

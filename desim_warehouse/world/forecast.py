@@ -46,8 +46,8 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
         bay = robot.bay.node if robot.bay is not None else robot.home
         return bay, time + ways.time(robot.node, bay)
     since = now - robot.since_state
-    station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job)
-    if robot.doing == "unloading" or (robot.doing == "queueing" and len(robot.tour.stops) == 1):
+    station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job, robot.tour.stops[-1].node)
+    if robot.doing == "unloading" or (robot.doing in ("queueing", "closed") and len(robot.tour.stops) == 1):
         rest = 0.0 if job.drop is None else with_load.along(*job.drop)[1]
         return station, max(unload - (since if robot.doing == "unloading" else 0.0), 0.0) + rest
     if robot.doing == "loaded":
@@ -58,7 +58,7 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     length = reach.length(job.edge)
     onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
     beyond = (length - job.offset) / robot.loaded_speed + onward + unload
-    if robot.doing in ("loading", "queueing"):
+    if robot.doing in ("loading", "queueing", "closed"):
         return station, max(load - (since if robot.doing == "loading" else 0.0), 0.0) + beyond
     if robot.body.lane is not None and robot.body.lane.edge == job.edge:
         to_good = max(time - (length - job.offset) / speed, 0.0)
@@ -74,7 +74,7 @@ def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     rest = time_at(handling, first)
     if robot.doing in ("loading", "unloading"):
         rest = max(rest - (now - robot.since_state), 0.0)
-    elif robot.doing != "queueing":
+    elif robot.doing not in ("queueing", "closed"):
         time = time_to_node(robot, now)
         if robot.body.lane is not None and robot.body.lane.edge == first.edge:
             rest += max(time - (length - first.offset) / robot.speed, 0.0)

@@ -12,11 +12,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.world.openings import Openings
 from desim_warehouse.world.rules import EPS
 from desim_warehouse.world.stops import driven, handled
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
+
+    from simpy import Environment
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
@@ -56,6 +59,7 @@ class Reach:
 
     def __init__(
         self,
+        env: Environment,
         model: Model,
         layout: Layout,
         travel: FreeTravel,
@@ -75,6 +79,7 @@ class Reach:
         self.flows = bool(model.tasks.flows)
         self.handling = handling
         self._handled = handling.load_time + handling.unload_time
+        self._several_times = self.flows or bool(handling.stations)
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
@@ -85,6 +90,7 @@ class Reach:
         self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
         self.scarce = bays.chargers_are_scarce(model.fleet.size)
         self._loaded_speeds = [robot.loaded_speed for robot in model.fleet.robots()]
+        self.openings = Openings(env, stations, handling, self.travel, self.loaded_speed)
         self._known = travel
         self._travel = {travel.speed: travel}
         self._to_charger: dict[tuple[str, str, float], float] = {}
@@ -97,11 +103,13 @@ class Reach:
     # What a robot may take
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
-        """Whether there is room at the station and the charging policy lets the robot take the task."""
+        """Whether the station has room and is open in time, and the charging policy lets the robot take the task."""
         if not may_do(robot, task):
             return False
         station = self.stations.choose(robot, task)
-        return self.stations.has_room(robot, task, station) and self.may_take(robot, task, station)
+        if not self.stations.has_room(robot, task, station) or not self.openings.in_time(robot, task, station):
+            return False
+        return self.may_take(robot, task, station)
 
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
         """Whether the charging policy lets the robot take the task and bring it to a station.
@@ -133,12 +141,15 @@ class Reach:
             fit = {shape: [may_do(robot, task) for task in tasks] for shape, robot in alike.items()}
             table &= np.array([fit[shape] for shape in shapes])
         levels = [self.levels(robot) for robot in robots] if self.batteries else []
-        if self.stations.full or any(level.margin is not None for level in levels):
+        stations = self.stations
+        if stations.full or stations.close or any(level.margin is not None for level in levels):
             chosen = self._stations_of(robots, tasks)
         else:
             chosen = [[]] * len(robots)  # nobody looks at them
-        for i, robot in enumerate(robots if self.stations.full else ()):
+        for i, robot in enumerate(robots if stations.full else ()):
             table[i] &= self._have_room(robot, tasks, chosen[i])
+        for i, robot in enumerate(robots if stations.close else ()):
+            table[i] &= [self.openings.in_time(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
         if not self.batteries:
             return table
         above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
@@ -311,7 +322,7 @@ class Reach:
             )
         return float(
             rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
-            + rates["loading"] * (sum(self.handling.times(task)) if self.flows else self._handled)
+            + rates["loading"] * (sum(self.handling.times(task, station)) if self._several_times else self._handled)
             + rates["loaded"] * (after + (loaded_time(with_load, task, station) + unknown))
         )
 

@@ -213,7 +213,7 @@ class Robot:
     def rest(self) -> Generator[Event, object, Rest]:
         """In a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
         world = self.world
-        self.enter("idle")
+        self.enter(self.at_rest)
         if self.number in world.bays.making_room:  # decided while it charged
             return Rest.MAKE_ROOM
         offer = self.offer or world.dispatcher.wait(self)
@@ -273,7 +273,7 @@ class Robot:
         assert bay is not None
         if battery.spec is None or bay.chargers is None:
             return
-        self.enter("idle")
+        self.enter(self.at_rest)
         levels, level = self.world.reach.levels.of(self.view), battery.level(self.env.now)
         if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
             ready = level >= levels.sufficient and not self.must_charge
@@ -370,6 +370,16 @@ class Robot:
         return self.body.is_on_lanes or self.docked is not None
 
     @property
+    def at_rest(self) -> str:
+        """Its state in a bay with nothing to do: outside its hours it is on a break."""
+        return "idle" if self.world.departures.duty.has(self.number) else "on_break"
+
+    def hours_change(self) -> None:
+        """Its hours begin or end: if it rests, it does so in another state from now on."""
+        if self.state in ("idle", "on_break") and not self.is_out:
+            self.enter(self.at_rest)
+
+    @property
     def at_charger(self) -> bool:
         """Whether it stands in a bay with chargers."""
         return self.bay is not None and self.bay.chargers is not None and not self.is_out
@@ -444,7 +454,7 @@ class Robot:
 
     def _draw(self, state: str) -> None:
         """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
-        resting = state in ("idle", "queueing", "charging") and self.at_charger
+        resting = state in ("idle", "on_break", "queueing", "charging") and self.at_charger
         self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
         self.alarms.watch()
 

@@ -13,17 +13,22 @@ from typing import TYPE_CHECKING
 from simpy import Resource
 
 from desim_warehouse.world.stops import Stop, stops_of_tour
+from desim_warehouse.world.workplace import Workplace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from simpy import Environment
 
+    from desim_warehouse.calendars import Hours
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.log import Log
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.policies import RobotView, StopPlace, Task
     from desim_warehouse.streams import Streams
+    from desim_warehouse.world.handling import HandlingTimes
     from desim_warehouse.world.stops import Act
 
 
@@ -32,15 +37,31 @@ class Servers(Resource):
 
 
 class Station:
-    """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time."""
+    """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time.
 
-    def __init__(self, env: Environment, node: str, places: int, servers: int, full: set[str]) -> None:
+    Outside its `hours` nothing begins there (None: it is always open); what has begun is finished, or `pauses`. `work`
+    is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        node: str,
+        places: int,
+        servers: int,
+        hours: Hours | None = None,
+        *,
+        pauses: bool = False,
+    ) -> None:
         self.node = node
         self.places = places
         self.taken = 0
         self.inside: set[int] = set()
         self.servers = Servers(env, servers)
-        self._full = full
+        self.full: set[str] = set()
+        self.hours = hours
+        self.pauses = pauses
+        self.work: Workplace | None = None
 
     @property
     def free(self) -> int:
@@ -51,13 +72,13 @@ class Station:
         """A slot is reserved."""
         self.taken += 1
         if self.free <= 0:
-            self._full.add(self.node)
+            self.full.add(self.node)
 
     def give_up(self) -> None:
         """A slot is free again."""
         self.taken -= 1
         if self.free > 0:
-            self._full.discard(self.node)
+            self.full.discard(self.node)
 
     def dock(self, robot: int) -> None:
         """A robot that has a slot reserved comes in."""
@@ -70,19 +91,47 @@ class Station:
             self.give_up()
 
 
+def stations_of(
+    env: Environment, model: Model, layout: Layout, handling: HandlingTimes, log: Log
+) -> dict[str, Station]:
+    """The stations of a model by their nodes, with their hours, and the work done there."""
+    found = {}
+    for node, item in layout.stations.items():
+        spec = model.layout.stations[item.zone]
+        hours = None if spec.hours is None else model.hours(spec.hours)
+        pauses = spec.at_close == "pause"
+        station = found[node] = Station(env, node, item.places, item.servers, hours, pauses=pauses)
+        if spec.work_time is not None:
+            station.work = Workplace(
+                env,
+                node,
+                log,
+                places=spec.buffer,
+                workers=spec.workers,
+                hours=hours,
+                pauses=pauses,
+                time=partial(handling.work, node),
+            )
+    return found
+
+
 class Stations:
     """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane.
 
     `full` are the nodes of those without a free slot: most often none, and then nothing else need be looked at.
     """
 
-    def __init__(self, env: Environment, tasks: Tasks, layout: Layout, travel: FreeTravel, streams: Streams) -> None:
+    def __init__(
+        self, env: Environment, tasks: Tasks, by_node: dict[str, Station], travel: FreeTravel, streams: Streams
+    ) -> None:
+        self.env = env
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
         self.full: set[str] = set()
-        self.by_node = {
-            node: Station(env, node, item.places, item.servers, self.full) for node, item in layout.stations.items()
-        }
+        self.by_node = by_node
+        for station in by_node.values():
+            station.full = self.full
+        self.close = any(station.hours is not None for station in by_node.values())
         self._travel = travel
         self._streams = streams
         self._drawn: dict[int, str] = {}
@@ -94,13 +143,14 @@ class Stations:
     def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
         """Where a robot would unload a task, by tasks.station_choice; stations that are full are passed over.
 
+        So are those that are closed, for those that open first.
         Ties go to the nearer one, then to the one named first. `random` draws once for each task, whoever gets it.
         A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
         `comes_from`: on a tour; without it, of a tour where it ends.
         """
         if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
-        nodes, choice, full = task.to or self.nodes, self.choice, self.full
+        nodes, choice = task.to or self.nodes, self.choice
         if choice == "each" and not task.to:
             return nodes[robot.number % len(nodes)]
         if choice == "random":
@@ -108,9 +158,24 @@ class Stations:
         if len(nodes) == 1:
             return nodes[0]
         nodes = self._travel.by_time(comes_from or task.edge[1], nodes)
-        if full:
-            nodes = tuple(node for node in nodes if node not in full) or nodes
+        if self.full or self.close:
+            nodes = self._best(nodes)
         return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
+
+    def _best(self, nodes: tuple[str, ...]) -> tuple[str, ...]:
+        """Of some nodes those with room, of these those that are open, or open first; all, where none has room."""
+        if self.full:
+            nodes = tuple(node for node in nodes if node not in self.full) or nodes
+        if not self.close or len(nodes) == 1:
+            return nodes
+        opening = [self._opening(node) for node in nodes]
+        first = min(opening)
+        return tuple(node for node, time in zip(nodes, opening, strict=True) if time == first)
+
+    def _opening(self, node: str) -> float:
+        """When the station at a node opens next: now, if it is open."""
+        hours, now = None if node not in self.by_node else self.by_node[node].hours, self.env.now
+        return now if hours is None else max(hours.following(now)[0], now)
 
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
@@ -182,8 +247,7 @@ class Stations:
         if act == "unload":
             node = self.choose(robot, task, comes_from)
         else:
-            nodes = self._travel.by_time(comes_from, place.nodes)
-            node = next((node for node in nodes if node not in self.full), nodes[0])
+            node = self._best(self._travel.by_time(comes_from, place.nodes))[0]
         stored = act == "load" and task.good >= 0
         return Stop(task, act, node, (node, node), 0.0, None if stored else self.by_node.get(node))
 

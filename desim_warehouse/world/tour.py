@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.world.service import Service
+
 if TYPE_CHECKING:
     from collections.abc import Generator
 
@@ -89,24 +91,20 @@ class Tour:
 
     def _handle(self, stop: Stop) -> Steps:
         """Load or unload where it stands; in a station when it is served."""
-        robot, station, turn = self.robot, stop.station, None
-        if station is not None:
+        robot, station, service = self.robot, stop.station, None
+        state, time = "loading" if stop.act == "load" else "unloading", self.handling.time(stop)
+        if station is None:
+            robot.enter(state)
+            yield Timeout(self.env, time)
+        else:
             if robot.docked is not station:
                 self._dock(station)
-            turn = station.servers.request()
-            if not turn.triggered:
-                robot.enter("queueing")
-            yield turn
-        if stop.act == "load":
-            robot.enter("loading")
-            yield Timeout(self.env, self.handling.load(stop.task))
-        elif stop.act == "unload":
-            robot.enter("unloading")
-            yield Timeout(self.env, self.handling.unload(stop.task))
+            service = Service(self.env, robot, station, stop)
+            yield from service.begin()
+            yield from service.take(state, time)
+        if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
-        else:
-            robot.enter("unloading")
-            yield Timeout(self.env, self.handling.visit(stop.task, stop.rank))
+        elif stop.act == "visit":
             self.dispatcher.stations.release((stop,), ())
         del self.stops[:1]
         robot.body.change_speed(robot.loaded_speed if self.stops else robot.speed)
@@ -116,8 +114,8 @@ class Tour:
                 robot.body.task = then
             robot.enter("loaded")  # of a load just taken up the row still names its own task
             robot.body.task = then
-        if station is not None and turn is not None:
-            station.servers.release(turn)
+        if service is not None:
+            service.end()
 
     # Routes
 

@@ -28,6 +28,7 @@ from desim_warehouse.world.closures import Restrictions
 from desim_warehouse.world.demand import Demand
 from desim_warehouse.world.departures import Departures
 from desim_warehouse.world.dispatch import Dispatcher
+from desim_warehouse.world.duty import duty_of
 from desim_warehouse.world.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.events import Clock, happened
 from desim_warehouse.world.flows import Flows
@@ -37,11 +38,13 @@ from desim_warehouse.world.people import sources
 from desim_warehouse.world.reach import Reach
 from desim_warehouse.world.robot import Robot
 from desim_warehouse.world.routes import Routes
-from desim_warehouse.world.stations import Stations
+from desim_warehouse.world.stations import Stations, stations_of
 from desim_warehouse.world.tallies import less, tallies
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.fleet import RobotSpec
@@ -70,7 +73,7 @@ class World:
         self.layout = layout = floor.build(model.layout)
         self.log = Log(model.log)
         self.finished = Event(env)
-        self.departures = Departures(model.traffic.most_out)
+        self.departures = Departures(model.traffic.most_out, duty_of(env, model))
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
@@ -111,12 +114,14 @@ class World:
             fleet.slowness,
         )
         self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
-        self.stations = Stations(env, model.tasks, layout, self.travel, streams)
-        self.handling = HandlingTimes(model.tasks, streams)
+        self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
+        by_node = stations_of(env, model, layout, self.handling, self.log)
+        self.stations = Stations(env, model.tasks, by_node, self.travel, streams)
         homes = fleet.homes(layout.bays)
         self.bays = _bays(env, layout, homes, streams, keep=self.traffic.rules.guard is not None)
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self.reach = Reach(
+            env,
             model,
             layout,
             self.travel,
@@ -125,7 +130,7 @@ class World:
             stations=self.stations,
             bays=self.bays,
             open_tasks=open_tasks.values(),
-            handling=handling_of(model),
+            handling=handling_of(model, layout),
         )
         parking = create("parking", policies.parking.name, policies.parking.params)
         self.bay_choice = BayChoice(env, parking, self.travel, self.reach)
@@ -165,14 +170,18 @@ class World:
                 to_come=self.demand.to_come,
                 hand_on=self.dispatcher.put_together,
             )
-        levels = energy.start_levels(model, streams)
+        self._put_into_bays(homes)
+        self._stand_on_lanes()
+
+    def _put_into_bays(self, homes: list[str]) -> None:
+        """The robots, each in the bay beside its home."""
+        fleet, levels = self.model.fleet, energy.start_levels(self.model, self.streams)
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
             robot = Robot(self, number, home, shape, kind)
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
-        self._stand_on_lanes()
 
     def _stand_on_lanes(self) -> None:
         """Robots that start there; each is to go to its home until there is a task for it."""
@@ -201,6 +210,7 @@ class World:
         self.demand.start(self.dispatcher.release)
         for robot in self.robots:
             env.process(robot.life())
+        self.departures.duty.watch(self._hours_change)
         if self.model.run.warm_up:
             Timeout(env, self.model.run.warm_up).callbacks.append(lambda _: self._count_from_here())
         if self.demand.total is None:
@@ -239,6 +249,13 @@ class World:
             count_encounters(log, self.people, self.model.fleet.starts(self.layout.bays))
             if log.level == "tasks":
                 log.rows = [row for row in log.rows if row[1] != "enter"]
+
+    def _hours_change(self, robots: Sequence[int]) -> bool:
+        """The hours of some robots begin or end. False: nothing can come of it any more."""
+        goes_on = not self.env.only_ticks
+        for number in robots:
+            self.robots[number].hours_change()
+        return self.dispatcher.hours_change(robots) or goes_on
 
     def _count_from_here(self) -> None:
         self.log.begin = self.env.now

@@ -1,0 +1,51 @@
+"""Waiting for hours: until a station opens, or for time in which it is open."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.world.events import Arrival
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from simpy import Environment
+
+    from desim_warehouse.calendars import Hours
+
+    Steps = Generator[Event, object, None]
+
+
+def at(env: Environment, time: float) -> Event:
+    """An event at a time; one that never comes keeps nothing going."""
+    return Arrival(env, time) if math.isfinite(time) else Event(env)
+
+
+def change(env: Environment, hours: Hours) -> Event:
+    """When it opens or closes next."""
+    return at(env, hours.changes(env.now))
+
+
+def until_open(env: Environment, hours: Hours) -> Steps:
+    """Wait until it is open."""
+    while not hours.is_open(env.now):
+        yield change(env, hours)
+
+
+def open_time(
+    env: Environment, hours: Hours, time: float, *, pause: Callable[[], None], go_on: Callable[[], None]
+) -> Steps:
+    """So much time in which it is open, from now on; `pause` when it closes in between, `go_on` when it opens again."""
+    while True:
+        closes = hours.changes(env.now)
+        if env.now + time <= closes:
+            break
+        time -= closes - env.now
+        yield at(env, closes)
+        pause()
+        yield from until_open(env, hours)
+        go_on()
+    yield Timeout(env, time)
