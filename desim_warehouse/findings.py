@@ -33,6 +33,8 @@ CODES: dict[str, Code] = {
         "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"
     ),
     "CUT_OFF": Code("error", "a closure cuts off what is used for the whole run"),
+    "NEVER_OPEN": Code("error", "a calendar does not open during the run, or not for all that is asked for"),
+    "HOURS_NEVER_MEET": Code("error", "a station is open only when no robot is at work"),
     "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),

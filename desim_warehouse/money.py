@@ -22,7 +22,12 @@ def annual_cost(history: History) -> float:
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
-    servers = sum(station.servers for station in history.layout.stations.values())
+    servers = math.fsum(
+        (station.servers + (spec.workers if spec.work_time is not None else 0))
+        * history.model.hours(spec.hours).share(history.begin, history.end)
+        for node, station in history.layout.stations.items()
+        for spec in (history.model.layout.stations[station.zone],)
+    )
     by_the_hour = (
         prices.energy * history.totals["energy"] / hours
         + prices.station_hour * servers

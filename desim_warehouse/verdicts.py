@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility.hours import longest_closed
 from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
 from desim_warehouse.layout import build
 from desim_warehouse.past_knee import (
@@ -87,6 +88,8 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
     grown = growth * hours
     arrivals = kpis.get("tasks", 0.0) + grown
     chance = ERRORS_OF_ARRIVALS * math.sqrt(max(arrivals, 0.0))
+    if hours:  # what comes while a station is closed, or robots are off, may still wait at the end
+        chance += arrivals * min(longest_closed(model) / model.units.hour / hours, 1.0)
     return growth if grown > max(chance, model.fleet.size) else None
 
 
@@ -126,7 +129,8 @@ RULES = {
         "cannot keep up: the backlog grows by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
         f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
-        "by more than one task a robot",
+        "by more than one task a robot; what comes in the longest time outside the hours of a station or of robots "
+        "does not count",
         _cannot_keep_up,
     ),
     "BATTERIES_FALL": VerdictRule(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
 from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, least_task, listed
@@ -134,7 +135,8 @@ def least_needs(model: Model, layout: Layout) -> Needs:
         nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
         for nodes in dict.fromkeys(nodes for _, nodes in work)
     }
-    handling = draws.handling * (tasks.mean_load + tasks.mean_unload)
+    unload = (time for _, time in own_times(model, layout).values() if time is not None)
+    handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
     worst, most, farthest = "good 0", 0.0, 0.0
     for number, nodes in work:
         place = layout.storage[number]
@@ -160,7 +162,7 @@ def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, floa
         rest = draws.loaded * leg.times + draws.empty * back
         stored = isinstance(leg.route.target, StorageEnd)
         need = reach + draws.empty * leg.picks.before + (rest.max(axis=1) if stored else rest.min(axis=1))
-        need = float(need.max()) + draws.handling * sum(flow.handling(leg.flow))
+        need = float(need.max()) + draws.handling * flow.least_handling(leg)
         farthest = max(farthest, float(reach.max()))
         if need > most:
             worst, most = f"a task of flow '{leg.flow}'", need

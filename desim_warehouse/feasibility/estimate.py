@@ -15,9 +15,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.feasibility.at_stations import open_share, own_times, specs, worked_capacity
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix, peak_rate
 from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow, mean_task
+from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
@@ -38,7 +40,8 @@ _ROUTES = 5000
 class StationLoad:
     """A station: its share of all tasks, its servers, tasks per time unit it can serve.
 
-    `busy` is rate x unloading time / servers: above 1 its queue grows. None: the demand has no rate.
+    `busy` is rate x unloading time / servers, or of the workers: above 1 its queue grows. None: the demand has no rate.
+    With hours both are for the run as a whole, closed or not.
     """
 
     node: str
@@ -72,6 +75,7 @@ class HandCalculation:
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
         loads: most loads of a tour. With more than one `cycle` is a task by itself, and all that follows from its
             length is the best that tours can do: all full, each with the drives of a single task.
+        on_duty: the part of the run in which a robot is in its hours; capacities are means over the run.
     """
 
     width: float
@@ -94,6 +98,7 @@ class HandCalculation:
     most_out: int | None = None
     peak: float | None = None
     loads: int = 1
+    on_duty: float = 1.0
 
     @property
     def capacity(self) -> float:
@@ -142,6 +147,8 @@ class HandCalculation:
             robots = f"{self.at_work} of {robots} (the stations have no slots for more)"
         if self.most_out is not None:
             robots += f", at most {self.most_out} of them under way,"
+        if self.on_duty < 1:
+            robots += f", at work {amount(100 * self.on_duty)} % of the time,"
         text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"
@@ -180,7 +187,10 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     charging = None
     if balance is not None and balance.charging_rate is not None and is_lifelong(model):
         charging = balance.task / balance.charging_rate
+    at_duty = on_duty(model)
     total = cycle.time + (charging or 0.0)
+    if at_duty:
+        total /= at_duty
     flow = free_flow(model, layout, max(speed for speed, _ in speeds))
     stations = _stations(model, layout, flow, rate)
     crossing, through = _busiest_crossing(model, flow)
@@ -193,7 +203,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         alone,
         rate,
         charging,
-        _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time),
+        _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time / at_duty if at_duty else math.inf),
         None if rate is None else rate * total,
         stations,
         crossing,
@@ -204,6 +214,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         model.traffic.most_out,
         None if peak is None else peak / model.units.hour,
         loads,
+        at_duty,
     )
     return _with_knee(found, total)
 
@@ -253,11 +264,19 @@ def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: floa
     """The stations; a node without one serves one robot at a time, which clears it before the next comes."""
     tasks, found = model.tasks, []
     times = flow.station_times() if isinstance(flow, FlowMix) else {}
+    put_down = flow.put_down() if isinstance(flow, FlowMix) else {}
+    of, own = specs(model, layout), own_times(model, layout)
     for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
         station = layout.stations.get(node)
         servers = 1 if station is None else station.servers
-        time = times.get(node, tasks.mean_unload) + (tasks.clear_time if station is None else 0.0)
+        usual = own.get(node, (None, None))[1]
+        time = times.get(node, tasks.mean_unload if usual is None else usual)
+        time += tasks.clear_time if station is None else 0.0
         capacity = servers / time if time else math.inf
+        if station is not None:
+            part = put_down[node] / share if put_down and share else 1.0
+            capacity = min(capacity, worked_capacity(of[node]) / part if part else math.inf)
+            capacity *= open_share(model, of[node])
         found.append(StationLoad(node, share, servers, capacity, None if rate is None else rate * share / capacity))
     return tuple(found)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.distributions import mean_of
+from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.layout import build
 from desim_warehouse.layout.travel import travel_on
@@ -79,6 +80,7 @@ class FlowMix:
             (*layout.bays, *layout.stations, *self.stations),
             slowness=slowness,
         )
+        self.own = own_times(model, layout)
         self.rates = flow_rates(model)
         self.legs = list(self._legs())
 
@@ -95,7 +97,7 @@ class FlowMix:
         empty += sum(leg.share * (leg.picks.weights @ leg.picks.before) for leg in legs)
         empty += sum(end @ leg.drops.after for leg, end in zip(legs, ends, strict=True))
         loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
-        load, unload, visits = (sum(leg.share * self.handling(leg.flow)[i] for leg in legs) for i in (0, 1, 2))
+        load, unload, visits = (sum(leg.share * self._handled(leg)[i] for leg in legs) for i in (0, 1, 2))
         stop = self.travel.stop_time
         stops = stop * (1 + sum(leg.share * sum(leg.stops.values()) for leg in legs))
         clear = self.model.tasks.clear_time
@@ -122,24 +124,62 @@ class FlowMix:
                 found[node] += leg.share * part
         return np.array(list(found.values()))
 
+    def put_down(self) -> dict[str, float]:
+        """For each of `stations` the load units that are put down there, as a part of all tasks."""
+        found = dict.fromkeys(self.stations, 0.0)
+        for leg in self.legs:
+            if not isinstance(leg.route.target, StorageEnd):
+                for node, part in zip(leg.drops.goes, leg.of.sum(axis=0), strict=True):
+                    found[node] += leg.share * float(part)
+        return found
+
     def station_times(self) -> dict[str, float]:
         """For each of `stations` the mean time of a handling in it."""
         total = dict.fromkeys(self.stations, 0.0)
         for leg in self.legs:
             load, unload, _ = self.handling(leg.flow)
-            for places, nodes, parts, time in (
-                (leg.route.source, leg.picks.comes, leg.picks.weights, load),
-                (leg.route.target, leg.drops.goes, leg.of.sum(axis=0), unload),
+            for which, places, nodes, parts, time in (
+                (0, leg.route.source, leg.picks.comes, leg.picks.weights, load),
+                (1, leg.route.target, leg.drops.goes, leg.of.sum(axis=0), unload),
             ):
                 if not isinstance(places, StorageEnd):
                     for node, part in zip(nodes, parts, strict=True):
-                        total[node] += leg.share * float(part) * time
+                        total[node] += leg.share * float(part) * self._at(places, node, which, time)
             for node, part in leg.stops.items():
                 total[node] += leg.share * part * mean_of(self.model.tasks.flows[leg.flow].stop_time)
         return {
             node: total[node] / part if part else 0.0
             for node, part in zip(self.stations, self.station_demand().tolist(), strict=True)
         }
+
+    def _handled(self, leg: Leg) -> tuple[float, float, float]:
+        """As `handling`, with the times of stations that have their own."""
+        load, unload, visits = self.handling(leg.flow)
+        if self.own:
+            picks, drops = leg.picks, leg.drops
+            load = sum(
+                part * self._at(leg.route.source, node, 0, load)
+                for node, part in zip(picks.comes, picks.weights, strict=True)
+            )
+            unload = sum(
+                part * self._at(leg.route.target, node, 1, unload)
+                for node, part in zip(drops.goes, leg.of.sum(axis=0), strict=True)
+            )
+        return load, unload, visits
+
+    def _at(self, end: StorageEnd | tuple[str, ...], node: str, which: int, usual: float) -> float:
+        """The mean time of loading (0) or unloading (1) at a node where tasks begin or end."""
+        own = None if isinstance(end, StorageEnd) else self.own.get(node, (None, None))[which]
+        return usual if own is None else own
+
+    def least_handling(self, leg: Leg) -> float:
+        """The mean handling of a task of a leg at those of its stations that are quickest."""
+        load, unload, visits = self.handling(leg.flow)
+        return (
+            visits
+            + min(self._at(leg.route.source, node, 0, load) for node in leg.picks.comes)
+            + min(self._at(leg.route.target, node, 1, unload) for node in leg.drops.goes)
+        )
 
     def handling(self, flow: str) -> tuple[float, float, float]:
         """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
@@ -207,7 +247,7 @@ def flow_rates(model: Model) -> dict[str, float]:
     rates = {
         name: len_of_orders(model, flow) / length * hour
         if isinstance(flow.when, OrdersArrivals)
-        else mean_rate(flow, length, hour) or 0.0
+        else mean_rate(flow, length, hour, model.hours(flow.hours)) or 0.0
         for name, flow in flows.items()
     }
     if any(rates.values()):
@@ -255,5 +295,10 @@ def peak_rate(model: Model) -> float | None:
     step = min(rates.every for rates in known.values())
     starts = [n * step for n in range(int((length - hour) / step) + 1)]
     return steady + max(
-        sum(rates.expected(start + hour) - rates.expected(start) for rates in known.values()) for start in starts
+        sum(
+            rates.expected(b) - rates.expected(a)
+            for name, rates in known.items()
+            for a, b in model.hours(flows[name].hours).between(start, start + hour)
+        )
+        for start in starts
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix, flow_rates
 from desim_warehouse.layout.travel import travel_on
@@ -33,6 +35,7 @@ class FreeFlow:
         import numpy as np
 
         self.model = model
+        self.layout = layout
         policy = model.policies.routing
         cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
@@ -97,8 +100,16 @@ class FreeFlow:
         begins = share @ station
         empty = begins @ self.to_edges(self.stations) @ share + self.weights @ self.before
         loaded = share @ (station * self.from_edges(self.stations)).sum(axis=1) + self.weights @ self.after
-        stop = self.travel.stop_time
-        return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, tasks.mean_unload, tasks.clear_time)
+        stop, unload = self.travel.stop_time, self._mean_unload()
+        return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, unload, tasks.clear_time)
+
+    def _mean_unload(self) -> float:
+        own, usual = own_times(self.model, self.layout), self.model.tasks.mean_unload
+        if not own:
+            return usual
+        times = [own.get(node, (None, None))[1] for node in self.stations]
+        parts = zip(times, self.station_demand().tolist(), strict=True)
+        return float(sum(part * (usual if time is None else time) for time, part in parts))
 
     def station_demand(self) -> Any:
         """Each station's share of all tasks."""
@@ -131,7 +142,8 @@ def arrival_rate(model: Model) -> float | None:
     """Tasks per time unit that arrive on average; None where the work is a list, or as much as can be done."""
     tasks, hour = model.tasks, model.units.hour
     if isinstance(tasks.goods, PoissonGoods):
-        return tasks.goods.poisson * tasks.demand / hour
+        length = math.inf if model.run.length is None else model.run.length
+        return tasks.goods.poisson * tasks.demand / hour * model.hours(tasks.goods.hours).share(0.0, length)
     if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
         return None
     return sum(flow_rates(model).values()) / hour

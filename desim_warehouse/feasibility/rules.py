@@ -6,11 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.distributions import mean_of
-from desim_warehouse.feasibility import batteries, starts
+from desim_warehouse.feasibility import batteries, hours, starts
+from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout import build
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
     yield from _width(model)
+    yield from hours.errors(model, layout)
     if model.battery is not None:
         yield from batteries.errors(model, layout)
 
@@ -160,14 +163,17 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if over:
         worst = max(over, key=lambda item: item.busy or 0.0)
         need = math.ceil(worst.servers * (worst.busy or 0.0))
+        spec = specs(model, build(model.layout)).get(worst.node)
+        time = "time" if spec is None or spec.hours is None else "opening time"
+        work = "" if spec is None or spec.work_time is None else ", or of its workers"
         yield Finding(
             "DEMAND_ABOVE_STATIONS",
             f"layout.stations: {worst.node}",
             (
-                f"unloading at {worst.node} takes {amount(100 * (worst.busy or 0.0))} % of the time of its "
-                f"{worst.servers} server{'s' * (worst.servers > 1)}, so its queue grows without bound"
+                f"unloading at {worst.node} takes {amount(100 * (worst.busy or 0.0))} % of the {time} of its "
+                f"{worst.servers} server{'s' * (worst.servers > 1)}{work}, so its queue grows without bound"
             ),
-            f"it needs {need} servers, or less unload_time, or a part of its tasks elsewhere (station_choice)",
+            f"it needs {need} servers{work}, or less unload_time, or a part of its tasks elsewhere (station_choice)",
         )
 
 

@@ -349,7 +349,9 @@ class Prices(Part):
     kinds: Named[NotNegative] = Field(FrozenMap(), description="robots of a kind, per year; default: robot")
     charger: NotNegative = Field(0.0, description="a charger, per year")
     energy: NotNegative = Field(0.0, description="a unit of the energy that robots draw")
-    station_hour: NotNegative = Field(0.0, description="an hour of a server of a station, such as its staff")
+    station_hour: NotNegative = Field(
+        0.0, description="an hour of a server of a station that is open, and of a worker there"
+    )
     late_order: NotNegative = Field(
         0.0, description="an order delivered late, or due and not delivered; without orders from a file a task"
     )

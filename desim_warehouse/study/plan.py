@@ -129,7 +129,10 @@ def is_deterministic(model: Model) -> bool:
 
     tasks = model.tasks
     spread = model.battery is not None and isinstance(model.fleet.start_energy, SpreadEnergy)
-    varies = any(isinstance(time, Distribution) for time in (tasks.load_time, tasks.unload_time))
+    times: list[object] = [tasks.load_time, tasks.unload_time]
+    for station in model.layout.stations.values():
+        times += [station.load_time, station.unload_time, station.work_time]
+    varies = any(isinstance(time, Distribution) for time in times)
     if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread or varies:
         return False
     return not model.policies.own() and not any(

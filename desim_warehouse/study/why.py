@@ -134,6 +134,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
     sections = {
         "tasks": tasks,
         **{f"tasks.flows.{name}": flow for name, flow in tasks.flows.items() if "." not in name},
+        **{f"layout.stations.{name}": part for name, part in model.layout.stations.items() if "." not in name},
     }
     shorter = {
         f"{section}.{key}": scaled(getattr(part, key), SOONER)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.distributions import mean_of
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
+from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.world.rules import EPS
 
@@ -137,14 +138,6 @@ def handling_of(model: Model, layout: Layout) -> Handling:
         )
         for name, flow in tasks.flows.items()
     }
-    stations = {
-        node: (
-            None if spec.load_time is None else mean_of(spec.load_time),
-            None if spec.unload_time is None else mean_of(spec.unload_time),
-        )
-        for node, spec in ((node, model.layout.stations[item.zone]) for node, item in layout.stations.items())
-        if spec.load_time is not None or spec.unload_time is not None
-    }
     visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
     return Handling(
         tasks.mean_load,
@@ -155,7 +148,7 @@ def handling_of(model: Model, layout: Layout) -> Handling:
         cost.collisions,
         flows,
         visits,
-        stations,
+        own_times(model, layout),
     )
 
 

@@ -36,6 +36,7 @@ class Demand:
         self.goods = model.tasks.goods
         self.popularity = model.tasks.popularity
         self.hour = model.units.hour / model.tasks.demand
+        self.hours = model.hours(getattr(self.goods, "hours", None))
         self.total: int | None = None
         self._number = self._open = 0
         self._drawn: list[int] = []
@@ -104,7 +105,8 @@ class Demand:
         gaps = self.streams.stream("arrivals")
         while True:
             yield Timeout(self.env, float(gaps.exponential(mean)))
-            self._release(self._draw(), goods.due_within)
+            if goods.hours is None or self.hours.is_open(self.env.now):
+                self._release(self._draw(), goods.due_within)
 
     # Which goods
 

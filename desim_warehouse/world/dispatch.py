@@ -188,7 +188,12 @@ class Dispatcher:
             return False
         self.call()
         self._vain += 1
-        return self._vain <= VAIN
+        return not self.is_in_vain
+
+    @property
+    def is_in_vain(self) -> bool:
+        """Whether hours have begun so often, and nobody could be given anything, that nobody ever will."""
+        return self._vain > VAIN
 
     # Decisions
 
@@ -224,7 +229,7 @@ class Dispatcher:
         """Decide anew when the first task that was held back, as a station is closed, can be given out."""
         openings = self.reach.openings
         due, openings.due = openings.due, math.inf
-        if due < self._looks_at - EPS and self._vain <= VAIN:
+        if due < self._looks_at - EPS and not self.is_in_vain:
             self._looks_at = due
             end_of_instant(self.env, DECISIONS, due - self.env.now).callbacks.append(self._look)
 

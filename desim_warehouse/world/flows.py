@@ -6,6 +6,7 @@ as they are.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from typing import TYPE_CHECKING, Any
 
@@ -106,6 +107,7 @@ class _Flow:
         self.name = name
         self.spec = spec
         self.when = spec.when
+        self.hours = None if spec.hours is None else model.hours(spec.hours)
         self.layout = layout
         self.model = model
         self.streams = streams
@@ -135,7 +137,25 @@ class _Flow:
         return sum(tasks for _, tasks in when.times(self.model.tasks.demand))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """The times at which tasks become known, in order, and the rows of orders that they come from."""
+        """The times at which tasks become known, in order, and the rows of orders that they come from.
+
+        Outside the hours of the flow none do. Those at random that fall there are left out: within the hours they come
+        as they would without. What a schedule or a file asks for then is released when the hours begin.
+        """
+        hours = self.hours
+        if hours is None:
+            yield from self._asked_for()
+            return
+        at_random = isinstance(self.when, PoissonArrivals | ProfileArrivals)
+        for time, line in self._asked_for():
+            begin, _ = hours.following(time)
+            if math.isinf(begin):
+                return
+            if begin <= time or not at_random:
+                yield max(begin, time), line
+
+    def _asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
+        """The times at which tasks are asked for, in order, and the rows of orders."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             lines = read(when.orders, self._how)

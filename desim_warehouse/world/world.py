@@ -279,8 +279,17 @@ class World:
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
-            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._unable()}{self._closed()}"
+            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._hours()}{self._unable()}"
+            f"{self._closed()}"
         )
+
+    def _hours(self) -> str:
+        """Who waits for hours that do not come again, or do not meet."""
+        waiting = [f"robot {robot.number} at {robot.node}" for robot in self.robots if robot.state == "closed"]
+        text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if self.dispatcher.open and self.dispatcher.is_in_vain:
+            text += "; the hours of robots and stations do not meet, so that nobody can be given these tasks"
+        return text
 
     def _closed(self) -> str:
         """Edges that will not open again, before which robots wait."""

@@ -1,0 +1,133 @@
+"""Hours of stations, robots and flows in an estimate: shares of time, and hours under which nothing can be done."""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.at_stations import specs
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
+from desim_warehouse.model.orders import Reading, summary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.calendars import Hours
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+STEPS = 1000
+"""Times at which a calendar opens or closes that are looked at, to find whether two of them meet."""
+
+
+def on_duty(model: Model) -> float:
+    """The part of the run for which a robot is in its hours, on average over the fleet."""
+    end = math.inf if model.run.length is None else model.run.length
+    share = {name: model.hours(name).share(0.0, end) for name in set(model.fleet.hours_of_robots())}
+    return fmean(share[name] for name in model.fleet.hours_of_robots())
+
+
+def longest_closed(model: Model) -> float:
+    """The longest time in which a station, or a part of the fleet, is outside its hours, as far as the run goes."""
+    if not (model.layout.has_hours or model.fleet.has_hours):
+        return 0.0
+    names = {station.hours for station in model.layout.stations.values()} | set(model.fleet.hours_of_robots())
+    end = math.inf if model.run.length is None else model.run.length
+    return max(_longest_gap(model.hours(name), end) for name in names)
+
+
+def _longest_gap(hours: Hours, end: float) -> float:
+    found, last = 0.0, 0.0
+    for begin, close in _first(hours, end):
+        found, last = max(found, begin - last), close
+    return max(found, min(end, 1e300) - last if last < end < math.inf else 0.0)
+
+
+def _first(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
+    """The first stretches of a calendar, as many as are looked at."""
+    at = 0.0
+    for _ in range(STEPS):
+        begin, close = hours.following(at)
+        if not begin < end:
+            return
+        yield begin, close
+        if math.isinf(close):
+            return
+        at = close
+
+
+def errors(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Calendars that never open where they are used, and those of robots and stations that do not meet."""
+    end = math.inf if model.run.length is None else model.run.length
+    never = {place for place, name in _used(model) if not model.hours(name).following(0.0)[0] < end}
+    for place in sorted(never):
+        name = dict(_used(model))[place]
+        when = "" if math.isinf(end) else f" before the run ends at {amount(end)} {model.units.time}"
+        yield Finding(
+            "NEVER_OPEN",
+            place,
+            f"calendar '{name}' does not open{when}",
+            f"other times in calendars.{name}, another run.start, or a longer run",
+        )
+    if not never:
+        yield from _late_orders(model, layout)
+        yield from _never_meet(model, layout, end)
+
+
+def _used(model: Model) -> list[tuple[str, str]]:
+    """Every place of a model that names a calendar, and which."""
+    layout, fleet, tasks = model.layout, model.fleet, model.tasks
+    places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
+    places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
+    places += [("tasks.goods.hours", getattr(tasks.goods, "hours", None)), ("fleet.hours", fleet.hours)]
+    places += [(f"fleet.kinds.{name}.hours", kind.hours) for name, kind in fleet.kinds.items()]
+    return [(place, name) for place, name in places if name is not None]
+
+
+def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Schedules and files that ask for something after the hours of their flow are over for good."""
+    for name, flow in model.tasks.flows.items():
+        if flow.hours is None:
+            continue
+        last = 0.0
+        if isinstance(flow.when, ScheduleArrivals):
+            last = max(batch.at for batch in flow.when.schedule)
+        elif isinstance(flow.when, OrdersArrivals):
+            last = summary(flow.when.orders, Reading.of(model, layout)).last
+        if math.isinf(model.hours(flow.hours).following(last)[0]):
+            yield Finding(
+                "NEVER_OPEN",
+                f"tasks.flows.{name}.hours",
+                f"tasks are asked for at {amount(last)} {model.units.time}, and calendar '{flow.hours}' does not "
+                "open again after that",
+                f"times in calendars.{flow.hours} that last as long",
+            )
+
+
+def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
+    """Stations that are open only long after all robots have ended their hours, so that no task gets there."""
+    if not (model.fleet.has_hours and model.layout.has_hours):
+        return
+    slowest = min(robot.speed for robot in model.fleet.robots())
+    once_round = 10 * sum(data["length"] for *_, data in layout.graph.edges(data=True)) / slowest
+    robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
+    of = specs(model, layout)
+    for node in destinations(model, layout):
+        spec = of.get(node)
+        if spec is None or spec.hours is None:
+            continue
+        stretches = list(_first(model.hours(spec.hours), end))
+        if not any(_on_duty_in(one, max(a - once_round, 0.0), b) for a, b in stretches for one in robots):
+            yield Finding(
+                "HOURS_NEVER_MEET",
+                f"layout.stations.{layout.stations[node].zone}.hours",
+                "no robot is at work when the station is open, or just before",
+                "hours in which robots and station both work",
+            )
+
+
+def _on_duty_in(hours: Hours, begin: float, end: float) -> bool:
+    return hours.following(begin)[0] < end
