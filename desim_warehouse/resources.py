@@ -12,15 +12,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.account import pieces
+from desim_warehouse.calendars import ALWAYS
 from desim_warehouse.feasibility.power import chargers_at
 
 if TYPE_CHECKING:
+    from desim_warehouse.calendars import Hours
     from desim_warehouse.history import History
 
     Steps = tuple[list[float], list[int]]
 
 _USED = {"loading": "station", "unloading": "station", "charging": "chargers"}
-_QUEUED = {"queueing_server": "station", "queueing_charger": "chargers"}
+_QUEUED = {"queueing_server": "station", "closed": "station", "queueing_charger": "chargers"}
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Resource:
     """The servers of a station, or the chargers of a bay, over a run.
 
     `number`: of servers or chargers. `busy` and `queue`: times from 0 on, in order, and from each on how many are in
-    use, and how many robots queue.
+    use, and how many robots queue, those among them that wait for the station to open. `hours`: when it is open.
     """
 
     kind: Literal["station", "chargers"]
@@ -37,10 +39,15 @@ class Resource:
     number: int
     busy: Steps
     queue: Steps
+    hours: Hours = ALWAYS
 
     def utilisation(self, begin: float, end: float) -> float:
-        """The share of the time of all servers or chargers in use between two times; nan if they are the same."""
-        return area(self.busy, begin, end) / (self.number * (end - begin)) if end > begin else float("nan")
+        """The share of the time of all servers or chargers in use between two times; nan if they are the same.
+
+        Of a station with hours that of the time in which it is open: more than 1 where it finishes what it has begun.
+        """
+        time = (end - begin) * self.hours.share(begin, end)
+        return area(self.busy, begin, end) / (self.number * time) if time > 0 else float("nan")
 
     def mean_queue(self, begin: float, end: float) -> float:
         """Robots that queue between two times, on average; nan if they are the same."""
@@ -64,8 +71,17 @@ def resources(history: History) -> list[Resource]:
                 kind, what = _QUEUED.get(piece.part), "queue"
             if kind is not None and piece.node is not None:
                 changes[kind, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
+    hours = {name: history.model.hours(station.hours) for name, station in history.model.layout.stations.items()}
     return [
-        Resource(kind, zone, node, number, steps(changes[kind, node, "busy"]), steps(changes[kind, node, "queue"]))
+        Resource(
+            kind,
+            zone,
+            node,
+            number,
+            steps(changes[kind, node, "busy"]),
+            steps(changes[kind, node, "queue"]),
+            hours[zone] if kind == "station" else ALWAYS,
+        )
         for (kind, node), (zone, number) in places.items()
     ]
 
