@@ -9,8 +9,8 @@ from desim_warehouse.model.energy import start_levels
 from desim_warehouse.streams import Streams
 
 TOL = 1e-6
-WORKING = {"empty", "loading", "loaded", "unloading", "returning", "broken"}
-STATES = WORKING | {"idle", "queueing", "charging"}
+WORKING = {"empty", "loading", "loaded", "closed", "unloading", "returning", "broken"}
+STATES = WORKING | {"idle", "on_break", "queueing", "charging"}
 NO_ENERGY = {"drive", "collision", "rotation", "enter", "released", "waiting_closed", "waiting_person"}
 
 
@@ -103,10 +103,14 @@ class Work:
     def check_stops(self):
         """Between loading and unloading a task stops where its flow says, in that order, and is unloaded there."""
         flows, layout = self.run.model.tasks.flows, self.run.layout
-        stops, nodes = defaultdict(list), {}
-        for time, kind, _, task, node, edge, *_ in self.rows:
+        stops, nodes, states = defaultdict(list), {}, defaultdict(list)
+        for time, kind, robot, task, node, edge, *_ in self.rows:
+            if kind in STATES:
+                paused = states[robot][-2:] == [("unloading", task), ("closed", task)]
+                states[robot].append((kind, task))
             if kind == "unloading":
-                stops[task].append(node)
+                if not paused:
+                    stops[task].append(node)
             elif kind == "delivered":
                 flow = flows.get(self.run.record.flows.get(task))
                 if flow is None or hasattr(flow.arrivals, "orders"):

@@ -16,6 +16,7 @@ from itertools import pairwise
 import networkx as nx
 
 from tests.audit_closures import Closures
+from tests.audit_hours import Hours
 from tests.audit_motion import Motion
 from tests.audit_nodes import Nodes
 from tests.audit_work import STATES, Work
@@ -46,7 +47,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Motion, Work, Closures):
+class Audit(Nodes, Motion, Work, Closures, Hours):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -74,6 +75,7 @@ class Audit(Nodes, Motion, Work, Closures):
     def check(self):
         self.check_traffic()
         self.check_work()
+        self.check_hours()
         return self.problems
 
     def check_traffic(self):

@@ -14,10 +14,13 @@ from collections import Counter, defaultdict
 import numpy as np
 
 APART = ("waiting_closed", "waiting_person")
-STATES = ("idle", "empty", "loading", "loaded", "queueing", "unloading", "returning", "charging", "broken")
+WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "returning")
+STATES = ("idle", *WORK, "charging", "broken", "on_break")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
+    "closed": "standing",
+    "on_break": "standing",
     "broken": "standing",
     "empty": "empty",
     "returning": "empty",
@@ -244,7 +247,11 @@ class Recount:
     def rate(self, state, where):
         """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger."""
         battery = self.model.battery
-        if battery is None or state == "charging" or (state in {"idle", "queueing"} and self.has_charger(where)):
+        if (
+            battery is None
+            or state == "charging"
+            or (state in {"idle", "on_break", "queueing"} and self.has_charger(where))
+        ):
             return 0.0
         spent = battery.consumption
         return spent if isinstance(spent, (int, float)) else getattr(spent, DRAWS[state])

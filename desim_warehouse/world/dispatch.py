@@ -217,6 +217,8 @@ class Dispatcher:
             self._next_of_queues()
         if not (self.open and self._able()):
             self._pass()
+        elif self.stations.close and not self.situation().tasks:
+            self.decide(())  # all are held back
         elif self.allocation is None:
             self.waiting = True
             raise StopSimulation(None)

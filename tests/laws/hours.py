@@ -1,0 +1,64 @@
+"""Hours for random models: of stations, robots and flows, with handling times, work and buffers in the stations."""
+
+from __future__ import annotations
+
+import random
+
+import desim_warehouse as dw
+from desim_warehouse.layout import build
+
+
+def lap(mapping):
+    """Longer than any route without a circle, and what is done on it."""
+    model = dw.load(mapping)
+    slowest = min(robot.speed for robot in model.fleet.robots())
+    edges = build(model.layout).graph.edges(data=True)
+    drive = sum(data["length"] / min(slowest, data["speed"]) for *_, data in edges)
+    return drive + len(edges) * model.traffic.node_time + 10
+
+
+def with_hours(mapping, seed):
+    """The model with patterns of hours, each open for at least 60 % of its time, so that two of them always meet."""
+    draw = random.Random(f"hours {seed}")
+    scale, last = lap(mapping), mapping.get("run", {}).get("length") or float("inf")
+    calendars = {}
+    for number in range(draw.randint(1, 3)):
+        every = scale * draw.uniform(0.2, 4)
+        calendars[f"c{number}"] = {
+            "every": every,
+            "lasts": every * draw.choice((0.6, 0.75, 0.99, 1.0)),
+            "first": draw.choice((0.0, draw.uniform(0, min(every, 0.5 * last)))),
+        }
+
+    def some():
+        return draw.choice([None, *calendars])
+
+    layout = mapping["layout"]
+    stations = {name: station(dict(item), draw, some(), scale) for name, item in layout.get("stations", {}).items()}
+    fleet = {**mapping["fleet"], "hours": some()}
+    fleet["kinds"] = {name: {**kind, "hours": some()} for name, kind in fleet.get("kinds", {}).items()}
+    tasks = dict(mapping["tasks"])
+    if isinstance(tasks.get("goods"), dict) and "poisson" in tasks["goods"]:
+        tasks["goods"] = {**tasks["goods"], "hours": some()}
+    if "flows" in tasks:
+        tasks["flows"] = {
+            name: flow if "saturated" in flow["arrivals"] else {**flow, "hours": some()}
+            for name, flow in tasks["flows"].items()
+        }
+    layout = {**layout, "stations": stations}
+    return {**mapping, "calendars": calendars, "layout": layout, "fleet": fleet, "tasks": tasks}
+
+
+def station(made, draw, hours, scale):
+    """A station, perhaps with hours, times of its own, and work on what is put down."""
+    if hours is not None:
+        made |= {"hours": hours, "at_close": draw.choice(("finish", "pause"))}
+    if draw.random() < 0.3:
+        made["unload_time"] = draw.choice((0.0, 4.0, {"exponential": 3}))
+    if draw.random() < 0.3:
+        made["load_time"] = draw.choice((0.0, {"uniform": [1, 5]}))
+    if draw.random() < 0.5:
+        buffer = draw.choice((None, 1, 3))
+        made |= {"work_time": draw.choice((0.0, 3.0, {"exponential": 0.1 * scale})), "buffer": buffer}
+        made["workers"] = draw.randint(1, 2 if buffer != 1 else 1)
+    return made
