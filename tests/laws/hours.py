@@ -46,6 +46,10 @@ def with_hours(mapping, seed):
             for name, flow in tasks["flows"].items()
         }
     layout = {**layout, "stations": stations}
+    battery = mapping.get("battery")
+    if battery:  # robots draw while they wait: a fleet far in the red would charge for ever
+        battery = {**battery, "charge_rate": 20 * battery["charge_rate"]}
+        mapping = {**mapping, "battery": battery}
     return {**mapping, "calendars": calendars, "layout": layout, "fleet": fleet, "tasks": tasks}
 
 

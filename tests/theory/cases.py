@@ -18,7 +18,7 @@ from typing import Any
 from scipy.stats import t as student
 
 import desim_warehouse as dw
-from tests.theory import models
+from tests.theory import hours, models
 from tests.theory.formulas import (
     completion,
     headway_of_a_turn,
@@ -380,4 +380,51 @@ def people() -> Iterator[Case]:
     yield Case("Queues", "M/M/infinity, a robot waits for an aisle without people", model, (held, waited), long=True)
 
 
-CASES = [*queues(), *people(), *roads(), *chargers(), *failures()]
+# Hours and buffers
+
+HOURS = "Opening hours, shifts and buffers"
+
+
+def hours_and_buffers() -> Iterator[Case]:
+    for load, share, tasks in ((0.2, 0.5, 3000), (0.4, 0.8, 9000)):
+        # As many are there on average as in M/M/1, also while it is closed, and fewer come: by Little's law
+        wait = (m_m_c_wait(load / 1000, 1000.0, 1) + 1000) / share
+        yield Case(
+            HOURS,
+            f"M/M/1 in open hours, {100 * share:g} % of the time, load {load}",
+            partial(hours.queue_in_open_hours, load, share, tasks),
+            (Quantity(CYCLE, wait, "cycle_time_mean"),),
+            long=tasks > 3000,
+        )
+    for where in ("robots", "the station"):
+        yield Case(
+            HOURS,
+            f"M/D/∞, {where} at work 60 % of the time",
+            partial(hours.work_at_all_times, 0.6, 40, 1500, where),
+            (Quantity(CYCLE, hours.SERVICE + hours.wait_for_hours(0.6), "cycle_time_mean"),),
+            long=where != "robots",
+        )
+    for at_close, done in (("pause", 99.5), ("finish", 100)):
+        yield Case(
+            HOURS,
+            f"busy station with 10 s service, open 995 of 2000 s, at_close: {at_close}",
+            partial(hours.busy_station, 995.0, 10.0, at_close),
+            (Quantity("tasks per hour", 3600 * done / hours.EVERY, "throughput_per_hour", 0.001),),
+            runs=1,
+        )
+    for places, workers, unload, work in ((1, 1, 10.0, 10.0), (2, 1, 10.0, 10.0), (4, 2, 10.0, 25.0)):
+        yield Case(
+            HOURS,
+            f"M/M/{workers}/{places}, buffer of {count(places, 'place')}, {count(workers, 'worker')}, always work",
+            partial(hours.full_buffer, places, workers, unload, work, 1500),
+            (
+                Quantity(
+                    "tasks per hour",
+                    3600 * hours.through_a_buffer(places, workers, unload, work),
+                    "throughput_per_hour",
+                ),
+            ),
+        )
+
+
+CASES = [*queues(), *people(), *roads(), *chargers(), *failures(), *hours_and_buffers()]
