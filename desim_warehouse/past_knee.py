@@ -109,4 +109,4 @@ def windows(history: History) -> list[Window]:
 
 def _in_bay(state: str, task: int) -> bool:
     """Whether a robot in a state is parked: at rest, charged, or in a queue for that."""
-    return state in {"idle", "charging"} or (state == "queueing" and task < 0)
+    return state in {"idle", "on_break", "charging"} or (state == "queueing" and task < 0)

@@ -130,7 +130,7 @@ STATES = {
             draws="standing",
             role="loaded",
             colour="#999933",
-            stacked=10,
+            stacked=12,
             applies=lambda model: model.layout.has_hours,
         ),
         State(
@@ -141,8 +141,7 @@ STATES = {
             draws="standing",
             role="idle",
             colour="#EFEFEF",
-            stacked=11,
-            parked=True,
+            stacked=13,
             applies=lambda model: model.fleet.has_hours,
         ),
         State(
