@@ -49,6 +49,8 @@ class StationLoad:
     servers: int
     capacity: float
     busy: float | None
+    open: float = 1.0
+    """The part of the run in which it is open."""
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,7 @@ class HandCalculation:
             worst = max(busy, key=lambda item: item.busy or 0.0)
             servers = f"{worst.servers} server{'s' * (worst.servers > 1)}"
             text += f"; asked for, {worst.node} ({servers}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+            text += f" in which it is open, {amount(100 * worst.open)} % of all" if worst.open < 1 else ""
         return text
 
 
@@ -268,7 +271,7 @@ def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: floa
     of, own = specs(model, layout), own_times(model, layout)
     for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
         station = layout.stations.get(node)
-        servers = 1 if station is None else station.servers
+        servers, open_part = 1 if station is None else station.servers, 1.0
         usual = own.get(node, (None, None))[1]
         time = times.get(node, tasks.mean_unload if usual is None else usual)
         time += tasks.clear_time if station is None else 0.0
@@ -276,8 +279,10 @@ def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: floa
         if station is not None:
             part = put_down[node] / share if put_down and share else 1.0
             capacity = min(capacity, worked_capacity(of[node]) / part if part else math.inf)
-            capacity *= open_share(model, of[node])
-        found.append(StationLoad(node, share, servers, capacity, None if rate is None else rate * share / capacity))
+            open_part = open_share(model, of[node])
+            capacity *= open_part
+        busy = None if rate is None else rate * share / capacity
+        found.append(StationLoad(node, share, servers, capacity, busy, open_part))
     return tuple(found)
 
 

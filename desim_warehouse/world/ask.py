@@ -198,10 +198,8 @@ class Situations:
 
     def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
         """The open tasks; without those for which nobody may set out yet, as a station is closed."""
-        tasks, openings = self.open_tasks.values(), self.reach.openings
-        if not self.reach.stations.close:
-            return tasks
-        return [task for task in tasks if openings.for_somebody(free, task)]
+        tasks = self.open_tasks.values()
+        return self.reach.openings.for_somebody(free, tasks) if self.reach.stations.close else tasks
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""
