@@ -1,0 +1,112 @@
+"""Estimates, verdicts, costs and the use of stations count open hours."""
+
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility import estimate
+from desim_warehouse.feasibility.hours import longest_closed, on_duty
+from desim_warehouse.layout import build
+from desim_warehouse.resources import resources
+from desim_warehouse.run import check
+from tests.world.test_hours import SQUARE
+
+HALF = {"calendars": {"half": {"every": 1000, "lasts": 500}, "eighth": {"every": 800, "lasts": 100}}}
+LIFELONG = {
+    **SQUARE,
+    **HALF,
+    "tasks": {**SQUARE["tasks"], "goods": {"poisson": 60}},
+    "run": {"length": 80_000},
+    "prices": {"hours": 1000, "station_hour": 30},
+}
+
+
+def by_hand(over):
+    model = dw.load(LIFELONG, over)
+    return estimate(model, build(model.layout))
+
+
+def test_a_station_open_half_of_the_day_has_half_the_capacity():
+    always, half = by_hand({}), by_hand({"layout.stations.desk.hours": "half"})
+    assert always.stations[0].capacity == 1 / 30
+    assert half.stations[0].capacity == pytest.approx(1 / 60)
+    assert half.stations[0].busy == pytest.approx(1.0)  # 60 an hour, 30 s each, in half of the time
+    assert "100 % of the time in which it is open, 50 % of all" in "\n".join(half.lines(dw.load(LIFELONG).units))
+
+
+def test_robots_at_work_half_of_the_day_do_half_as_much():
+    always, half = by_hand({}), by_hand({"fleet.hours": "half"})
+    assert half.fleet_capacity == pytest.approx(always.fleet_capacity / 2)
+    assert half.robots_needed == pytest.approx(2 * always.robots_needed)
+    kinds = {"fleet.size": 4, "fleet.kinds": {"early": {"count": 1, "hours": "half"}}}
+    assert on_duty(dw.load(LIFELONG, kinds)) == pytest.approx(0.875)
+
+
+def test_work_in_the_station_limits_it():
+    work = {"layout.stations.desk.work_time": 100, "layout.stations.desk.workers": 2}
+    assert by_hand(work).stations[0].capacity == pytest.approx(1 / 50)
+
+
+def test_a_flow_asks_for_its_rate_in_its_hours_only():
+    assert by_hand({"tasks.goods": {"poisson": 60, "hours": "half"}}).rate == pytest.approx(1 / 120)
+    flows = {
+        "random": {"from": "storage", "to": "desk", "arrivals": {"poisson": 60}, "hours": "half"},
+        "profile": {
+            "from": "storage",
+            "to": "desk",
+            "arrivals": {"profile": {"per_hour": [60, 0], "every": 500}},
+            "hours": "half",
+        },
+    }
+    model = dw.load({**LIFELONG, "tasks": {"flows": flows, "load_time": 5, "unload_time": 30}})
+    assert estimate(model, build(model.layout)).rate * 3600 == pytest.approx(60)  # both 60 in half of the time
+
+
+def test_check_says_that_opening_hours_are_too_short():
+    found = check(dw.load(LIFELONG, {"layout.stations.desk.hours": "eighth", "fleet.size": 9}))
+    said = {item.code: item.text for item in found.findings}
+    assert "% of the opening time of its 1 server" in said["DEMAND_ABOVE_STATIONS"]
+
+
+def test_handling_times_of_a_station_are_in_the_cycle():
+    assert by_hand({"layout.stations.desk.unload_time": 10}).cycle.unload == 10
+    flow = {"from": "desk", "to": "storage", "arrivals": {"poisson": 6}}
+    model = dw.load(
+        {**LIFELONG, "tasks": {"flows": {"in": flow}, "load_time": 5, "unload_time": 30}},
+        {"layout.stations.desk.load_time": 12},
+    )
+    cycle = estimate(model, build(model.layout)).cycle
+    assert (cycle.load, cycle.unload) == (12, 30)
+
+
+def test_the_longest_time_outside_the_hours():
+    assert longest_closed(dw.load(LIFELONG)) == 0
+    assert longest_closed(dw.load(LIFELONG, {"layout.stations.desk.hours": "half"})) == 500
+    assert longest_closed(dw.load(LIFELONG, {"layout.stations.desk.hours": "half", "fleet.hours": "eighth"})) == 700
+
+
+def test_what_waits_for_the_next_opening_is_no_overload_and_overload_is():
+    """15 tasks an hour, and the run ends after a long night; then with hours in which only a third can be done."""
+    calendars = {"day": {"every": 40_000, "lasts": 20_000}, "short": {"every": 1000, "lasts": 100}}
+    model = {**LIFELONG, "calendars": calendars, "tasks": {**SQUARE["tasks"], "goods": {"poisson": 30}}}
+    night = dw.simulate(dw.load(model, {"layout.stations.desk.hours": "day"}))
+    assert night.kpis["backlog"] > 100
+    assert [one.code for one in night.verdicts if one.code == "CANNOT_KEEP_UP"] == []
+    short = dw.simulate(dw.load(model, {"layout.stations.desk.hours": "short"}))
+    assert "CANNOT_KEEP_UP" in {one.code for one in short.verdicts}
+
+
+def test_only_open_hours_of_servers_are_paid():
+    always = dw.simulate(dw.load(LIFELONG, {"tasks.goods": {"poisson": 6}}))
+    half = dw.simulate(dw.load(LIFELONG, {"tasks.goods": {"poisson": 6}, "layout.stations.desk.hours": "half"}))
+    assert always.kpis["annual_cost"] == pytest.approx(30_000)
+    assert half.kpis["annual_cost"] == pytest.approx(15_000)
+
+
+def test_a_station_is_in_use_for_a_part_of_its_open_time():
+    run = dw.simulate(dw.load(LIFELONG, {"layout.stations.desk.hours": "half", "tasks.goods": {"saturated": 5}}))
+    desk = next(one for one in resources(run.history) if one.kind == "station")
+    used = run.robots["unloading"].sum() / 40_000
+    assert desk.utilisation(0, run.T) == pytest.approx(used)
+    assert math.isnan(desk.utilisation(600, 900))  # it is closed
