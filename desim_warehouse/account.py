@@ -1,8 +1,8 @@
 """An exact account of time: every second of every robot and task has one cause, and the parts add up to the whole.
 
 What a robot does is its state; while it waits in traffic, what it waits for. Both are cut at the same instants, so
-nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line here
-(see `states`); a new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits are read from `log: all`.
+nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
+here (see `states`); a new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
 """
 
 from __future__ import annotations
