@@ -14,6 +14,7 @@ from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.resources import resources as of_stations_and_chargers
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -78,11 +79,20 @@ def answer(run: Run) -> list[str]:
     )
     if run.model.battery is not None:
         lines.append(f"{words.number(kpis['C'])} charge cycles after which a robot went out again.")
+    if "breakdowns" in kpis:
+        lines.append(_breakdowns(kpis))
     if "annual_cost" in kpis:
         each = kpis["cost_per_task"]
         task = f", a task {words.number(each)}" if math.isfinite(each) else ""
         lines.append(f"A year like this costs {words.number(kpis['annual_cost'])}{task}.")
     return lines
+
+
+def _breakdowns(kpis: Mapping[str, float]) -> str:
+    """How often robots broke down, and what it cost."""
+    number, share = int(kpis["breakdowns"]), kpis["availability"]
+    available = f"; they are available {words.number(100 * share)} % of their time in operation" if share < 1 else ""
+    return f"{words.number(number)} breakdown{'s' * (number != 1)} of robots{available}."
 
 
 def short(run: Run) -> Html:

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse import account, indicators, verdicts
-from desim_warehouse.distributions import Distribution
+from desim_warehouse.distributions import Distribution, mean_of
+from desim_warehouse.findings import amount
 from desim_warehouse.history import History
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.account import By
+    from desim_warehouse.disturbances import BreakdownSpec, OutageSpec
     from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
@@ -211,7 +213,7 @@ def check(model: Model) -> Check:
     if model.fleet.slowness:
         stop = model.fleet.slowness * speed
         facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
-    facts += _times_that_vary(model)
+    facts += [*_times_that_vary(model), *_failures(model)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
@@ -228,6 +230,24 @@ def _times_that_vary(model: Model) -> list[str]:
         for name, time in times.items()
         if isinstance(time, Distribution)
     ]
+
+
+def _failures(model: Model) -> list[str]:
+    """Which robots and chargers fail, and what is left of their time."""
+    unit, kinds = model.units.time, dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True))
+    failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
+    failing |= {f"robots of kind {kind}" if kind else "robots": robot.breakdowns for kind, robot in kinds.items()}
+    failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
+    found = []
+    for name, spec in failing.items():
+        if spec is not None:
+            every, repair = mean_of(spec.every), mean_of(spec.repair)
+            share = amount(100 * every / (every + repair))
+            found.append(
+                f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: {share} % of "
+                "their time is left; estimates do not know of it"
+            )
+    return found
 
 
 @contextmanager

@@ -316,20 +316,22 @@ def failures() -> Iterator[Case]:
     mean, square = completion(service, service**2, every, repair, 2 * repair**2)
     yield queue(
         "M/D/1 with breakdowns in the middle of a service, one robot that drives",
-        partial(models.round_as_service, service, load, 3000, every, repair),
+        partial(models.round_as_service, service, load, 12_000, every, repair),
         m_g_1_wait(load / service, mean, square),
         mean,
+        long=True,
         section=FAILURES,
     )
     every, repair, service, load = 5000.0, 1000.0, 1000.0, 0.2
     mean, square = completion(service, 2 * service**2, every, repair, 2 * repair**2)
-    desk = models.robots_that_serve(load, service, 1, 3000, unload_time={"exponential": service})
+    desk = models.robots_that_serve(load, service, 1, 9000, unload_time={"exponential": service})
     # a breakdown that is due while it unloads is found as it sets off, so the next task waits for the repair
     yield queue(
         "M/M/1 with breakdowns, repaired at the end of a service, one robot that unloads",
         partial(models.breaks_down, desk, every, repair),
         m_g_1_wait(load / service, mean, square),
         models.ROUND + service,
+        long=True,
         section=FAILURES,
     )
     every, repair, up, swap = 300.0, 100.0, 100.0, 50.0

@@ -7,6 +7,8 @@ A ring A > B > C > D > A of four edges of 30, speed 1, D = 1. The robot is at it
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.report.run_parts import answer
+from desim_warehouse.run import check
 
 near = pytest.approx
 
@@ -253,3 +255,24 @@ def test_a_robot_breaks_down_at_the_same_times_in_a_larger_fleet():
     shorter = min(len(few), len(many))
     assert shorter > 5
     assert few[:shorter] == many[:shorter]
+
+
+# What is said of it
+
+
+def test_check_says_what_estimates_leave_out():
+    kinds = {"old": {"count": 1, "breakdowns": {"every": 3600, "repair": 400}}}
+    facts = check(ring(**{"fleet.size": 2, "fleet.kinds": kinds})).facts
+    said = "robots of kind old fail every 3600 s and take 400 s to repair: 90 % of their time is left"
+    assert [fact for fact in facts if "repair" in fact] == [f"{said}; estimates do not know of it"]
+
+
+def test_the_report_says_how_often_robots_broke_down():
+    said = answer(dw.simulate(ring({"every": 20, "repair": 7})))
+    assert "6 breakdowns of robots; they are available 75.29 % of their time in operation." in said
+    assert "breakdown" not in " ".join(answer(dw.simulate(ring())))
+
+
+def test_a_breakdown_at_every_moment_is_an_error():
+    with pytest.raises(dw.ModelError, match=r"fleet.robot.breakdowns.every.*no time at all \(got 0\)"):
+        ring({"every": {"constant": 0}, "repair": 7})
