@@ -220,14 +220,14 @@ class Avoidance:
             waited = self.env.now - other.waiting_since
             if other is robot or claim.via is None or waited <= self.patience:
                 return None
-            if self._waits_for_opening(other):
+            if self._waits_for_time(other):
                 continue
             if waited > DESPERATE * self.patience or other in self._users[stand]:
                 return other
         return None
 
-    def _waits_for_opening(self, robot: Body) -> bool:
-        """Whether a robot waits for a lane that is closed, or for one that does: holding others back helps neither."""
+    def _waits_for_time(self, robot: Body) -> bool:
+        """Whether a robot waits for an opening or a repair, or for one that does: holding others back helps none."""
         seen: set[Body] = set()
         to_follow = [robot]
         while to_follow:
@@ -235,8 +235,11 @@ class Avoidance:
             if member in seen:
                 continue
             seen.add(member)
-            if member.claim is not None and member.claim.shut_by is not None:
+            if member.broken or (member.claim is not None and member.claim.shut_by is not None):
                 return True
+            lane = None if member.claim is None else member.claim.lane
+            if lane is not None and lane.twin is not None and lane.twin.last is not None:
+                to_follow.append(lane.twin.last)  # who comes towards it
             blocker = member.blocker
             to_follow += self._witness[member][1] if member in self._witness else ()
             to_follow += () if blocker is None else (blocker,)

@@ -89,7 +89,8 @@ class Body:
     When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
     `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
     From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to. From `halts_at` on it has
-    broken down when it next looks round: at its target, on a node, before it sets off; `delays` it has at nodes.
+    broken down when it next looks round: at its target, on a node, before it sets off; `broken`: it stands until it is
+    repaired. `delays`: those it has at nodes.
     `stretch` is what it has driven since it stood, where gathering speed and braking take time; None: they take none.
     """
 
@@ -97,6 +98,7 @@ class Body:
         "ahead",
         "at",
         "behind",
+        "broken",
         "claim",
         "crossings",
         "delay",
@@ -164,6 +166,7 @@ class Body:
         self.delay: Delay | None = None
         self.recall_at = self.halts_at = self.train_pace = self.limit = math.inf
         self.delays: NodeDelays | None = None
+        self.broken = False
         self.ready_at = -math.inf
         self.mark = 0
         self.detours = 0

@@ -516,7 +516,9 @@ class Robot:
             yield Arrival(self.env, self.body.stands(self.env.now))
             repair = breakdowns.begin()
             self.enter("broken")
+            self.body.broken = True
             yield Timeout(self.env, repair)
+            self.body.broken = False
             self.enter(self.doing)
         self.body.halts_at = self.env.now + breakdowns.least_until_due(self.operated())
 

@@ -276,3 +276,29 @@ def test_the_report_says_how_often_robots_broke_down():
 def test_a_breakdown_at_every_moment_is_an_error():
     with pytest.raises(dw.ModelError, match=r"fleet.robot.breakdowns.every.*no time at all \(got 0\)"):
         ring({"every": {"constant": 0}, "repair": 7})
+
+
+def test_a_robot_that_waits_for_a_repair_holds_back_no_departures_on_two_way_lanes():
+    """A star of two-way lanes: robot 0 stands before X for 9,000, robot 1 wants into its lane and waits for as long.
+
+    Robot 2, whose way does not lead there, sets out at 5,000 as if nothing were wrong.
+    """
+    spurs = {"P": [0, 20], "Q": [20, 0], "R": [-20, 0], "S": [0, -20]}
+    layout = {
+        "nodes": {"X": [0, 0], **spurs},
+        "edges": [{"from": spur, "to": "X", "two_way": True} for spur in spurs],
+        "storage": [{"node": "R"}, {"node": "P"}, {"node": "R"}],
+        "bays": {"home": {"at": ["P", "S", "Q"]}},
+    }
+    fleet = {
+        "size": 3,
+        "start": ["P", "S", "Q"],
+        "robot": {"radius": 0.5, "speed": 1},
+        "kinds": {"old": {"count": 1, "breakdowns": {"every": 15, "repair": 9000}}},
+    }
+    goods = [{"good": 0, "to": "Q"}, {"good": 1, "to": "Q"}, {"good": 2, "release": 5000, "to": "Q"}]
+    model = ring(**{"layout": layout, "fleet": fleet, "tasks.goods": goods, "tasks.unload_at": ["Q"]})
+    run = dw.simulate(model)
+    taken = {row[3]: (row[2], row[0]) for row in run.record.rows if row[1] == "loading"}
+    assert states(run)[1] == (19, "broken")
+    assert taken[2] == (2, near(5040))
