@@ -82,12 +82,13 @@ class Drive:
                 robot.goal = max(self.stop, robot.pos)
                 if robot.held is not None:
                     yield from self._along_short(robot.goal)
-                    yield from self._comes_to_stand()
+                    if self.slow:
+                        yield from self._comes_to_stand()
                     return True
         while True:
             if robot.lane is None or robot.held is not None:
                 outcome = yield from self._from_node()
-                if outcome is Departure.THERE:
+                if self.slow and outcome is Departure.THERE:
                     yield from self._comes_to_stand()
                 if outcome is not Departure.UNDER_WAY:
                     return outcome is Departure.THERE
@@ -97,7 +98,8 @@ class Drive:
                 continue
             onward = self.onward
             if onward is None and self.stop is not None:
-                yield from self._comes_to_stand()
+                if self.slow:
+                    yield from self._comes_to_stand()
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
             if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
