@@ -75,6 +75,15 @@ class Drive:
 
     def __iter__(self) -> Generator[Event, object, bool]:
         """Drive (`yield from` it); True: it is there, False: recalled, it stands on the node that it came to next."""
+        return self._drive_and_brake() if self.slow else self._drive()
+
+    def _drive_and_brake(self) -> Generator[Event, object, bool]:
+        there = yield from self._drive()
+        if there and (stands := self.robot.stands(self.env._now)) > self.env._now:
+            yield Arrival(self.env, stands)
+        return there
+
+    def _drive(self) -> Generator[Event, object, bool]:
         robot = self.robot
         if robot.lane is not None:
             robot.goal = robot.lane.stop_line
@@ -82,14 +91,10 @@ class Drive:
                 robot.goal = max(self.stop, robot.pos)
                 if robot.held is not None:
                     yield from self._along_short(robot.goal)
-                    if self.slow:
-                        yield from self._comes_to_stand()
                     return True
         while True:
             if robot.lane is None or robot.held is not None:
                 outcome = yield from self._from_node()
-                if self.slow and outcome is Departure.THERE:
-                    yield from self._comes_to_stand()
                 if outcome is not Departure.UNDER_WAY:
                     return outcome is Departure.THERE
             yield self._under_way()
@@ -98,20 +103,12 @@ class Drive:
                 continue
             onward = self.onward
             if onward is None and self.stop is not None:
-                if self.slow:
-                    yield from self._comes_to_stand()
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
             if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._takes_detour():
                 yield from self._pass_when_free(onward)
-
-    def _comes_to_stand(self) -> Steps:
-        """It is where it wanted to be, and brakes."""
-        robot, now = self.robot, self.env._now
-        if (stands := robot.stands(now)) > now:
-            yield Arrival(self.env, stands)
 
     def _halt(self) -> Steps:
         """Stand until a breakdown is repaired; it goes no farther meanwhile, whoever makes way for it."""
