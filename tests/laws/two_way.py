@@ -16,6 +16,8 @@ import simpy
 
 from desim_warehouse.layout.layout import Layout
 from desim_warehouse.log import Log
+from desim_warehouse.model.fleet import RobotSpec
+from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.world.body import Body, NoDriver
 from desim_warehouse.world.traffic import Traffic
 from tests.auditor import Audit
@@ -185,9 +187,10 @@ class Slots:
     @property
     def problems(self):
         """What cannot have happened, by the log."""
-        robot = SimpleNamespace(radius=0.5, speed=1.0, margin=0.0)
-        fleet = SimpleNamespace(kinds={}, size=len(self.robots), robot=robot, start_on_lanes=())
-        traffic = SimpleNamespace(collision_angle=30.0, zones={}, node_time=0.0, turn_time=0.0)
+        robot = RobotSpec(radius=0.5, speed=1.0)
+        fleet = SimpleNamespace(size=len(self.robots), robot=robot, robots=lambda: [robot] * len(self.robots))
+        fleet.start_on_lanes = ()
+        traffic = TrafficSpec()
         model = SimpleNamespace(fleet=fleet, traffic=traffic)
         return Audit(SimpleNamespace(model=model, layout=self.layout, record=self.log)).check_traffic()
 

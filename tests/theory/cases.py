@@ -429,4 +429,4 @@ def hours_and_buffers() -> Iterator[Case]:
         )
 
 
-CASES = [*queues(), *people(), *roads(), *chargers(), *failures(), *hours_and_buffers()]
+CASES = [*queues(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures()]
