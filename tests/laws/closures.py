@@ -28,7 +28,7 @@ def with_closures(mapping, seed, contact=1.0):
     free = [edge for edge in layout.graph.edges if edge not in inside and edge[::-1] not in inside]
     if not free:
         return mapping
-    calendars, closures, slow, people = {}, {}, {}, {}
+    calendars, closures, slow, people = dict(mapping.get("calendars", {})), {}, {}, {}
     for number in range(draw.randint(0, 3)):
         calendars[f"c{number}"] = calendar(draw)
         closures[f"c{number}"] = {"members": members(layout.graph, draw, free, inside), "hours": f"c{number}"}

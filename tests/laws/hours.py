@@ -24,7 +24,7 @@ def with_hours(mapping, seed):
     calendars = {}
     for number in range(draw.randint(1, 3)):
         every = scale * draw.uniform(0.2, 4)
-        calendars[f"c{number}"] = {
+        calendars[f"h{number}"] = {
             "every": every,
             "lasts": every * draw.choice((0.6, 0.75, 0.99, 1.0)),
             "first": draw.choice((0.0, draw.uniform(0, min(every, 0.5 * last)))),
@@ -50,6 +50,7 @@ def with_hours(mapping, seed):
     if battery:  # robots draw while they wait: a fleet far in the red would charge for ever
         battery = {**battery, "charge_rate": 20 * battery["charge_rate"]}
         mapping = {**mapping, "battery": battery}
+    calendars = {**mapping.get("calendars", {}), **calendars}
     return {**mapping, "calendars": calendars, "layout": layout, "fleet": fleet, "tasks": tasks}
 
 
