@@ -18,6 +18,7 @@ from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
 from desim_warehouse.world.breakdowns import Breakdowns, NodeDelays
+from desim_warehouse.world.charging import ChargingStop
 from desim_warehouse.world.events import AFTER_DECISIONS, Arrival, end_of_instant
 from desim_warehouse.world.forecast import time_to_node
 from desim_warehouse.world.itinerary import Itinerary
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.model.fleet import RobotSpec, Start
-    from desim_warehouse.policies import Levels, Task
+    from desim_warehouse.policies import Task
     from desim_warehouse.world.bays import Bay
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.itinerary import Place
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 
 FAR = 1e15
 """A delay that never ends, and that SimPy can add to a time."""
-LEAST_CHARGE = 0.05
-"""Part of its capacity that a robot which must charge takes up before it is free again."""
 
 
 class Rest(Enum):
@@ -100,6 +99,7 @@ class Robot:
             handling=world.handling,
             departures=world.departures,
         )
+        self.charging = ChargingStop(self, world.env, dispatcher=world.dispatcher, reach=world.reach, bays=world.bays)
         self.offer: Event | None = None
         self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
@@ -127,13 +127,13 @@ class Robot:
             yield from self.begin_on_lanes()
             exit_time = self.world.model.fleet.exit_time
         elif not self.battery.is_full(self.env.now):
-            yield from self.charge()
+            yield from self.charging.charge()
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:
                 continue
             if end is Rest.CHARGE_HERE:
-                yield from self.charge()
+                yield from self.charging.charge()
                 continue
             if end is Rest.TASK:
                 yield from self.go_out(exit_time)
@@ -144,7 +144,7 @@ class Robot:
                 yield from self.go_out(exit_time)
             exit_time = self.world.model.fleet.exit_time
             yield from self.go_to_bay()
-            yield from self.charge()
+            yield from self.charging.charge()
 
     def begin_on_lanes(self) -> Steps:
         """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
@@ -153,7 +153,7 @@ class Robot:
         yield from self.work()
         self.reserve_bay()
         yield from self.go_to_bay()
-        yield from self.charge()
+        yield from self.charging.charge()
 
     def work(self) -> Steps:
         """Task after task, or tour after tour, until there is none or the battery calls it back."""
@@ -264,97 +264,6 @@ class Robot:
         """Leave the slot at a charger to a robot that seeks one."""
         self.world.dispatcher.withdraw(self)
         self.world.bays.making_room.add(self.number)
-
-    # Charging
-
-    def charge(self) -> Steps:
-        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one."""
-        battery, bay = self.battery, self.bay
-        assert bay is not None
-        if battery.spec is None or bay.chargers is None:
-            return
-        self.enter(self.at_rest)
-        levels, level = self.world.reach.levels.of(self.view), battery.level(self.env.now)
-        if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
-            ready = level >= levels.sufficient and not self.must_charge
-            self.offer = yield from self._charge_at(bay, self.world.dispatcher.wait(self) if ready else None)
-
-    def _charge_at(self, bay: Bay, offer: Event | None) -> Generator[Event, object, Event | None]:
-        """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
-
-        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
-        take the next one, or it would go to and fro between them at one instant.
-        `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
-        """
-        env, battery = self.env, self.battery
-        assert bay.chargers is not None
-        levels = self.world.reach.levels.of(self.view)
-        least = levels.sufficient
-        if self.must_charge:
-            least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
-        self.is_charging, self.must_charge = True, False
-        swap, failed = levels.swap_time, True
-        while failed:
-            with bay.chargers.turn(first=self.state == "charging") as turn:
-                if not turn.triggered and offer is None:
-                    self.enter("queueing")
-                elif not turn.triggered and self.state == "charging":
-                    self.enter("idle")
-                yield turn if offer is None else turn | offer
-                self.is_charging = self.job is None
-                if self.job is not None:
-                    return offer
-                self.enter("charging")
-                begun, lost = env.now, bay.chargers.outage_of(turn)
-                if swap is None:
-                    offer, failed = yield from self._fill(levels, least, offer, lost)
-                else:
-                    done = Timeout(env, swap)
-                    yield done if lost is None else done | lost
-                    swap, failed = swap - (env.now - begun), not done.processed
-                    if not failed:
-                        battery.unplug(env.now, levels.full)
-                self.has_charged = self.has_charged or env.now > begun
-        self.is_charging = False
-        return offer
-
-    def _fill(
-        self, levels: Levels, least: float, offer: Event | None, lost: Event | None
-    ) -> Generator[Event, object, tuple[Event | None, bool]]:
-        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs.
-
-        True beside the event: the charger has failed (`lost`) before that.
-        """
-        env, battery, world = self.env, self.battery, self.world
-        level = battery.level(env.now)
-        battery.plug(env.now)
-        if offer is None:
-            done = Timeout(env, battery.charge_time(level, least))
-            yield done if lost is None else done | lost
-            if not done.processed:
-                battery.unplug(env.now)
-                return None, True
-            level = max(level, least)
-            if level < levels.full:
-                offer = world.dispatcher.wait(self)
-        while offer is not None and level < levels.full and self.job is None:
-            goal = world.reach.enough_for_first(self.view(), levels)
-            goal = goal if level < goal < levels.full else levels.full
-            done = Timeout(env, battery.charge_time(level, goal))
-            due = offer | done | world.bays.charger_sought() if world.reach.scarce else offer | done
-            yield due if lost is None else due | lost
-            level = goal if done.processed else battery.level(env.now)
-            if lost is not None and lost.processed and self.job is None and not done.processed:
-                battery.unplug(env.now, level)
-                return offer, True
-            able = level >= world.reach.enough_after_parking(self.view(), levels)
-            if self.job is None and able and world.bays.wants_room(self):
-                self.make_room()
-                offer = None
-            elif done.processed:
-                world.dispatcher.call()
-        battery.unplug(env.now, level)
-        return offer, False
 
     # Where it is and what it is doing
 
