@@ -6,6 +6,8 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass
 
+from desim_warehouse.states import STATES
+
 TOL = 1e-6
 
 
@@ -80,8 +82,23 @@ class Closures:
                     if self.comes_from_within(visits[:rank], shut):
                         continue
                     waited = any(begin + TOL < end <= visit.enter + TOL for end in waits[robot])
-                    if waited or not self.was_let_in(visits[:rank], begin):
+                    repaired = self.was_broken(robot, shut.begin, visit.enter)
+                    if waited or not (repaired or self.was_let_in(visits[:rank], begin)):
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
+
+    def was_broken(self, robot, begin, enter):
+        """Whether a robot was broken down as something closed until it entered: it was let in, and is so still."""
+        since = None
+        for time, kind, number, *_ in self.run.record.rows:
+            if number != robot or kind not in STATES:
+                continue
+            if kind == "broken":
+                since = time if since is None else since
+            elif since is not None and time > since:
+                if since - TOL <= begin <= time + TOL and 0 <= enter - time <= self.start_time() + TOL:
+                    return True
+                since = None
+        return False
 
     def comes_from_within(self, visits, shut):
         """Whether the last edge before, but for those in an intersection, is one of them."""
