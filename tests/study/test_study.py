@@ -253,6 +253,15 @@ def test_every_indicator_of_a_run_is_known():
     elsewhere |= {"orders", "order_cycle_time_mean", "order_cycle_time_p95", "orders_on_time"}  # of orders from a file
     elsewhere |= {"annual_cost", "cost_per_task"}  # with prices
     elsewhere |= {"trips", "loads_per_trip"}  # with batching
+    elsewhere |= {
+        "breakdowns",
+        "availability",
+        "share_broken",
+        "share_closed",
+        "share_on_break",
+    }  # with these in a model
+    elsewhere |= {"waiting_closed", "waiting_person", "share_waiting_closed", "share_waiting_person"}
+    elsewhere |= {"encounters_per_hour", "shared_time", "cycle_time_cv"}  # with people
     assert list(run.kpis) == [name for name in INDICATORS if name not in elsewhere]
     assert math.isfinite(run.kpis["tardiness_mean"])
 
