@@ -224,23 +224,27 @@ class Fleet(Part):
 
     def robots(self) -> list[RobotSpec]:
         """Every robot, by number: those of the kinds first, then the ordinary ones."""
-        special = [
-            RobotSpec(
-                radius=kind.radius or self.robot.radius,
-                speed=kind.speed or self.robot.speed,
-                margin=self.robot.margin,
-                speed_loaded=kind.speed_loaded or kind.speed or self.robot.speed_loaded,
-                acceleration=kind.acceleration or self.robot.acceleration,
-                deceleration=kind.deceleration or kind.acceleration or self.robot.deceleration,
-                capacity=kind.capacity or self.robot.capacity,
-                carries=self.robot.carries if kind.carries is None else kind.carries,
-                breakdowns=kind.breakdowns or self.robot.breakdowns,
-                delays=kind.delays or self.robot.delays,
-            )
-            for kind in self.kinds.values()
-            for _ in range(kind.count)
-        ]
+        special = [robot for kind in self.kinds.values() for robot in [self._of(kind)] * kind.count]
         return special + [self.robot] * (self.size - len(special))
+
+    def sorts(self) -> list[RobotSpec]:
+        """The robots that differ: one of each kind, and an ordinary one, if there is one."""
+        special = [self._of(kind) for kind in self.kinds.values()]
+        return special + [self.robot] * (self.size > sum(kind.count for kind in self.kinds.values()))
+
+    def _of(self, kind: Kind) -> RobotSpec:
+        return RobotSpec(
+            radius=kind.radius or self.robot.radius,
+            speed=kind.speed or self.robot.speed,
+            margin=self.robot.margin,
+            speed_loaded=kind.speed_loaded or kind.speed or self.robot.speed_loaded,
+            acceleration=kind.acceleration or self.robot.acceleration,
+            deceleration=kind.deceleration or kind.acceleration or self.robot.deceleration,
+            capacity=kind.capacity or self.robot.capacity,
+            carries=self.robot.carries if kind.carries is None else kind.carries,
+            breakdowns=kind.breakdowns or self.robot.breakdowns,
+            delays=kind.delays or self.robot.delays,
+        )
 
     def kinds_of_robots(self) -> list[str]:
         """The kind of every robot, by number; ordinary ones have none."""
@@ -276,17 +280,17 @@ class Fleet(Part):
     @property
     def fastest(self) -> float:
         """The highest speed of any robot, with a load or without."""
-        return max(max(robot.speed, robot.loaded_speed) for robot in self.robots())
+        return max(max(robot.speed, robot.loaded_speed) for robot in self.sorts())
 
     @property
     def slowness(self) -> float:
         """What a stop takes at most for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
-        return max(sum(robot.motion) for robot in self.robots()) / 2
+        return max(sum(robot.motion) for robot in self.sorts()) / 2
 
     @property
     def breaks_down(self) -> bool:
         """Whether any robot breaks down."""
-        return any(robot.breakdowns is not None for robot in self.robots())
+        return any(robot.breakdowns is not None for robot in self.sorts())
 
     @property
     def contact(self) -> float:
@@ -295,4 +299,4 @@ class Fleet(Part):
         One D for all: with a distance for each pair a large robot would not fit where a small one stood, and a full
         ring could not turn.
         """
-        return 2 * max(robot.radius for robot in self.robots()) + self.robot.margin
+        return 2 * max(robot.radius for robot in self.sorts()) + self.robot.margin

@@ -81,8 +81,10 @@ class Restrictions:
         self.closures: dict[Edge, list[Closure]] = {}
         self.slow: dict[Edge, list[Slowness]] = {}
 
-    def __contains__(self, edge: object) -> bool:
-        return edge in self.closures or edge in self.slow
+    @property
+    def edges(self) -> set[Edge]:
+        """Edges that are closed or slow at some time."""
+        return self.closures.keys() | self.slow.keys()
 
     @classmethod
     def of(cls, model: Model, layout: Layout, people: Iterable[PeopleSource]) -> Restrictions:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.policies import RobotView
-from desim_warehouse.states import OPERATING, STATES, absent
+from desim_warehouse.states import OPERATING
 from desim_warehouse.world.alarms import Alarms
 from desim_warehouse.world.battery import Battery
 from desim_warehouse.world.body import Body
@@ -106,8 +106,7 @@ class Robot:
         self.state = self.doing = "idle"
         self.since_state = 0.0
         self.waited_before = 0.0
-        no = absent(world.model)
-        self.time_in = {name: 0.0 for name in STATES if name not in no}
+        self.time_in = dict.fromkeys(world.states, 0.0)
 
     def stand(self, start: Start) -> None:
         """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.world.closures import Restrictions
     from desim_warehouse.world.lane import Lane
 
 Edge = tuple[str, str]
@@ -51,6 +52,7 @@ class Routes:
         travel: FreeTravel,
         lanes: Mapping[Edge, Lane],
         contact: float,
+        restrictions: Restrictions,
     ) -> None:
         self.env = env
         self.policy = policy
@@ -72,8 +74,8 @@ class Routes:
             node_times=travel.node_times,
             contact=contact,
             turning=self._turning if travel.turn_time else None,
-            closed_for=self._closed_for if any(lane.closures for lane in lanes.values()) else None,
-            limit=self._limit if any(lane.slow for lane in lanes.values()) else None,
+            closed_for=self._closed_for if restrictions.closures else None,
+            limit=self._limit if restrictions.slow else None,
         )
         self.closed = any(graph.nodes[name].get("in_lane") for name in graph)
         self._fixed = bool(getattr(policy, "fixed", False))

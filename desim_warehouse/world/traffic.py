@@ -152,10 +152,10 @@ def _lanes(
 ) -> dict[Edge, Lane]:
     """By edge."""
     lanes = {}
-    points, headings = layout.points, layout.headings
+    points, headings, restricted = layout.points, layout.headings, restrictions.edges
     for source, target, data in layout.graph.edges(data=True):
         edge = source, target
-        lane = (RestrictedLane if edge in restrictions else Lane)(
+        lane = (RestrictedLane if edge in restricted else Lane)(
             rules,
             edge,
             length=lengths[edge],

@@ -19,6 +19,7 @@ from desim_warehouse.log import Log
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.policies import create
+from desim_warehouse.states import STATES, absent
 from desim_warehouse.streams import Streams
 from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.batches import Batcher
@@ -74,6 +75,8 @@ class World:
         self.log = Log(model.log)
         self.finished = Event(env)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
+        no = absent(model)
+        self.states = [name for name in STATES if name not in no]
         self._before: tuple[Rows, Rows, Rows] | None = None
         fleet, policies = model.fleet, model.policies
         refuse(model, layout)
@@ -83,9 +86,10 @@ class World:
             hours = source.spec.hours
             source.start(streams, None if hours is None else model.hours(hours), model.units.hour)
         self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
-        kinds = {(robot.radius, robot.speed, robot.loaded_speed) for robot in fleet.robots()}
-        self.has_motion = any(map(any, {robot.motion for robot in fleet.robots()}))
+        kinds = {(robot.radius, robot.speed, robot.loaded_speed) for robot in fleet.sorts()}
+        self.has_motion = any(any(robot.motion) for robot in fleet.sorts())
         one_speed = len(kinds) == 1 and all(speed == loaded for _, speed, loaded in kinds)
+        restrictions = Restrictions.of(model, layout, self.people)
         self.traffic = Traffic(
             env,
             layout,
@@ -100,7 +104,7 @@ class World:
             zones=zones,
             node_times=dict(model.traffic.node_times),
             free=model.traffic.free_nodes,
-            restrictions=Restrictions.of(model, layout, self.people),
+            restrictions=restrictions,
         )
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
@@ -113,7 +117,7 @@ class World:
             model.traffic.node_times,
             fleet.slowness,
         )
-        self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact)
+        self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact, restrictions)
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
         by_node = stations_of(env, model, layout, self.handling, self.log)
         self.stations = Stations(env, model.tasks, by_node, self.travel, streams)
