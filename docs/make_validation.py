@@ -214,7 +214,7 @@ def intervals(found: Sequence[Found], besides: Sequence[Beside]) -> Figure:
         if len(one.values) > 1
     ]
     lines += [(f"stepped reference, robots: {one.robots}, T", one.mean, one.half_width) for one in besides]
-    drawn = Figure(figsize=(9, 0.2 * len(lines) + 0.8), layout="constrained")
+    drawn = Figure(figsize=(10, 0.2 * len(lines) + 1), layout="constrained")
     axes = drawn.subplots()
     axes.axvspan(-100 * WITHIN, 100 * WITHIN, color=FAINT, alpha=0.18, linewidth=0)
     axes.axvline(0, color=FAINT, linewidth=1)
@@ -224,7 +224,7 @@ def intervals(found: Sequence[Found], besides: Sequence[Beside]) -> Figure:
     axes.set_yticks(range(len(lines)), [name for name, _, _ in reversed(lines)], fontsize=6.5)
     axes.set_ylim(-0.8, len(lines) - 0.2)
     axes.set_xlim(-4, 4)
-    axes.set_xlabel("simulated less theory, % (99 % intervals; shaded: 3 %)")
+    axes.set_xlabel("simulated less theory, %\n(99 % intervals; shaded: 3 %)")
     axes.spines[["top", "right"]].set_visible(False)
     return drawn
 
