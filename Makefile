@@ -13,10 +13,13 @@ paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and
 
 test: lint tests  ## lint, types, layers, all tests
 
+SLOWER = own_code or hash_seed or own_policy_page or limits or junk or stepped_reference or fifty_thousand or we_ship \
+    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient
+
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
-	$(BIN)/python -m pytest -n 2 -m "not long" -k "not own_code and not hash_seed and not own_policy_page and not limits" \
-	    --exitfirst tests/model tests/bad tests/layout tests/policies tests/world tests/golden
+	$(BIN)/python -m pytest -n 2 -m "not long" -k "not ($(SLOWER))" --exitfirst \
+	    tests/model tests/bad tests/layout tests/policies tests/world tests/golden
 
 lint: $(READY)
 	$(BIN)/ruff check $(SOURCES)
