@@ -7,7 +7,6 @@ with 50 and 100 robots: the table of that page.
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 import tempfile
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import desim_warehouse as dw
+from benchmarks.memory import peak
 from desim_warehouse.layout import build
 from desim_warehouse.model.oriented import orientation, oriented
 from desim_warehouse.plants import import_layout
@@ -59,16 +59,7 @@ def reading(model: Path) -> tuple[int, float, float]:
 def _read(model: str) -> None:
     begin = time.process_time()
     nodes = len(build(dw.load(model).layout).graph)
-    print(nodes, time.process_time() - begin, _peak())
-
-
-def _peak() -> float:
-    """The most memory that this process has had, in MB; `getrusage` counts on Linux what its parent had, too."""
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    line = next(line for line in status.read_text(encoding="ascii").splitlines() if line.startswith("VmHWM"))
-    return int(line.split()[1]) / 1024
+    print(nodes, time.process_time() - begin, peak())
 
 
 def side_by_side(path: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gc
 import math
 import random
-import resource
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +18,7 @@ from simpy.events import Timeout
 
 import desim_warehouse as dw
 from benchmarks import GROUPS, sorting
+from benchmarks.memory import peak
 from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.spec import LayoutSpec
@@ -232,11 +232,10 @@ def shift() -> None:
     begin = time.process_time()
     world.run()
     spent = time.process_time() - begin
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
     moves = sum(robot.body.moves for robot in world.robots)
     print(
         f"large model, 8 h, 1,000 robots: {spent:.1f} s = {world.env.now / spent:,.0f} x real time, "
-        f"{moves:,} moves, {peak:.2f} GiB at most"
+        f"{moves:,} moves, {peak() / 1024:.2f} GiB at most"
     )
 
 
