@@ -88,9 +88,20 @@ class Layout:
         ]
 
     @cached_property
+    def edges(self) -> tuple[tuple[Edge, float, float, bool], ...]:
+        """Every edge, its length and speed limit, and whether it is one of a two-way lane."""
+        edges = self.graph.edges(data=True)
+        return tuple(((a, b), data["length"], data["speed"], bool(data.get("two_way"))) for a, b, data in edges)
+
+    @cached_property
     def has_limits(self) -> bool:
         """Whether any lane has a speed limit."""
-        return any(math.isfinite(speed) for *_, speed in self.graph.edges(data="speed"))
+        return any(math.isfinite(limit) for _, _, limit, _ in self.edges)
+
+    @cached_property
+    def in_lane(self) -> frozenset[str]:
+        """Nodes on which robots park: no route leads through them."""
+        return frozenset(node for node, bay in self.bays.items() if bay.in_lane)
 
     @cached_property
     def points(self) -> dict[str, complex]:

@@ -9,7 +9,7 @@ import inspect
 import sys
 import zlib
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -201,9 +201,7 @@ def _find(kind: str, name: str) -> type:
             every = ", ".join(ours)
             expected = f"{hint}expected one of {every}, or your own as module:Class or file.py:Class"
             raise _RefusedError("", f"no such policy (got {name!r}), {expected}")
-        module, _, cls = ours[name].partition(":")
-        found: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
-        return found
+        return _imported(ours[name])
     place, _, cls = name.rpartition(":")
     module = _module(place)
     own = getattr(module, cls, None)
@@ -215,6 +213,14 @@ def _find(kind: str, name: str) -> type:
     if not callable(getattr(own, METHODS[kind], None)):
         raise _RefusedError("", f"{name}: the class has no method {METHODS[kind]}(), which policies.{kind} needs")
     return own
+
+
+@cache
+def _imported(place: str) -> type:
+    """A class of ours, by its module and name."""
+    module, _, cls = place.partition(":")
+    found: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
+    return found
 
 
 def _module(place: str) -> Any:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.drive import Drive
     from desim_warehouse.world.itinerary import Place
     from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.motion import Motion
     from desim_warehouse.world.stations import Station
     from desim_warehouse.world.world import World
 
@@ -63,7 +64,9 @@ class Robot:
     `doing`: its state, or that in which it broke down.
     """
 
-    def __init__(self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "") -> None:
+    def __init__(
+        self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "", motion: Motion | None = None
+    ) -> None:
         self.world = world
         self.env = world.env
         self.number = number
@@ -72,7 +75,7 @@ class Robot:
         self.loads = shape.capacity
         self.carries = shape.carries
         self.home = self.parked_at = self.last_bay = home
-        self.body = Body(number, shape.speed, world.traffic.nodes[home], self, world.motion_of(shape))
+        self.body = Body(number, shape.speed, world.traffic.nodes[home], self, motion)
         self.itinerary = Itinerary(
             self.body,
             lanes=world.traffic.lanes,

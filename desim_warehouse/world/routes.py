@@ -14,9 +14,9 @@ from desim_warehouse.world.closures import wait_at
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import networkx as nx
     from simpy import Environment
 
+    from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.world.closures import Restrictions
     from desim_warehouse.world.lane import Lane
@@ -48,7 +48,7 @@ class Routes:
         self,
         env: Environment,
         policy: Any,
-        graph: nx.DiGraph,
+        layout: Layout,
         travel: FreeTravel,
         lanes: Mapping[Edge, Lane],
         contact: float,
@@ -65,7 +65,7 @@ class Routes:
             lanes, lambda lane: lane.waits / (lane.passages + 1) + lane.end.waits / (lane.end.passages + 1)
         )
         self.roads = Roads(
-            graph=graph,
+            graph=layout.graph,
             oracle=travel.oracle,
             waits=self.waits,
             queued=self._queued,
@@ -77,7 +77,7 @@ class Routes:
             closed_for=self._closed_for if restrictions.closures else None,
             limit=self._limit if restrictions.slow else None,
         )
-        self.closed = any(graph.nodes[name].get("in_lane") for name in graph)
+        self._in_lane = layout.in_lane
         self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}
 
@@ -103,11 +103,11 @@ class Routes:
                 f"policies.routing ({type(policy).__name__}) at time {now:g}: "
                 f"{' > '.join(names if known else map(shown, names)) or 'nothing'} is no route from {origin} to {goal}"
             )
-        closed = [name for name in names[1:-1] if self.roads.graph.nodes[name].get("in_lane")] if self.closed else ()
+        closed = self._in_lane.intersection(names[1:-1])
         if closed:
             raise PolicyError(
                 f"policies.routing ({type(policy).__name__}) at time {now:g}: {' > '.join(names)} is no route from "
-                f"{origin} to {goal}, as {closed[0]} is a bay in the lane (layout.bays: in_lane)"
+                f"{origin} to {goal}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)"
             )
         return lanes
 

@@ -68,7 +68,7 @@ class Traffic:
         self.rules = Rules(
             env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
         )
-        lengths = {(a, b): exact_length(length, contact) for a, b, length in layout.graph.edges(data="length")}
+        lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
         self.nodes = _intersections(layout, self.rules, lengths, zones, free)
         self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {}, restrictions)
         if mark_directions(zones, self.lanes):
@@ -153,13 +153,13 @@ def _lanes(
     """By edge."""
     lanes = {}
     points, headings, restricted = layout.points, layout.headings, restrictions.edges
-    for source, target, data in layout.graph.edges(data=True):
-        edge = source, target
+    for edge, _, limit, two_way in layout.edges:
+        source, target = edge
         lane = (RestrictedLane if edge in restricted else Lane)(
             rules,
             edge,
             length=lengths[edge],
-            limit=data["speed"],
+            limit=limit,
             heading=headings[edge],
             tail=points[source],
             head=points[target],
@@ -172,6 +172,6 @@ def _lanes(
             lane.restrict(restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ()))
         lane.start.outs.append(lane)
         lanes[edge] = lane
-        if data.get("two_way") and (twin := lanes.get((target, source))) is not None:
+        if two_way and (twin := lanes.get((target, source))) is not None:
             lane.twin, twin.twin = twin, lane
     return lanes

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.model import Model
-    from desim_warehouse.model.fleet import RobotSpec
     from desim_warehouse.policies import Task
     from desim_warehouse.world.gridlock import Rule
     from desim_warehouse.world.tallies import Rows
@@ -86,30 +86,12 @@ class World:
             hours = source.spec.hours
             source.start(streams, None if hours is None else model.hours(hours), model.units.hour)
         self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
-        kinds = {(robot.radius, robot.speed, robot.loaded_speed) for robot in fleet.sorts()}
-        self.has_motion = any(any(robot.motion) for robot in fleet.sorts())
-        one_speed = len(kinds) == 1 and all(speed == loaded for _, speed, loaded in kinds)
         restrictions = Restrictions.of(model, layout, self.people)
-        self.traffic = Traffic(
-            env,
-            layout,
-            self.log,
-            contact=fleet.contact,
-            theta=math.radians(model.traffic.collision_angle),
-            node_time=model.traffic.node_time,
-            turn_time=model.traffic.turn_time,
-            mixed=not one_speed or layout.has_limits or self.has_motion,
-            rule=_rule(model, layout),
-            patience=PATIENCE / model.units.seconds,
-            zones=zones,
-            node_times=dict(model.traffic.node_times),
-            free=model.traffic.free_nodes,
-            restrictions=restrictions,
-        )
+        self.traffic = _traffic(env, model, layout, self.log, zones, restrictions)
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
             layout,
-            max(speed for _, speed, _ in kinds),
+            max(robot.speed for robot in fleet.sorts()),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
@@ -117,7 +99,7 @@ class World:
             model.traffic.node_times,
             fleet.slowness,
         )
-        self.routes = Routes(env, routing, layout.graph, self.travel, self.traffic.lanes, fleet.contact, restrictions)
+        self.routes = Routes(env, routing, layout, self.travel, self.traffic.lanes, fleet.contact, restrictions)
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
         by_node = stations_of(env, model, layout, self.handling, self.log)
         self.stations = Stations(env, model.tasks, by_node, self.travel, streams)
@@ -180,9 +162,11 @@ class World:
     def _put_into_bays(self, homes: list[str]) -> None:
         """The robots, each in the bay beside its home."""
         fleet, levels = self.model.fleet, energy.start_levels(self.model, self.streams)
+        slow = fleet.slowness > 0  # else nobody takes time to gather speed or to brake
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
-            robot = Robot(self, number, home, shape, kind)
+            motion = Motion(*shape.motion) if slow else None
+            robot = Robot(self, number, home, shape, kind, motion)
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
@@ -195,10 +179,6 @@ class World:
         for number, start in starts:
             robot = self.robots[number]
             robot.itinerary.start(self.travel.way(start.node, robot.home))
-
-    def motion_of(self, shape: RobotSpec) -> Motion | None:
-        """How a robot gathers speed and brakes; None where no robot of the fleet takes time for it."""
-        return Motion(*shape.motion) if self.has_motion else None
 
     # The run
 
@@ -317,6 +297,30 @@ class World:
         if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
         return f"; no robot's battery lasts for task {task.number}: {self.reach.why_too_low()}"
+
+
+def _traffic(
+    env: Clock, model: Model, layout: Layout, log: Log, zones: Sequence[TrafficZone], restrictions: Restrictions
+) -> Traffic:
+    """The Highways in use, by what the model says of traffic and of its robots."""
+    fleet, spec = model.fleet, model.traffic
+    speeds = {speed for robot in fleet.sorts() for speed in (robot.speed, robot.loaded_speed)}
+    return Traffic(
+        env,
+        layout,
+        log,
+        contact=fleet.contact,
+        theta=math.radians(spec.collision_angle),
+        node_time=spec.node_time,
+        turn_time=spec.turn_time,
+        mixed=len(speeds) > 1 or layout.has_limits or fleet.slowness > 0,
+        rule=_rule(model, layout),
+        patience=PATIENCE / model.units.seconds,
+        zones=zones,
+        node_times=dict(spec.node_times),
+        free=spec.free_nodes,
+        restrictions=restrictions,
+    )
 
 
 def _rule(model: Model, layout: Layout) -> Rule:
