@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import desim_warehouse as dw
+from benchmarks import up_to
 from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.layout import build
@@ -79,9 +80,9 @@ def running(model: dw.Model, length: float, units: Callable[[World], int]) -> fl
     for _ in range(ROUNDS):
         world = World(model)
         world.begin()
-        world.env.run(until=WARM_UP)
+        up_to(world.env, WARM_UP)
         before = units(world)
-        taken = spent(lambda: world.env.run(until=WARM_UP + length))  # noqa: B023 - called at once
+        taken = spent(lambda: up_to(world.env, WARM_UP + length))  # noqa: B023 - called at once
         found.append(taken / (units(world) - before))
     return min(found)
 

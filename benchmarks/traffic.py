@@ -17,7 +17,7 @@ import simpy
 from simpy.events import Timeout
 
 import desim_warehouse as dw
-from benchmarks import GROUPS, sorting
+from benchmarks import GROUPS, sorting, up_to
 from benchmarks.memory import peak
 from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
@@ -26,6 +26,7 @@ from desim_warehouse.layout.travel import RouteOracle
 from desim_warehouse.log import Log
 from desim_warehouse.world import World
 from desim_warehouse.world.body import Body
+from desim_warehouse.world.events import Clock
 from desim_warehouse.world.traffic import Traffic
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Core:
     def __init__(self, columns: int, rows: int, robots: int, *, spread: bool = False) -> None:
         blocks = {"columns": columns - 1, "rows": rows - 1, "block_depth": 4, "goods_size": 50, "aisle_width": 50}
         self.layout = build(LayoutSpec.model_validate({"blocks": blocks}))
-        self.env = simpy.Environment()
+        self.env = Clock()
         self.traffic = Traffic(
             self.env, self.layout, Log("tasks"), contact=33.0, theta=math.radians(30), node_time=1.5, mixed=False
         )
@@ -108,12 +109,12 @@ class Core:
 
     def measure(self, warm_up: float, until: float, processes: int = 100) -> tuple[float, float]:
         """Moves per second between two times of the run, and those of bare timeouts beside it, in so many processes."""
-        self.env.run(until=warm_up)
+        up_to(self.env, warm_up)
         before, bare = self.moves, bare_timeouts(processes, 100_000 // processes)
         gc.collect()
         gc.disable()
         begin = time.process_time()
-        self.env.run(until=until)
+        up_to(self.env, until)
         spent = time.process_time() - begin
         gc.enable()
         return (self.moves - before) / spent, max(bare, bare_timeouts(processes, 100_000 // processes))
@@ -144,12 +145,12 @@ def whole(name: str, model: dw.Model, since: float, until: float) -> float:
     for _ in range(2):
         world = World(model)
         world.begin()
-        world.env.run(until=since)
+        up_to(world.env, since)
         before = sum(robot.body.moves for robot in world.robots)
         gc.collect()
         gc.disable()
         bare, begin = bare_timeouts(), time.process_time()
-        world.env.run(until=until)
+        up_to(world.env, until)
         spent = time.process_time() - begin
         gc.enable()
         moves = sum(robot.body.moves for robot in world.robots) - before

@@ -32,6 +32,12 @@ class Clock(Environment):
     ticks: int = 0
     """How many of the scheduled events are those of clocks that go on whatever happens (`tick`)."""
 
+    def step(self) -> None:
+        """The next event, in SimPy's own loop (`run`): it sets its private time only, which `now` would not follow."""
+        if self._queue:
+            self.now = self._queue[0][0]
+        super().step()
+
     def run_to(self, over: Event) -> bool:
         """Let everything happen up to `over` and with it (True), or until nothing is scheduled any more (False)."""
         queue = self._queue
