@@ -238,9 +238,10 @@ class Drive:
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
             # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
-            clear = now + (lane.length - pos) / robot.pace + lane.node_time
             if self.slow:
                 clear = self._clear_of_node(onward)
+            else:
+                clear = now + (lane.length - pos) / robot.pace + lane.node_time
             if (
                 onward.short
                 or robot.recall_at <= clear
@@ -275,7 +276,7 @@ class Drive:
         node.passed(robot, onward, robot.since)
         if log.moves:
             log.cross(begin, robot, lane, robot.since)
-        if lane is not None:
+        if lane is not None and (behind is not None or lane.wanted):
             lane.made_room(behind, now)
         if node.claims:
             node.freed(now)
