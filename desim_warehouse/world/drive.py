@@ -418,7 +418,7 @@ class Drive:
         if log.moves:
             log.enter(now + turning, robot)
         robot.held = onward.end
-        onward.commit(robot, target, now, turning)
+        onward.set_off(robot, target, now + turning)
         if not onward.inside:
             node.passed(robot, onward, robot.since)
             if node.claims:

@@ -242,9 +242,9 @@ class Lane:
             behind.ahead = front
             robot.behind = None
 
-    def commit(self, robot: Body, target: float, now: float, delay: float = 0.0) -> None:
-        """Let a robot drive on to `target`, after a delay, and all set off who gain by it."""
-        self._set_off(robot, target, now + delay)
+    def commit(self, robot: Body, target: float, now: float) -> None:
+        """Let a robot drive on to `target`, and all set off who gain by it."""
+        self.set_off(robot, target, now)
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
@@ -260,7 +260,7 @@ class Lane:
                 return
             if robot.waiting_behind is not None:
                 drive = robot.stop_waiting(now)
-                self._set_off(robot, limit, now)
+                self.set_off(robot, limit, now)
                 drive.due(robot.until)
             elif not self._drives_on(robot, limit, now):
                 return
@@ -268,8 +268,8 @@ class Lane:
             if robot is None and self.wanted:
                 self.start.serve(now)
 
-    def _set_off(self, robot: Body, target: float, now: float) -> None:
-        """Drive to `target`; behind a slower robot later, so that it comes no closer on the way."""
+    def set_off(self, robot: Body, target: float, now: float) -> None:
+        """Drive to `target` from `now` on; behind a slower robot later, so that it comes no closer on the way."""
         rules, since = self.rules, now
         mixed = rules.mixed
         if mixed and robot.stretch is not None:
