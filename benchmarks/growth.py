@@ -181,7 +181,7 @@ def log_rows(size: int) -> float:
 
 
 @dataclass(frozen=True)
-class Part:
+class GrowingPart:
     """A part of a run: what is counted, the sizes, and the seconds that one takes at a size.
 
     `bound`: of the exponent of these.
@@ -194,16 +194,16 @@ class Part:
 
 
 PARTS = {
-    "robots at work": Part("move", (50, 100, 200, 400, 800), robots_at_work, bound=0.5),
-    "robots at rest": Part("decision", (50, 100, 200, 400, 800), robots_at_rest, bound=0.7),
-    "open tasks": Part("decision", (250, 500, 1000, 2000, 4000), open_tasks),
-    "open tours": Part("decision", (250, 500, 1000, 2000, 4000), open_tours),
-    "batches": Part("decision", (250, 500, 1000, 2000, 4000), batches),
-    "stations": Part("decision", (25, 50, 100, 200, 400), stations),
-    "bays": Part("decision", (25, 50, 100, 200, 400), bays),
-    "nodes": Part("node", (1250, 2500, 5000, 10_000), nodes),
-    "storage places": Part("place", (4000, 8000, 16_000, 32_000), places),
-    "log rows": Part("row", (10_000, 20_000, 40_000, 80_000), log_rows),
+    "robots at work": GrowingPart("move", (50, 100, 200, 400, 800), robots_at_work, bound=0.5),
+    "robots at rest": GrowingPart("decision", (50, 100, 200, 400, 800), robots_at_rest, bound=0.7),
+    "open tasks": GrowingPart("decision", (250, 500, 1000, 2000, 4000), open_tasks),
+    "open tours": GrowingPart("decision", (250, 500, 1000, 2000, 4000), open_tours),
+    "batches": GrowingPart("decision", (250, 500, 1000, 2000, 4000), batches),
+    "stations": GrowingPart("decision", (25, 50, 100, 200, 400), stations),
+    "bays": GrowingPart("decision", (25, 50, 100, 200, 400), bays),
+    "nodes": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes),
+    "storage places": GrowingPart("place", (4000, 8000, 16_000, 32_000), places),
+    "log rows": GrowingPart("row", (10_000, 20_000, 40_000, 80_000), log_rows),
 }
 
 
