@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from desim_warehouse.calendars import ALWAYS, Hours
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.world.lane import Lane
 from desim_warehouse.world.rules import EPS
@@ -20,7 +21,6 @@ from desim_warehouse.world.rules import EPS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from desim_warehouse.calendars import Hours
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.states import WaitName
@@ -67,11 +67,11 @@ class Slowness(NamedTuple):
     """A speed limit, always or at times."""
 
     speed: float
-    hours: Hours | None
+    hours: Hours = ALWAYS
 
     def limit(self, now: float) -> float:
         """The limit now; inf: none."""
-        return self.speed if self.hours is None or self.hours.is_open(now) else math.inf
+        return self.speed if self.hours.is_open(now) else math.inf
 
 
 class Restrictions:
@@ -93,8 +93,7 @@ class Restrictions:
         for closure in model.traffic.closures.values():
             found.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
         for slow in model.traffic.slow.values():
-            hours = None if slow.hours is None else model.hours(slow.hours)
-            found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, hours))
+            found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
         for source in people:
             for aisle in source.aisles:
                 found.close(aisle.edges, aisle)
@@ -136,7 +135,7 @@ class RestrictedLane(Lane):
     def restrict(self, closures: Sequence[Closure], slow: Sequence[Slowness]) -> None:
         """What holds for it beside its own limit."""
         self.closures = closures
-        self.slow = (*slow, Slowness(self.usual, None)) if slow else ()
+        self.slow = (*slow, Slowness(self.usual)) if slow else ()
 
     def shut_by(self, robot: Body) -> Closure | None:
         """What keeps a robot out now; nothing one that is in a lane of the same closure."""

@@ -36,16 +36,22 @@ def until_open(env: Environment, hours: Hours) -> Steps:
 
 
 def open_time(
-    env: Environment, hours: Hours, time: float, *, pause: Callable[[], None], go_on: Callable[[], None]
+    env: Environment,
+    time: float,
+    hours: Hours | None,
+    pause: Callable[[], None] | None = None,
+    go_on: Callable[[], None] | None = None,
 ) -> Steps:
-    """So much time in which it is open, from now on; `pause` when it closes in between, `go_on` when it opens again."""
-    while True:
-        closes = hours.changes(env.now)
-        if env.now + time <= closes:
-            break
+    """So much time in which it is open (None: always), from now on.
+
+    `pause` is called when it closes in between, `go_on` when it opens again.
+    """
+    while hours is not None and env.now + time > (closes := hours.changes(env.now)):
         time -= closes - env.now
         yield at(env, closes)
-        pause()
+        if pause is not None:
+            pause()
         yield from until_open(env, hours)
-        go_on()
+        if go_on is not None:
+            go_on()
     yield Timeout(env, time)

@@ -76,13 +76,13 @@ class PeopleSource:
         self._arrivals: Iterator[float]
         self._next = math.inf
 
-    def start(self, streams: Streams, hours: Hours | None, hour: float) -> None:
+    def start(self, streams: Streams, hours: Hours, hour: float) -> None:
         """With the random streams of a run; `hours`: when people come; `hour`: in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         self._next = next(self._arrivals, math.inf)
 
-    def _times(self, hours: Hours | None, hour: float) -> Iterator[float]:
+    def _times(self, hours: Hours, hour: float) -> Iterator[float]:
         """The times at which people come; at random a Poisson process in the time that is open to them."""
         if self.spec.per_hour is None:
             yield from sorted(self.spec.times)
@@ -91,7 +91,7 @@ class PeopleSource:
         open_time = 0.0
         while math.isfinite(open_time):
             open_time += float(gaps.exponential(hour / self.spec.per_hour))
-            time = open_time if hours is None else hours.when_open(open_time)
+            time = hours.when_open(open_time)
             if math.isinf(time):
                 return
             yield time

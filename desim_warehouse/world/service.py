@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simpy.events import Timeout
-
 from desim_warehouse.world.hours import change, open_time
 
 if TYPE_CHECKING:
@@ -68,14 +66,9 @@ class Service:
 
     def take(self, state: str, time: float) -> Steps:
         """Loading or unloading; where the station pauses it goes on when it opens again."""
-        robot, hours = self.robot, self.station.hours
+        robot, hours = self.robot, self.station.hours if self.station.pauses else None
         robot.enter(state)
-        if hours is None or not self.station.pauses:
-            yield Timeout(self.env, time)
-            return
-        yield from open_time(
-            self.env, hours, time, pause=lambda: robot.enter("closed"), go_on=lambda: robot.enter(state)
-        )
+        yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
     def end(self) -> None:
         """The server is free for the next; a load that was put down is worked on."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simpy import Resource
-from simpy.events import Timeout
 
 from desim_warehouse.log import NONE
 from desim_warehouse.world.hours import open_time, until_open
@@ -65,14 +64,7 @@ class Workplace:
             yield worker
             if hours is not None:
                 yield from until_open(env, hours)
-            if hours is not None and self.pauses:
-                yield from open_time(env, hours, self.time(task), pause=_nothing, go_on=_nothing)
-            else:
-                yield Timeout(env, self.time(task))
+            yield from open_time(env, self.time(task), hours if self.pauses else None)
         self.log.event(env.now, "worked", NONE, task.number, self.node, env.now - put)
         if self.places is not None and place is not None:
             self.places.release(place)
-
-
-def _nothing() -> None:
-    """Nobody looks at workers: what they do is said by the log when it is done."""

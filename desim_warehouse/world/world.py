@@ -83,8 +83,7 @@ class World:
         zones = zones_on(layout, model.traffic.zones)
         self.people = sources(model, layout, edges_inside(layout, fleet.contact, zones) if model.people else ())
         for source in self.people:
-            hours = source.spec.hours
-            source.start(streams, None if hours is None else model.hours(hours), model.units.hour)
+            source.start(streams, model.hours(source.spec.hours), model.units.hour)
         self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
         restrictions = Restrictions.of(model, layout, self.people)
         self.traffic = _traffic(env, model, layout, self.log, zones, restrictions)

@@ -25,8 +25,7 @@ def visits(model, seed=0, until=1e5):
     layout = build(model.layout)
     found = []
     for source in sources(model, layout, ()):
-        hours = source.spec.hours
-        source.start(Streams(seed), None if hours is None else model.hours(hours), model.units.hour)
+        source.start(Streams(seed), model.hours(source.spec.hours), model.units.hour)
         source.come(until)
         found += [(visit.begin, visit.end, visit.edges[0]) for visit in source.visits]
     return found
