@@ -300,7 +300,7 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
         return None
     level = known.critical
     if known.margin is not None:
-        flow = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots()))
+        flow = free_flow(model, layout, model.fleet.fastest_empty)
         out = max(float(flow.travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
         out += flow.travel.stop_time
         level = max(level, battery.draws.empty * (model.fleet.exit_time + out) + known.margin)
@@ -371,7 +371,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     chargers = list(chargers_at(model, layout))
     if known is None or known.margin is not None or not chargers:
         return
-    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.robots())
+    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.sorts())
     flow, draws = free_flow(model, layout, slowest), battery.draws
     more = _more_loads(model, layout, flow) + (2 * draws.empty + draws.loaded) * flow.travel.stop_time
     if isinstance(flow, FlowMix):

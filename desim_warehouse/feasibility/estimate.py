@@ -226,7 +226,7 @@ def most_loads(model: Model) -> int:
     """The most loads of a tour; with a batching policy of the user's as many as a robot carries."""
     if model.policies.batching.name == "single":
         return 1
-    most, size = max(robot.capacity for robot in model.fleet.robots()), model.policies.batching.params.get("size")
+    most, size = model.fleet.largest_capacity, model.policies.batching.params.get("size")
     return most if size is None else min(most, int(size))
 
 

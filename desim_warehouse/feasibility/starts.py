@@ -108,7 +108,7 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
 
 def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
     """Robots from which no route leads to work or home."""
-    flow = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots()))
+    flow = free_flow(model, layout, model.fleet.fastest_empty)
     homes = model.fleet.homes(layout.bays)
     nodes = list(dict.fromkeys(start.node for start in starts.values()))
     leads = dict(zip(nodes, flow.to_edges(nodes).max(axis=1).tolist(), strict=True))
@@ -121,7 +121,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
     """Robots that could never move again: each stands in the way home of the next."""
     import networkx as nx
 
-    travel = free_flow(model, layout, max(robot.speed for robot in model.fleet.robots())).travel
+    travel = free_flow(model, layout, model.fleet.fastest_empty).travel
     homes = model.fleet.homes(layout.bays)
     stands: dict[int, object] = {}
     routes: dict[int, set[object]] = {}

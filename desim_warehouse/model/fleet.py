@@ -278,6 +278,16 @@ class Fleet(Part):
         return found
 
     @property
+    def fastest_empty(self) -> float:
+        """The highest speed of any robot without a load."""
+        return max(robot.speed for robot in self.sorts())
+
+    @property
+    def largest_capacity(self) -> int:
+        """The most loads that any robot carries at once."""
+        return max(robot.capacity for robot in self.sorts())
+
+    @property
     def fastest(self) -> float:
         """The highest speed of any robot, with a load or without."""
         return max(max(robot.speed, robot.loaded_speed) for robot in self.sorts())

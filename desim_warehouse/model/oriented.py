@@ -44,7 +44,7 @@ def orientation(model: Model) -> Orientation:
     if outside:
         where = f"node {outside[0]} cannot be reached or left"
         raise ModelError([f"{model.name}: {where}, but goods or stations are there; desim check says more"])
-    traffic, speed = model.traffic, max(robot.speed for robot in model.fleet.robots())
+    traffic, speed = model.traffic, model.fleet.fastest_empty
     travel = FreeTravel(layout.graph, speed, traffic.node_time, node_times=dict(traffic.node_times))
 
     def seconds(edge: Edge) -> float:

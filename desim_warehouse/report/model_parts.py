@@ -21,7 +21,7 @@ def model_facts(model: Model) -> Html:
     """Floor, fleet, work, batteries and policies."""
     floor = build(model.layout)
     units, fleet = model.units, model.fleet
-    most = max(robot.capacity for robot in fleet.robots())
+    most = fleet.largest_capacity
     rows = [
         ("Model", model.name),
         ("Floor", _floor(floor)),
