@@ -157,8 +157,8 @@ def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, floa
     worst, most, farthest = "", 0.0, 0.0
     out = np.array(list(begins.values()))[:, None]
     for leg in flow.legs:
-        reach = (out + draws.empty * flow.travel.times(list(begins), leg.picks.comes)).min(axis=0)
-        back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.times(leg.drops.goes, ends).min(axis=1)
+        reach = (out + draws.empty * flow.travel.between(list(begins), leg.picks.places)).min(axis=0)
+        back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.between(leg.drops.places, ends).min(axis=1)
         rest = draws.loaded * leg.times + draws.empty * back
         stored = isinstance(leg.route.target, StorageEnd)
         need = reach + draws.empty * leg.picks.before + (rest.max(axis=1) if stored else rest.min(axis=1))
@@ -404,7 +404,7 @@ def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float
 
 def _need_at_pick(flow: FlowMix, leg: Leg, draws: Consumption, chargers: list[str]) -> float:
     """The most that a task of a leg draws from the start of the edge where it is picked to a charger."""
-    back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.times(leg.drops.goes, chargers).min(axis=1)
+    back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.between(leg.drops.places, chargers).min(axis=1)
     rest = draws.loaded * leg.times + draws.empty * back
     worst = rest.max(axis=1) if isinstance(leg.route.target, StorageEnd) else rest.min(axis=1)
     handling = draws.handling * sum(flow.handling(leg.flow))

@@ -13,34 +13,34 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
+from desim_warehouse.feasibility.travel import free_travel
 from desim_warehouse.layout import build
-from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.orders import Reading, summary
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.policies import create
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
     from desim_warehouse.model.flows import FlowSpec, Route
 
 POINTS = 300
+LOAD, UNLOAD = 0, 1
 
 
 @dataclass(frozen=True)
 class Points:
-    """Where tasks begin or end: the node by which a robot comes and that by which it goes on, for each place.
+    """Where tasks begin or end: the nodes of stations, or the edges of storage places.
 
-    `before` and `after` are the times from the one to the place and from there to the other; `weights` add up to 1.
+    `before` and `after` are the times from an edge's start to the place and from there to its end; `weights` add up
+    to 1.
     """
 
-    comes: list[str]
-    goes: list[str]
+    places: Sequence[Edge | str]
     before: Any
     after: Any
     weights: Any
@@ -62,6 +62,13 @@ class Leg:
     of: Any
     stops: Mapping[str, float]
 
+    def at_stations(self) -> Iterator[tuple[int, str, float]]:
+        """What is done at stations where its tasks begin or end: loading or unloading, the node, the part of tasks."""
+        for which, points, parts in ((LOAD, self.picks, self.picks.weights), (UNLOAD, self.drops, self.of.sum(axis=0))):
+            for place, part in zip(points.places, parts, strict=True):
+                if isinstance(place, str):
+                    yield which, place, float(part)
+
 
 class FlowMix:
     """What the flows of a model come to in free flow, at one speed."""
@@ -69,17 +76,8 @@ class FlowMix:
     def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
         self.model = model
         self.layout = layout
-        policy = model.policies.routing
-        cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
-        self.travel: FreeTravel = travel_on(
-            layout,
-            speed,
-            model.traffic.node_time,
-            cost,
-            (*layout.bays, *layout.stations, *self.stations),
-            slowness=slowness,
-        )
+        self.travel = free_travel(model, layout, speed, slowness)
         self.own = own_times(model, layout)
         self.rates = flow_rates(model)
         self.legs = list(self._legs())
@@ -89,11 +87,11 @@ class FlowMix:
         import numpy as np
 
         legs = [leg for leg in self.legs if leg.share]
-        comes = [node for leg in legs for node in leg.picks.comes]
-        goes = [node for leg in legs for node in leg.drops.goes]
+        picks = [place for leg in legs for place in leg.picks.places]
+        drops = [place for leg in legs for place in leg.drops.places]
         to = np.concatenate([leg.share * leg.picks.weights for leg in legs])
         ends = [leg.share * leg.of.sum(axis=0) for leg in legs]
-        empty = np.concatenate(ends) @ self.travel.times(goes, comes) @ to
+        empty = np.concatenate(ends) @ self.travel.between(drops, picks) @ to
         empty += sum(leg.share * (leg.picks.weights @ leg.picks.before) for leg in legs)
         empty += sum(end @ leg.drops.after for leg, end in zip(legs, ends, strict=True))
         loaded = sum(leg.share * (leg.of * leg.times).sum() for leg in legs)
@@ -105,7 +103,7 @@ class FlowMix:
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""
-        return self.travel.times(nodes, list(dict.fromkeys(node for leg in self.legs for node in leg.picks.comes)))
+        return self.travel.between(nodes, list(dict.fromkeys(at for leg in self.legs for at in leg.picks.places)))
 
     def station_demand(self) -> Any:
         """For each of `stations` the handlings in it, as a part of all tasks."""
@@ -113,13 +111,8 @@ class FlowMix:
 
         found = dict.fromkeys(self.stations, 0.0)
         for leg in self.legs:
-            for places, nodes, parts in (
-                (leg.route.source, leg.picks.comes, leg.picks.weights),
-                (leg.route.target, leg.drops.goes, leg.of.sum(axis=0)),
-            ):
-                if not isinstance(places, StorageEnd):
-                    for node, part in zip(nodes, parts, strict=True):
-                        found[node] += leg.share * float(part)
+            for _, node, part in leg.at_stations():
+                found[node] += leg.share * part
             for node, part in leg.stops.items():
                 found[node] += leg.share * part
         return np.array(list(found.values()))
@@ -128,23 +121,18 @@ class FlowMix:
         """For each of `stations` the load units that are put down there, as a part of all tasks."""
         found = dict.fromkeys(self.stations, 0.0)
         for leg in self.legs:
-            if not isinstance(leg.route.target, StorageEnd):
-                for node, part in zip(leg.drops.goes, leg.of.sum(axis=0), strict=True):
-                    found[node] += leg.share * float(part)
+            for which, node, part in leg.at_stations():
+                if which == UNLOAD:
+                    found[node] += leg.share * part
         return found
 
     def station_times(self) -> dict[str, float]:
         """For each of `stations` the mean time of a handling in it."""
         total = dict.fromkeys(self.stations, 0.0)
         for leg in self.legs:
-            load, unload, _ = self.handling(leg.flow)
-            for which, places, nodes, parts, time in (
-                (0, leg.route.source, leg.picks.comes, leg.picks.weights, load),
-                (1, leg.route.target, leg.drops.goes, leg.of.sum(axis=0), unload),
-            ):
-                if not isinstance(places, StorageEnd):
-                    for node, part in zip(nodes, parts, strict=True):
-                        total[node] += leg.share * float(part) * self._at(places, node, which, time)
+            usual = self.handling(leg.flow)
+            for which, node, part in leg.at_stations():
+                total[node] += leg.share * part * self._at(node, which, usual[which])
             for node, part in leg.stops.items():
                 total[node] += leg.share * part * mean_of(self.model.tasks.flows[leg.flow].stop_time)
         return {
@@ -158,18 +146,17 @@ class FlowMix:
         if self.own:
             picks, drops = leg.picks, leg.drops
             load = sum(
-                part * self._at(leg.route.source, node, 0, load)
-                for node, part in zip(picks.comes, picks.weights, strict=True)
+                part * self._at(place, LOAD, load) for place, part in zip(picks.places, picks.weights, strict=True)
             )
             unload = sum(
-                part * self._at(leg.route.target, node, 1, unload)
-                for node, part in zip(drops.goes, leg.of.sum(axis=0), strict=True)
+                part * self._at(place, UNLOAD, unload)
+                for place, part in zip(drops.places, leg.of.sum(axis=0), strict=True)
             )
         return load, unload, visits
 
-    def _at(self, end: StorageEnd | tuple[str, ...], node: str, which: int, usual: float) -> float:
-        """The mean time of loading (0) or unloading (1) at a node where tasks begin or end."""
-        own = None if isinstance(end, StorageEnd) else self.own.get(node, (None, None))[which]
+    def _at(self, place: Edge | str, which: int, usual: float) -> float:
+        """The mean time of loading or unloading (`which`) where tasks begin or end."""
+        own = self.own.get(place, (None, None))[which] if isinstance(place, str) else None
         return usual if own is None else own
 
     def least_handling(self, leg: Leg) -> float:
@@ -177,8 +164,8 @@ class FlowMix:
         load, unload, visits = self.handling(leg.flow)
         return (
             visits
-            + min(self._at(leg.route.source, node, 0, load) for node in leg.picks.comes)
-            + min(self._at(leg.route.target, node, 1, unload) for node in leg.drops.goes)
+            + min(self._at(place, LOAD, load) for place in leg.picks.places)
+            + min(self._at(place, UNLOAD, unload) for place in leg.drops.places)
         )
 
     def handling(self, flow: str) -> tuple[float, float, float]:
@@ -198,25 +185,25 @@ class FlowMix:
             for route in flow.routes:
                 picks, drops = self._points(route.source), self._points(route.target)
                 at, after, stops = self._over(flow, picks)
-                times = self.travel.times(at, drops.comes) + after[:, None] + drops.before
+                times = self.travel.between(at, drops.places) + after[:, None] + drops.before
                 of = picks.weights[:, None] * drops.weights
                 if not isinstance(route.target, StorageEnd) and self.model.tasks.station_choice in {"each", "nearest"}:
-                    of = picks.weights[:, None] * np.eye(len(drops.comes))[times.argmin(axis=1)]
+                    of = picks.weights[:, None] * np.eye(len(drops.places))[times.argmin(axis=1)]
                 yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of, stops)
 
-    def _over(self, flow: FlowSpec, picks: Points) -> tuple[list[str], Any, dict[str, float]]:
-        """The node by which a task from each place goes on to its end, the time until then, and where it stopped."""
+    def _over(self, flow: FlowSpec, picks: Points) -> tuple[Sequence[Edge | str], Any, dict[str, float]]:
+        """Where a task from each place goes on to its end, the time until then, and at which nodes it stopped."""
         import numpy as np
 
-        at, times, stops = picks.goes, picks.after, defaultdict[str, float](float)
+        at, times, stops = picks.places, picks.after, defaultdict[str, float](float)
         for name in flow.via:
             nodes = self.layout.nodes_of(name)
-            table = self.travel.times(at, nodes)
+            table = self.travel.between(at, nodes)
             nearest = table.argmin(axis=1)
             times = times + table[np.arange(len(at)), nearest]
             at = [nodes[i] for i in nearest]
-            for node, part in zip(at, picks.weights, strict=True):
-                stops[node] += float(part)
+            for i, part in zip(nearest, picks.weights, strict=True):
+                stops[nodes[i]] += float(part)
         return at, times, dict(stops)
 
     def _points(self, places: StorageEnd | tuple[str, ...]) -> Points:
@@ -224,7 +211,7 @@ class FlowMix:
 
         if not isinstance(places, StorageEnd):
             nodes, none = list(places), np.zeros(len(places))
-            return Points(nodes, nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
+            return Points(nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
         storage = self.layout.storage
         popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
         weights = shares(popularity, storage)
@@ -237,7 +224,7 @@ class FlowMix:
         some = [storage[number] for number in there]
         times = [self.travel.along(place.edge, place.offset) for place in some]
         before, after = (np.array(part) for part in zip(*times, strict=True))
-        return Points([place.edge[0] for place in some], [place.edge[1] for place in some], before, after, weights)
+        return Points([place.edge for place in some], before, after, weights)
 
 
 def flow_rates(model: Model) -> dict[str, float]:

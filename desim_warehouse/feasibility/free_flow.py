@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix, flow_rates
-from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.feasibility.travel import free_travel
 from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.flows import SaturatedArrivals
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import Good, PoissonGoods
-from desim_warehouse.policies import create
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,14 +35,9 @@ class FreeFlow:
 
         self.model = model
         self.layout = layout
-        policy = model.policies.routing
-        cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
         self.stations = destinations(model, layout)
         self.own = own_destinations(model, layout)
-        hubs, traffic = (*layout.bays, *layout.stations, *self.stations), model.traffic
-        self.travel = travel_on(
-            layout, speed, traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
-        )
+        self.travel = free_travel(model, layout, speed, slowness)
         weights = demand(model, layout)
         self.goods = np.flatnonzero(weights)
         places = [layout.storage[good] for good in self.goods]

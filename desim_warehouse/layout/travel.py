@@ -451,17 +451,34 @@ class FreeTravel:
 
     def to_edges(self, nodes: Sequence[str], edges: Sequence[Edge]) -> Any:
         """`to_edge` from every node (rows) to every edge (columns)."""
-        table = self.times(nodes, [edge[0] for edge in edges])
-        if self.turn_time:
-            table = table + [[self._joint(node, edge, first=False) for edge in edges] for node in nodes]
-        return table
+        return self.between(nodes, edges)
 
     def from_edges(self, edges: Sequence[Edge], nodes: Sequence[str]) -> Any:
         """`from_edge` from every edge (rows) to every node (columns)."""
-        table = self.times([edge[1] for edge in edges], nodes)
+        return self.between(edges, nodes)
+
+    def between(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
+        """Times from nodes and the ends of goods' edges (rows) to nodes and the starts of goods' edges (columns).
+
+        The turns out of the edges and into them are included.
+        """
+        table = self.times(
+            [origin if isinstance(origin, str) else origin[1] for origin in origins],
+            [goal if isinstance(goal, str) else goal[0] for goal in goals],
+        )
         if self.turn_time:
-            table = table + [[self._joint(node, edge, first=True) for node in nodes] for edge in edges]
+            table = table + [[self._turned(origin, goal) for goal in goals] for origin in origins]
         return table
+
+    def _turned(self, origin: Edge | str, goal: Edge | str) -> float:
+        """Time of the turns between a route and the edges that it begins after and ends before."""
+        if isinstance(origin, str):
+            return 0.0 if isinstance(goal, str) else self._joint(origin, goal, first=False)
+        if isinstance(goal, str):
+            return self._joint(goal, origin, first=True)
+        if origin[1] == goal[0] and origin[0] != origin[1] and goal[0] != goal[1]:
+            return float(turn_times(turning(self.highways, origin, goal), self.turn_time, self.stop_time))
+        return self._joint(goal[0], origin, first=True) + self._joint(origin[1], goal, first=False)
 
     def _joint(self, node: str, edge: Edge, *, first: bool) -> float:
         """Time of the turn between an edge and the route from it to a node (`first`) or to it from a node."""

@@ -84,10 +84,29 @@ def test_a_battery_that_does_not_last_for_a_task_of_a_flow():
     assert "BATTERY_TOO_SMALL" not in found(checked(flow, battery={**battery, "capacity": 95}))
 
 
-def test_the_hand_calculation_is_what_an_unhurried_robot_does():
+def test_turns_and_nodes_of_their_own_time_are_counted():
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 20}}
+    # out of a station a robot faces its way: it turns at A with nothing, at C with its load
+    cycle = checked(flow, traffic__turn_time=3).calculation.cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx((43, 43))
+    cycle = checked(flow, traffic__nodes={"C": {"time": 7}}).calculation.cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx((40, 47))
+    # from C>D to B>C it turns at D, A and B, and back, with its load, at C
+    flow = {"from": first(1), "to": first(0), "arrivals": {"poisson": 20}}
+    cycle = checked(flow, traffic__turn_time=3).calculation.cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx((65 + 9, 15 + 3))
+    # over the dock it drives on from there, and faces its way
+    flow = {"from": first(0), "to": first(1), "via": ["dock"], "arrivals": {"poisson": 20}}
+    cycle = checked(flow, traffic__turn_time=3).calculation.cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx((15 + 3, 65 + 6))
+
+
+@pytest.mark.parametrize("ends", [("storage", "pack"), (first(1), first(0))], ids=["unload", "relocate"])
+@pytest.mark.parametrize("traffic", [{}, {"turn_time": 3}, {"nodes": {"C": {"time": 7}}}])
+def test_the_hand_calculation_is_what_an_unhurried_robot_does(ends, traffic):
     """A lone robot that always has a task: its throughput is that of the calculation."""
-    flows = {"all": {"from": "storage", "to": "pack", "arrivals": {"saturated": 1}}}
-    changes = {"tasks.flows": flows, "run.length": 40 * 3600, "log": "tasks"}
+    flows = {"all": {"from": ends[0], "to": ends[1], "arrivals": {"saturated": 1}}}
+    changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 40 * 3600, "log": "tasks"}
     model = dw.load(RING, changes)
     by_hand = check(model).calculation.fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)
