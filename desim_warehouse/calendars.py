@@ -238,12 +238,16 @@ class Hours:
             at = last
 
     def share(self, begin: float, end: float) -> float:
-        """The part of the time between two times in which it is open; of a period, if there is no end."""
+        """The part of the time between two times in which it is open.
+
+        If there is no end, of a period; of the time until it closes for good, if it does.
+        """
         if math.isfinite(end):
             return (self.open_time(end) - self.open_time(begin)) / (end - begin) if end > begin else 1.0
         if math.isfinite(self.period):
             return math.fsum(b - a for a, b in self.stretches) / self.period
-        return 1.0 if math.isinf(self.stretches[-1][1]) else 0.0
+        last = self.stretches[-1][1]
+        return 1.0 if math.isinf(last) else self.share(0.0, last)
 
     def _next(self, time: float) -> Stretch:
         """As `following`, but stretches that touch are not joined."""

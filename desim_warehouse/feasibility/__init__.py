@@ -24,15 +24,17 @@ __all__ = ["HandCalculation", "errors", "estimate", "examine", "refuse"]
 
 
 def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculation | None]:
-    """All findings, the worst first, and the hand calculation; None where the layout has errors."""
+    """All findings, the worst first, and the hand calculation; None where the layout has errors or hours never come."""
     use = _use(model, layout)
     found = checks.examine(layout, use)
     if any(item.level == "error" for item in found):
         return found, None
-    calculation = estimate(model, layout)
     found += closures.errors(model, layout, use)
     found += closures.warnings(model, layout)
     found += rules.errors(model, layout)
+    if any(item.code == "NEVER_OPEN" for item in found):
+        return checks.worst_first(found), None
+    calculation = estimate(model, layout)
     found += rules.warnings(model, layout, calculation)
     return checks.worst_first(found), calculation
 

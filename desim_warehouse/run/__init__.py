@@ -177,7 +177,7 @@ class Check:
     Attributes:
         facts: about the layout, in words.
         findings: worst first, accepted errors too.
-        calculation: the hand calculation; None where the layout has errors.
+        calculation: the hand calculation; None where the layout has errors, or hours never come.
         accepted: codes of the errors that the model accepts.
         lines: the hand calculation in words.
     """

@@ -63,6 +63,24 @@ def test_a_flow_asks_for_its_rate_in_its_hours_only():
     assert estimate(model, build(model.layout)).rate * 3600 == pytest.approx(60)  # both 60 in half of the time
 
 
+def test_hours_that_end_where_work_ends_by_itself_count_until_they_end():
+    """An hour in which station and robots work, and ten tasks at once."""
+    changes = {"tasks.goods": {"random": 10}, "run": {}, "calendars.once": {"between": [[0, 3600]]}}
+    found = by_hand({**changes, "layout.stations.desk.hours": "once", "fleet.hours": "once"})
+    assert (found.stations[0].open, found.on_duty) == (1, 1)
+    flow = {"from": "storage", "to": "desk", "arrivals": {"schedule": [{"at": 0, "tasks": 10}]}}
+    flows = {"load_time": 5, "unload_time": 30, "flows": {"some": flow}}
+    found = by_hand({**changes, "tasks": flows, "tasks.goods": None, "layout.stations.desk.hours": "once"})
+    assert found.stations[0].busy == pytest.approx(10 * 30 / 3600)
+
+
+@pytest.mark.parametrize("place", ["layout.stations.desk.hours", "fleet.hours", "tasks.goods.hours"])
+def test_nothing_is_worked_out_for_hours_that_never_come(place):
+    changes = {"tasks.goods": {"poisson": 60}, "calendars.late": {"between": [[90_000, 91_000]]}}
+    found = check(dw.load(LIFELONG, {**changes, place: "late"}))
+    assert (found.findings[0].code, found.calculation, found.lines) == ("NEVER_OPEN", None, [])
+
+
 def test_check_says_that_opening_hours_are_too_short():
     found = check(dw.load(LIFELONG, {"layout.stations.desk.hours": "eighth", "fleet.size": 9}))
     said = {item.code: item.text for item in found.findings}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim_warehouse.calendars import Hours, Pattern, Shifts, Stretches
+from desim_warehouse.calendars import ALWAYS, Hours, Pattern, Shifts, Stretches
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
 
@@ -51,6 +51,12 @@ def test_stretches_are_over_after_the_last() -> None:
     assert hours.following(6.0) == (math.inf, math.inf)
     assert hours.when_open(3.0) == 6
     assert hours.when_open(3.1) == math.inf
+
+
+def test_the_share_that_is_open_without_an_end_is_of_a_period_or_until_it_closes_for_good() -> None:
+    assert Pattern(every=8.0, lasts=2.0, first=3.0).hours("00:00", 1.0).share(0.0, math.inf) == 0.25
+    assert Stretches(between=((0.0, 3.0), (6.0, 8.0))).hours("00:00", 1.0).share(0.0, math.inf) == 5 / 8
+    assert ALWAYS.share(0.0, math.inf) == 1.0
 
 
 MANY = st.one_of(
