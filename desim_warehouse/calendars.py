@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import datetime as dt
 import math
+import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import Duration, Forms, Name, Part, Time, form, known, wrong
+from desim_warehouse.fields import SECTION, Duration, Forms, Name, Part, Time, form, known, wrong
 
 Stretch = tuple[float, float]
 
@@ -28,27 +29,40 @@ MONDAY = "2026-03-02"
 """The day on which a run starts that has only a time of day."""
 
 
-def minutes(text: str) -> float:
+_CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
+
+
+def clock_time(text: str) -> float:
     """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
+
+    Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
 
     Raises:
         ValueError: where it is none.
     """
-    if text == "24:00":
-        return DAY
-    clock = dt.time.fromisoformat(text)
-    return clock.hour * 3600 + clock.minute * 60 + clock.second
+    found = _CLOCK.fullmatch(text)
+    hours, minutes, seconds = map(int, found.groups("0")) if found else (25, 0, 0)
+    time = hours * 3600.0 + minutes * 60 + seconds
+    if time > DAY:
+        raise ValueError(text)
+    return time
 
 
 def _span(text: str) -> str:
-    begin, _, end = text.partition("-")
     try:
-        empty = minutes(begin.strip()) == minutes(end.strip())
+        begin, end = _ends(text)
     except ValueError:
-        empty = True
-    if empty:
-        raise wrong(f"no stretch of a day (got {got(text)}), expected one such as '06:00-14:00'")
+        raise wrong(f"no stretch of a day (got {got(text)}), expected one such as '06:00-14:00'") from None
+    if begin == end:
+        raise wrong(
+            f"it ends when it begins (got {got(text)}), expected one such as '06:00-14:00'; '00:00-24:00': all day"
+        )
     return text
+
+
+def _ends(span: str) -> Stretch:
+    begin, _, end = span.partition("-")
+    return clock_time(begin.strip()), clock_time(end.strip())
 
 
 Span = Annotated[Name, AfterValidator(_span)]
@@ -56,8 +70,7 @@ Span = Annotated[Name, AfterValidator(_span)]
 
 
 def _seconds(span: str) -> Stretch:
-    begin, _, end = span.partition("-")
-    first, last = minutes(begin.strip()), minutes(end.strip())
+    first, last = _ends(span)
     return first, last if last > first else last + DAY
 
 
@@ -74,7 +87,7 @@ class Shifts(Part):
         """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
         day, _, clock = start.rpartition("T")
         weekday = dt.date.fromisoformat(day or MONDAY).weekday()
-        phase = weekday * DAY + minutes(clock)
+        phase = weekday * DAY + clock_time(clock)
         week = [DAYS.index(name) * DAY for name in self.days]
         open_ones = [(day + a, day + b) for day in week for a, b in map(_seconds, self.open)]
         breaks = [(day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(_seconds, self.breaks)]
@@ -118,7 +131,8 @@ class Stretches(Part):
     def _forward(cls, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
         for rank, (begin, end) in enumerate(stretches):
             if end <= begin:
-                raise wrong(f"it ends before it begins (got {got((begin, end))}), expected [from, to]", rank)
+                when = "when" if end == begin else "before"
+                raise wrong(f"it ends {when} it begins (got {got((begin, end))}), expected [from, to]", rank)
         return stretches
 
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
@@ -154,7 +168,13 @@ def _named(name: str, info: ValidationInfo) -> str:
     return name
 
 
-CalendarName = Annotated[Name, AfterValidator(_named)]
+def _by_name(value: Any) -> Any:
+    if isinstance(value, SECTION):
+        raise wrong(f"a calendar itself (got {got(value)}), expected the name of one of the section calendars")
+    return value
+
+
+CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named)]
 """The name of a calendar of the model."""
 
 

@@ -82,11 +82,14 @@ def _node_or(zones: str) -> AfterValidator:
 
 
 def _nodes(zones: str) -> AfterValidator:
-    """Replace the name of a bay or station by its nodes; a node of the same name wins."""
+    """Replace the name of a bay or station by its nodes; a node of the same name wins.
+
+    One that is wrong itself has no nodes: its name stays, so that nobody calls the list empty.
+    """
 
     def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
         here, there = known(info).nodes or {}, known(info).zones.get(zones, {})
-        return tuple(node for name in names for node in ((name,) if name in here else there.get(name, (name,))))
+        return tuple(node for name in names for node in ((name,) if name in here else there.get(name) or (name,)))
 
     return AfterValidator(nodes)
 
@@ -108,6 +111,8 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
         expected += f", or {zones[:-1]} {spoken(list(there)[:_SHOWN], 'or')}"
     near = nearest(name, [*there, *names]) if len(names) <= _COMPARED else None
     hint = f"; did you mean '{near}'?" if near else ""
+    if all(end in nodes for end in name.split(">")):
+        hint = f"; an edge is written [{', '.join(name.split('>'))}]"
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
 
 

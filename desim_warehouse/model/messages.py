@@ -255,7 +255,11 @@ class Outline:
         return f"{node['maxItems']} entries" + (f", {node['description']}" if "description" in node else "")
 
     def unknown_key(self, keys: Keys) -> Problem:
-        """A key that no such file has, with the nearest one that can be."""
+        """A key that no such file has, with the nearest one that can be; or one of another form of its section."""
+        forms = [form for form in self._at(keys[:-1]) if keys[-1] in form.get("properties", {})]
+        if forms:
+            others = " or ".join(spoken(form.get("required") or form["properties"]) for form in forms)
+            return Problem(keys, f"not in this form, expected only in a section with {others}", at_key=True)
         near = self.meant(keys)
         if near is not None:
             return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True, meant=near)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.calendars import ALWAYS, Calendar, CalendarName, Hours
+from desim_warehouse.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
 from desim_warehouse.distributions import Varying, mean_of
 from desim_warehouse.errors import got, spoken
 from desim_warehouse.fields import (
@@ -309,10 +309,12 @@ class RunSpec(Part):
     def _a_time(cls, start: str) -> str:
         day, _, clock = start.rpartition("T")
         try:
-            dt.time.fromisoformat(clock)
-            dt.date.fromisoformat(day or "2026-03-02")
+            right = clock_time(clock) < DAY
+            dt.date.fromisoformat(day or MONDAY)
         except ValueError:
-            raise wrong(f"not a time (got {got(start)}), expected one such as '06:00' or '2026-03-02T06:00'") from None
+            right = False
+        if not right:
+            raise wrong(f"not a time (got {got(start)}), expected one such as '06:00' or '2026-03-02T06:00'")
         return start
 
     @field_validator("warm_up")

@@ -77,6 +77,17 @@ MANY = st.one_of(
 )
 
 
+def test_times_of_day_are_written_as_people_do() -> None:
+    assert Shifts(open=("6:00 - 14:30",)).hours("00:00", 1 / HOUR).following(0.0) == (6, 14.5)
+    assert Shifts(open=("22:00-24:00",)).hours("00:00", 1 / HOUR).following(0.0) == (22, 24)
+
+
+@pytest.mark.parametrize("start", ["24:00", "06:00Z", "2026-03-02T06:00+01:00", "0600", "6", "2026-03-02"])
+def test_a_run_starts_at_a_time_of_day_without_a_zone(start: str) -> None:
+    with pytest.raises(ModelError, match=r"run\.start: not a time"):
+        load(TUTORIAL, {"run.start": start})
+
+
 @given(MANY, st.integers(1, 400))
 def test_open_time_adds_up_and_is_turned_round_by_when_open(hours: Hours, until: int) -> None:
     by_hand = sum(hours.is_open(hour + 0.5) for hour in range(until))
@@ -100,10 +111,15 @@ def test_a_change_is_where_it_opens_or_closes(hours: Hours, time: float) -> None
     [
         ({"open": []}, "calendars.day.open: "),
         ({"open": ["6-14"]}, "no stretch of a day (got '6-14'), expected one such as '06:00-14:00'"),
-        ({"open": ["06:00-06:00"]}, "no stretch of a day"),
+        ({"open": ["06:00-06:00"]}, "it ends when it begins (got '06:00-06:00'), expected"),
+        ({"open": ["06:00-14:00-15:00"]}, "no stretch of a day"),
+        ({"open": ["06:00+02:00-14:00"]}, "no stretch of a day"),
+        ({"open": ["06:00-24:01"]}, "no stretch of a day"),
         ({"open": ["06:00-14:00"], "breaks": ["05:00-15:00"]}, "its breaks leave nothing of it"),
         ({"every": "1 h", "lasts": "2 h"}, "longer than from one to the next"),
         ({"between": [[3, 2]]}, "it ends before it begins"),
+        ({"between": [[3, 3]]}, "it ends when it begins"),
+        ({"open": ["06:00-14:00"], "every": "8 h"}, "every: not in this form, expected only in a section with every"),
         ({"shift": 1}, "should be {open: "),
     ],
 )
@@ -111,3 +127,8 @@ def test_an_empty_schedule_is_an_error(calendar: object, message: str) -> None:
     with pytest.raises(ModelError) as error:
         load(TUTORIAL).replace({"calendars.day": calendar})
     assert message in str(error.value)
+
+
+def test_a_calendar_in_the_place_of_its_name_is_told_where_it_belongs() -> None:
+    with pytest.raises(ModelError, match=r"fleet\.hours: a calendar itself .* expected the name of one of"):
+        load(TUTORIAL, {"fleet.hours": {"every": "1 h", "lasts": "30 min"}})

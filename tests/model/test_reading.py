@@ -223,3 +223,20 @@ def test_problems_of_one_section_do_not_hide_those_of_another():
         "run": {"length": 5, "warm_up": 6},
     }
     assert [line.partition(": ")[0] for line in problems(SMALL, bad)] == [f"override {key}" for key in sorted(bad)]
+
+
+def test_a_mistake_in_a_station_is_one_problem_where_its_name_is_used():
+    layout = {**SMALL["layout"], "stations": {"packing": {"at": ["D"], "servers": 0}}}
+    bays = {"home": {"along": "north", "places": 0}}
+    bad = {**SMALL, "layout": layout, "tasks": {**SMALL["tasks"], "unload_at": ["packing"]}}
+    assert problems(bad) == ["<mapping>: layout.stations.packing.servers: should be greater than or equal to 1 (got 0)"]
+    bad = {**SMALL, "layout": {**layout, "stations": {}, "bays": bays}, "fleet": {**SMALL["fleet"], "start": ["home"]}}
+    assert problems(bad) == ["<mapping>: layout.bays.home.places: should be greater than or equal to 1 (got 0)"]
+
+
+def test_a_key_of_another_form_says_where_it_belongs():
+    """`did you mean` the key itself is no help."""
+    bad = {**SMALL, "tasks": {**SMALL["tasks"], "goods": {"saturated": 3, "hours": "day"}}}
+    assert problems(bad, {"run.length": 100}) == [
+        "<mapping>: tasks.goods.hours: not in this form, expected only in a section with poisson"
+    ]

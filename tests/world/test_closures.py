@@ -126,7 +126,12 @@ def test_a_closure_of_the_whole_run_that_cuts_something_off_is_an_error_before_i
 
 @pytest.mark.parametrize(
     ("members", "said"),
-    [([["A", "C"]], "no such edge"), (["X"], "no such node"), ([], "members")],
+    [
+        ([["A", "C"]], "no such edge"),
+        (["X"], "no such node"),
+        (["A>B"], r"no such node .*; an edge is written \[A, B\]"),
+        ([], "members"),
+    ],
 )
 def test_what_is_not_there_is_refused(members, said):
     with pytest.raises(dw.ModelError, match=said):
