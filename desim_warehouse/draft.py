@@ -156,12 +156,11 @@ def _worked_out(words: Draft) -> Draft:
 def _by_hand(words: Draft) -> HandCalculation:
     """The hand calculation of a draft."""
     from desim_warehouse.feasibility import examine
-    from desim_warehouse.layout import build
     from desim_warehouse.model.parse import read_yaml
     from desim_warehouse.model.schema import Model
 
     model = Model.model_validate(read_yaml(_text(words), "draft").data)
-    _, found = examine(model, build(model.layout))
+    _, found = examine(model, model.floor)
     assert found is not None, "a drafted layout has no errors"
     return found
 

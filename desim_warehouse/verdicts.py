@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.hours import longest_closed
 from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
-from desim_warehouse.layout import build
 from desim_warehouse.past_knee import (
     FEWER,
     LEAST_GAIN,
@@ -100,7 +99,7 @@ def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
         return None
     if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
         return fall
-    chargers = sum(chargers_at(model, build(model.layout)).values())
+    chargers = sum(chargers_at(model, model.floor).values())
     gives = chargers * charging_rate(model) * _counted(kpis, model) if chargers else 0.0
     return fall if kpis.get("energy", 0.0) > gives else None
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import CheckError, LayoutError
 from desim_warehouse.feasibility import closures, rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
-from desim_warehouse.layout import build, checks
+from desim_warehouse.layout import checks
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.orders import nodes_named
 
@@ -42,7 +42,7 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
 @lru_cache(maxsize=64)
 def errors(model: Model) -> tuple[Finding, ...]:
     """The errors of a model, accepted ones too; computed once for all runs of a model."""
-    layout = build(model.layout)
+    layout = model.floor
     found = checks.errors(layout, _use(model, layout))
     return tuple(found or (*closures.errors(model, layout, _use(model, layout)), *rules.errors(model, layout)))
 

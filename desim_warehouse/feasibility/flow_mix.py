@@ -14,7 +14,6 @@ from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
-from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.orders import Reading, summary
@@ -252,14 +251,14 @@ def always_open(model: Model) -> bool:
 def len_of_orders(model: Model, flow: FlowSpec) -> int:
     """How many tasks the file of a flow's orders has."""
     assert isinstance(flow.when, OrdersArrivals)
-    return summary(flow.when.orders, Reading.of(model, build(model.layout))).tasks
+    return summary(flow.when.orders, Reading.of(model, model.floor)).tasks
 
 
 def _end_of_schedule(model: Model) -> float:
     flows = model.tasks.flows.values()
     times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
     times += [
-        summary(flow.when.orders, Reading.of(model, build(model.layout))).last
+        summary(flow.when.orders, Reading.of(model, model.floor)).last
         for flow in flows
         if isinstance(flow.when, OrdersArrivals)
     ]

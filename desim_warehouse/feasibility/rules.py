@@ -12,7 +12,6 @@ from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.layout import build
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
@@ -163,7 +162,7 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if over:
         worst = max(over, key=lambda item: item.busy or 0.0)
         need = math.ceil(worst.servers * (worst.busy or 0.0))
-        spec = specs(model, build(model.layout)).get(worst.node)
+        spec = specs(model, model.floor).get(worst.node)
         time = "time" if spec is None or spec.hours is None else "opening time"
         work = "" if spec is None or spec.work_time is None else ", or of its workers"
         yield Finding(

@@ -11,6 +11,7 @@ from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
 from desim_warehouse.layout.spec import NodeStorage
+from desim_warehouse.layout.zones import edges_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,13 +19,15 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from desim_warehouse.layout.spec import BaySpec, LayoutSpec, PlacesSpec, Storage
+    from desim_warehouse.layout.zones import Members
 
 
 @lru_cache(maxsize=4)
-def build(spec: LayoutSpec) -> Layout:
+def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     """The Layout that a layout section describes; raises LayoutError where two things claim one node.
 
-    The runs of a study share it: nothing in it can be changed.
+    `limits`: parts of the floor with a speed limit (`Model.floor` has those of its slow zones). The runs of a study
+    share it: nothing in it can be changed.
     """
     import networkx as nx
 
@@ -45,6 +48,9 @@ def build(spec: LayoutSpec) -> Layout:
     for bay in bays.values():
         if bay.in_lane:
             graph.nodes[bay.node]["in_lane"] = True
+    for members, speed in limits:
+        for edge in edges_of(Layout(graph, (), {}, {}), members):
+            graph.edges[edge]["speed"] = min(graph.edges[edge]["speed"], speed)
     nx.freeze(graph)
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])

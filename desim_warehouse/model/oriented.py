@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import networkx as nx
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.layout import build
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.model import layout_file
@@ -30,7 +29,7 @@ def orientation(model: Model) -> Orientation:
     Only the part of the floor matters that robots can reach and leave.
     Raises ModelError where no lane is two-way, or goods or stations lie in parts that cannot reach each other.
     """
-    layout = build(model.layout)
+    layout = model.floor
     main = max(nx.strongly_connected_components(layout.graph), key=len)
     lanes = [lane for lane in layout.two_way if main.issuperset(lane)]
     if not lanes:
@@ -61,7 +60,7 @@ def orient(model: Model) -> Model:
 def oriented(model: Model, found: Orientation) -> Model:
     """A copy of a model with its two-way lanes made one-way as found."""
     content = model.content()
-    _turn(content["layout"], build(model.layout), found.kept)
+    _turn(content["layout"], model.floor, found.kept)
     return load(content)
 
 
@@ -78,7 +77,7 @@ def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> d
     content = yaml.load(path.read_text(encoding="utf-8-sig"))
     section = content["layout"]
     beside = layout_file.read(path.parent / section["file"]) if "file" in section else {}
-    _turn(ChainMap(section, beside), build(model.layout), found.kept)
+    _turn(ChainMap(section, beside), model.floor, found.kept)
     files: dict[Path, str] = {}
     if beside:
         files[layout_file.beside(out)] = layout_file.text(beside)

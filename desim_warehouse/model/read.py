@@ -11,7 +11,6 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import LayoutError, ModelError, got, nearest, reason
 from desim_warehouse.fields import LIMITS
-from desim_warehouse.layout import build
 from desim_warehouse.model.flows import OrdersArrivals
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.orders import problems_of
@@ -155,7 +154,7 @@ def _policy_files(data: dict[str, Any], folder: Path) -> None:
 def check_orders(model: Model) -> None:
     """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
     try:
-        found = problems_of(model, build(model.layout))
+        found = problems_of(model, model.floor)
     except LayoutError:
         return  # which is said where the layout is checked
     if found:

@@ -40,6 +40,7 @@ from desim_warehouse.fields import (
     wrong,
 )
 from desim_warehouse.findings import Acceptable
+from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
     LayoutSpec,
     NodeOrStation,
@@ -447,6 +448,16 @@ class Model(Part):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
         return run
+
+    @property
+    def floor(self) -> Layout:
+        """Its layout as it is driven, with the speed limits of slow zones that always hold.
+
+        Raises:
+            LayoutError: where two things claim one node.
+        """
+        slow = self.traffic.slow.values()
+        return build(self.layout, *((zone.members, zone.speed) for zone in slow if zone.hours is None))
 
     @property
     def waits_apart(self) -> tuple[WaitName, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
-from desim_warehouse.layout import build
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, claim, unique
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def drawn(model: Model) -> Plant:
     if metre is None:
         plant.note("changed", "unit", [model.units.length], "of unknown size, so taken for a metre")
         metre = 1.0
-    return _Drawing(model, plant, build(model.layout), metre).plant
+    return _Drawing(model, plant, model.floor, metre).plant
 
 
 class _Drawing:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.layout import build
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import load
 
@@ -37,7 +36,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
     any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
     model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
     if model is not None:
-        for finding in examine(build(model.layout), model.traffic.zones, model.fleet.contact, "auto"):
+        for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
             name = finding.place.removeprefix("traffic.zones.")
             if finding.level == "error" and zones.pop(name, None):
                 plant.note("left out", "block", [name], finding.text, [places[name]])

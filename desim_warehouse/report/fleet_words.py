@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.power import start_energy
-from desim_warehouse.layout import build
 from desim_warehouse.report import words
 from desim_warehouse.run.folder import PLAN, write_whole
 
@@ -74,7 +73,7 @@ def promise(plan: FleetPlan) -> str:
 
 def notes(model: Model) -> list[str]:
     """What may mislead: batteries that start full and outlast the run, so that charging is not seen."""
-    found = estimate(model, build(model.layout)).power
+    found = estimate(model, model.floor).power
     length = model.run.length
     if found is None or length is None or start_energy(model)[0] < 1 or length >= found.lasts:
         return []

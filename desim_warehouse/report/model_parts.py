@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import errors
-from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import in_words
 from desim_warehouse.report import html, words
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 def model_facts(model: Model) -> Html:
     """Floor, fleet, work, batteries and policies."""
-    floor = build(model.layout)
+    floor = model.floor
     units, fleet = model.units, model.fleet
     most = fleet.largest_capacity
     rows = [

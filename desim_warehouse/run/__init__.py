@@ -207,9 +207,9 @@ class Check:
 def check(model: Model) -> Check:
     """Check a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
     from desim_warehouse.feasibility import examine
-    from desim_warehouse.layout import build, checks
+    from desim_warehouse.layout import checks
 
-    layout = build(model.layout)
+    layout = model.floor
     graph = layout.graph
     contact = model.fleet.contact
     length, speed = model.units.length, model.fleet.fastest

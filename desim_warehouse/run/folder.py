@@ -103,7 +103,6 @@ def load_run(folder: str | Path) -> Run:
     """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
     import pandas as pd
 
-    from desim_warehouse.layout import build
     from desim_warehouse.log import Log, LogRow
     from desim_warehouse.model import load
     from desim_warehouse.run import Run
@@ -114,7 +113,7 @@ def load_run(folder: str | Path) -> Run:
         table = pd.read_parquet(folder / "log.parquet")
         kept = content["log"]
         model = load(content["model"])
-        layout = build(model.layout)
+        layout = model.floor
         edges: list[tuple[str, str]] = list(layout.graph.edges)
         numbers = table.pop(NUMBER) if NUMBER in table else None
         table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty

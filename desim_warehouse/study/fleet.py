@@ -18,7 +18,6 @@ from desim_warehouse.feasibility import errors, estimate
 from desim_warehouse.feasibility.free_flow import arrival_rate
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.indicators import find, within
-from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.money import equipment
 from desim_warehouse.study import statistics
@@ -138,7 +137,7 @@ class Designs:
         if self.zone is None:
             return {}
         bay = self.model.layout.bays[self.zone]
-        nodes = sum(item.zone == self.zone for item in build(self.model.layout).bays.values())
+        nodes = sum(item.zone == self.zone for item in self.model.floor.bays.values())
         key = f"layout.bays.{self.zone}"
         found: dict[str, Any] = {f"{key}.total_chargers": chargers}
         if bay.chargers is not None:
@@ -164,7 +163,7 @@ class Designs:
     def counts(self, growth: float) -> tuple[list[int], list[int]]:
         """Robots and chargers that are searched; by the hand calculation where nobody says which."""
         model = _grown(self.model, growth)
-        found = estimate(model, build(model.layout))
+        found = estimate(model, model.floor)
         needed = found.robots_needed
         if self._robots is not None:
             robots = list(self._robots)
@@ -193,7 +192,7 @@ class Designs:
 
 def _chargers(model: Model) -> dict[str, int]:
     """The chargers of each zone of bays."""
-    layout = build(model.layout)
+    layout = model.floor
     found: dict[str, int] = {}
     for node, chargers in chargers_at(model, layout).items():
         zone = layout.bays[node].zone
@@ -395,7 +394,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     """
     rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
     model = study.plan.base.replace(point.overrides)
-    layout = build(model.layout)
+    layout = model.floor
     servers = sum(layout.stations[node].servers for node in destinations(model, layout) if node in layout.stations)
     each = model.fleet.size / servers if servers else 0.0
     values = {

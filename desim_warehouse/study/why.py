@@ -14,7 +14,6 @@ from desim_warehouse.distributions import scaled
 from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.indicators import find
-from desim_warehouse.layout import build
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.run import simulate
@@ -113,7 +112,7 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         if station.places <= station.servers:
             more[f"{key}.places"] = station.servers + 1
         yield Suspect(f"station {zone}", f"one server more at each node of {zone}", more, share)
-    layout = build(model.layout)
+    layout = model.floor
     used = [node for node in destinations(model, layout) if node in layout.stations]
     if queued and sum(layout.stations[node].places for node in used) < model.fleet.size:
         more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in queued}

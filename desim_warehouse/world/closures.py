@@ -93,7 +93,8 @@ class Restrictions:
         for closure in model.traffic.closures.values():
             found.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
         for slow in model.traffic.slow.values():
-            found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
+            if slow.hours is not None:  # the others are limits of the layout
+                found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
         for source in people:
             for aisle in source.aisles:
                 found.close(aisle.edges, aisle)

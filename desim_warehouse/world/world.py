@@ -10,7 +10,6 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse import layout as floor
 from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
@@ -71,7 +70,7 @@ class World:
         self.model = model
         self.streams = streams = Streams(seed)
         self.env = env = Clock()
-        self.layout = layout = floor.build(model.layout)
+        self.layout = layout = model.floor
         self.log = Log(model.log)
         self.finished = Event(env)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))

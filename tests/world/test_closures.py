@@ -210,6 +210,18 @@ FORK = {
 }
 
 
+@pytest.mark.parametrize("routing", ["highways", "shortest", "fastest", "congestion-aware"])
+def test_a_slow_zone_that_always_holds_is_a_speed_limit_to_routes_and_estimates_too(routing):
+    """B>C takes 200 at 0.1, so whoever chooses by time goes round; the hand calculation and batteries know it."""
+    over = {"policies.routing": routing, "battery": {"capacity": 1e4, "threshold": 100}}
+    over["battery"] |= {"consumption": 1.0, "charge_rate": 10}
+    slow = dw.load(FORK, {**over, "traffic.slow": {"works": {"members": [["B", "C"]], "speed": 0.1}}})
+    limit = dw.load(FORK, {**over, "layout.edges.1": {"from": "B", "to": "C", "speed": 0.1}})
+    assert dw.simulate(slow).kpis == dw.simulate(limit).kpis
+    assert on(dw.simulate(slow), ("u", "v")) or routing in ("shortest", "highways")
+    assert check(slow).lines == check(limit).lines
+
+
 @pytest.mark.parametrize(
     ("until", "routing", "round_it"),
     [

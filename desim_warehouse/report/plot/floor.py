@@ -87,9 +87,7 @@ def _written(axes: Axes, path: Path) -> Path:
 
 
 def _model_and_floor(source: Model | Run) -> tuple[Model, Layout]:
-    from desim_warehouse.layout import build
-
-    return (source.model, source.layout) if isinstance(source, Run) else (source, build(source.layout))
+    return (source.model, source.layout) if isinstance(source, Run) else (source, source.floor)
 
 
 def _drawn(
