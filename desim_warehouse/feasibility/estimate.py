@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.at_stations import open_share, own_times, specs, worked_capacity
 from desim_warehouse.feasibility.cycle import Cycle
-from desim_warehouse.feasibility.flow_mix import FlowMix, peak_rate
+from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow, mean_task
 from desim_warehouse.feasibility.hours import on_duty
+from desim_warehouse.feasibility.peak import peak_rate
 from desim_warehouse.feasibility.power import Power, is_lifelong, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
@@ -103,6 +104,11 @@ class HandCalculation:
     on_duty: float = 1.0
 
     @property
+    def peak_capacity(self) -> float:
+        """Tasks per time unit with all robots at work, as they are taken to be in the busiest hour."""
+        return self.fleet_capacity / (self.on_duty or 1.0)
+
+    @property
     def capacity(self) -> float:
         """Tasks per time unit that fleet and stations can do."""
         return min(self.fleet_capacity, self.station_capacity)
@@ -157,8 +163,8 @@ class HandCalculation:
         if self.rate is not None and self.robots_needed is not None:
             text += f"; the {amount(self.rate * hour)} asked for need {amount(self.robots_needed)}"
             if self.peak is not None:
-                most = self.peak * hour
-                text += f", the {amount(most)} of the busiest hour {amount(self.robots_needed * self.peak / self.rate)}"
+                need = self.robots_needed * self.peak / self.rate * self.on_duty
+                text += f", the {amount(self.peak * hour)} of the busiest hour {amount(need)}"
         return text
 
     def _stations(self, hour: float) -> str:
@@ -172,7 +178,7 @@ class HandCalculation:
             worst = max(busy, key=lambda item: item.busy or 0.0)
             servers = f"{worst.servers} server{'s' * (worst.servers > 1)}"
             text += f"; asked for, {worst.node} ({servers}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
-            text += f" in which it is open, {amount(100 * worst.open)} % of all" if worst.open < 1 else ""
+            text += f" in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else ""
         return text
 
 

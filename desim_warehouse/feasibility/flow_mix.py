@@ -15,7 +15,7 @@ from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, SaturatedArrivals, StorageEnd, mean_rate
+from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.orders import Reading, summary
 from desim_warehouse.model.popularity import shares
 
@@ -263,28 +263,3 @@ def _end_of_schedule(model: Model) -> float:
         if isinstance(flow.when, OrdersArrivals)
     ]
     return max(times, default=0.0) or model.units.hour
-
-
-def peak_rate(model: Model) -> float | None:
-    """Tasks an hour in the busiest hour of a run, where rates change in it; else None."""
-    flows, hour = model.tasks.flows, model.units.hour
-    length = model.run.length
-    profiles = {name: flow for name, flow in flows.items() if isinstance(flow.when, ProfileArrivals)}
-    if not profiles or length is None or length <= hour:
-        return None
-    known = {
-        name: Rates(flow.when.profile, hour, model.tasks.demand)
-        for name, flow in profiles.items()
-        if isinstance(flow.when, ProfileArrivals)
-    }
-    steady = sum(rate for name, rate in flow_rates(model).items() if name not in profiles)
-    step = min(rates.every for rates in known.values())
-    starts = [n * step for n in range(int((length - hour) / step) + 1)]
-    return steady + max(
-        sum(
-            rates.expected(b) - rates.expected(a)
-            for name, rates in known.items()
-            for a, b in model.hours(flows[name].hours).between(start, start + hour)
-        )
-        for start in starts
-    )

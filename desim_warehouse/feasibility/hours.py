@@ -41,13 +41,13 @@ def longest_closed(model: Model) -> float:
 
 def _longest_gap(hours: Hours, end: float) -> float:
     found, last = 0.0, 0.0
-    for begin, close in _first(hours, end):
+    for begin, close in first_stretches(hours, end):
         found, last = max(found, begin - last), close
     return max(found, min(end, 1e300) - last if last < end < math.inf else 0.0)
 
 
-def _first(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
-    """The first stretches of a calendar, as many as are looked at."""
+def first_stretches(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
+    """The first stretches of a calendar before an end, as many as are looked at."""
     at = 0.0
     for _ in range(STEPS):
         begin, close = hours.following(at)
@@ -119,7 +119,7 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
         spec = of.get(node)
         if spec is None or spec.hours is None:
             continue
-        stretches = list(_first(model.hours(spec.hours), end))
+        stretches = list(first_stretches(model.hours(spec.hours), end))
         if not any(_on_duty_in(one, max(a - once_round, 0.0), b) for a, b in stretches for one in robots):
             yield Finding(
                 "HOURS_NEVER_MEET",

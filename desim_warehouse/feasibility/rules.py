@@ -138,7 +138,7 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if found.rate is None or found.robots_needed is None:
         return
     asked = found.rate * hour
-    if isinstance(tasks.goods, PoissonGoods):
+    if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
     if found.rate > found.fleet_capacity:
         who = f"{found.robots} robots" if found.at_work == found.robots else f"{found.at_work} station places"
@@ -148,15 +148,16 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             f"{asked:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
             f"about {math.ceil(found.robots_needed)} robots are needed, each with a place at a station",
         )
-    elif found.peak is not None and found.peak > found.fleet_capacity:
+    elif found.peak is not None and found.peak > found.peak_capacity:
+        need = found.robots_needed * found.peak / found.rate * found.on_duty
         yield Finding(
             "PEAK_ABOVE_FLEET",
-            "tasks.flows",
+            "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
                 f"{amount(found.peak * hour)} tasks are asked for in the busiest hour, {found.robots} robots can do "
-                f"{amount(found.fleet_capacity * hour)}, so work piles up until it is over"
+                f"{amount(found.peak_capacity * hour)}, so work piles up until it is over"
             ),
-            f"about {math.ceil(found.robots_needed * found.peak / found.rate)} robots are needed to keep up with it",
+            f"about {math.ceil(need)} robots are needed to keep up with it",
         )
     over = [item for item in found.stations if item.busy is not None and item.busy > 1]
     if over:

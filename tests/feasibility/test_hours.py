@@ -32,7 +32,9 @@ def test_a_station_open_half_of_the_day_has_half_the_capacity():
     assert always.stations[0].capacity == 1 / 30
     assert half.stations[0].capacity == pytest.approx(1 / 60)
     assert half.stations[0].busy == pytest.approx(1.0)  # 60 an hour, 30 s each, in half of the time
-    assert "100 % of the time in which it is open, 50 % of all" in "\n".join(half.lines(dw.load(LIFELONG).units))
+    assert "busy 100 % of the time in which it is open (50 % of all time)" in "\n".join(
+        half.lines(dw.load(LIFELONG).units)
+    )
 
 
 def test_robots_at_work_half_of_the_day_do_half_as_much():
@@ -79,6 +81,36 @@ def test_nothing_is_worked_out_for_hours_that_never_come(place):
     changes = {"tasks.goods": {"poisson": 60}, "calendars.late": {"between": [[90_000, 91_000]]}}
     found = check(dw.load(LIFELONG, {**changes, place: "late"}))
     assert (found.findings[0].code, found.calculation, found.lines) == ("NEVER_OPEN", None, [])
+
+
+def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_same_rates():
+    """60 an hour in two of eight hours, 15 on average: one robot does 48 an hour, however seldom it has to."""
+    calendar = {"calendars": {**LIFELONG["calendars"], "evening": {"every": 28_800, "lasts": 7200, "first": 1800}}}
+    ends = {"from": "storage", "to": "desk"}
+    rates = [0, *[60] * 4, *[0] * 11]
+    flows = {
+        "hours": {**ends, "arrivals": {"poisson": 60}, "hours": "evening"},
+        "profile": {**ends, "arrivals": {"profile": {"per_hour": rates, "every": 1800}}},
+    }
+    tasks = {"load_time": 5, "unload_time": 30}
+    over = {**calendar, "run.length": 86_400}
+    models = [dw.load({**LIFELONG, "tasks": {**tasks, "flows": {name: flow}}}, over) for name, flow in flows.items()]
+    models.append(dw.load(LIFELONG, {**over, "tasks.goods": {"poisson": 60, "hours": "evening"}}))
+    found = [check(model) for model in models]
+    assert [one.calculation.rate * 3600 for one in found] == [pytest.approx(15)] * 3
+    assert [one.calculation.peak * 3600 for one in found] == [pytest.approx(60)] * 3
+    for one in found:
+        assert "the 15 asked for need 0.3125, the 60 of the busiest hour 1.25" in " ".join(one.lines)
+        assert "PEAK_ABOVE_FLEET" in {item.code for item in one.findings}
+
+
+def test_in_the_busiest_hour_all_robots_are_taken_to_be_at_work():
+    """Robots work when orders come, and do 96 an hour then, 48 on average: 60 in the busiest hour is no peak for them."""
+    over = {"calendars.half": {"every": 28_800, "lasts": 14_400}, "run.length": 86_400, "fleet.hours": "half"}
+    found = check(dw.load(LIFELONG, {**over, "fleet.size": 2, "tasks.goods": {"poisson": 60, "hours": "half"}}))
+    assert found.calculation.fleet_capacity * 3600 == pytest.approx(48)
+    assert "the 30 asked for need 1.25, the 60 of the busiest hour 1.25" in " ".join(found.lines)
+    assert "PEAK_ABOVE_FLEET" not in {item.code for item in found.findings}
 
 
 def test_check_says_that_opening_hours_are_too_short():
