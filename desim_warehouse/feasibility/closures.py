@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.checks import Use
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
+    from desim_warehouse.model.people import PeopleSpec
 
 MOST_OCCUPIED = 0.9
 """An aisle in which people are for a larger share of the time is as good as closed."""
@@ -49,20 +50,27 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Aisles in which somebody is nearly all the time: with visits at random, the queue M/G/infinity."""
+    """Aisles in which somebody is nearly all the time."""
     for name, people in model.people.items():
-        aisles = len(people.aisles) or len({frozenset(place.edge) for place in layout.storage})
-        if people.per_hour is None or not aisles:
-            continue
-        load = people.per_hour / model.units.hour * mean_of(people.stay) / aisles
-        occupied = -math.expm1(-load)
-        if occupied > MOST_OCCUPIED:
+        there = occupied(model, layout, people) or 0.0
+        if there > MOST_OCCUPIED:
             yield Finding(
                 "AISLES_OCCUPIED",
                 f"people.{name}",
-                f"an aisle has somebody in it for {amount(100 * occupied)} % of the time on average",
+                f"an aisle has somebody in it for {amount(100 * there)} % of the time on average",
                 "fewer visits, shorter stays, or more aisles",
             )
+
+
+def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
+    """The share of the time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
+
+    None where they come at times that are given, or nowhere.
+    """
+    aisles = len(people.aisles) or len({frozenset(place.edge) for place in layout.storage})
+    if people.per_hour is None or not aisles:
+        return None
+    return -math.expm1(-people.per_hour / model.units.hour * mean_of(people.stay) / aisles)
 
 
 def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Finding]:

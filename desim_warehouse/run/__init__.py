@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse import account, indicators, verdicts
-from desim_warehouse.distributions import Distribution, mean_of
-from desim_warehouse.findings import amount
+from desim_warehouse.distributions import Distribution
 from desim_warehouse.history import History
 
 if TYPE_CHECKING:
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.account import By
-    from desim_warehouse.disturbances import BreakdownSpec, OutageSpec
     from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
@@ -207,6 +205,7 @@ class Check:
 def check(model: Model) -> Check:
     """Check a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
     from desim_warehouse.feasibility import examine
+    from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
 
     layout = model.floor
@@ -219,9 +218,11 @@ def check(model: Model) -> Check:
         f"the lanes hold {checks.room(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
     if model.fleet.slowness:
+        unit, at_nodes = model.units.time, model.traffic.node_time
+        stops = f"; robots stop at every node, as traffic.node_time is {at_nodes:g} {unit}" if at_nodes else ""
         stop = model.fleet.slowness * speed
-        facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
-    facts += [*_times_that_vary(model), *_failures(model)]
+        facts.append(f"a stop on the way costs up to {stop:.3g} {unit} of braking and gathering speed{stops}")
+    facts += [*_times_that_vary(model), *left_out(model, layout)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
@@ -238,24 +239,6 @@ def _times_that_vary(model: Model) -> list[str]:
         for name, time in times.items()
         if isinstance(time, Distribution)
     ]
-
-
-def _failures(model: Model) -> list[str]:
-    """Which robots and chargers fail, and what is left of their time."""
-    unit, kinds = model.units.time, dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True))
-    failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
-    failing |= {f"robots of kind {kind}" if kind else "robots": robot.breakdowns for kind, robot in kinds.items()}
-    failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
-    found = []
-    for name, spec in failing.items():
-        if spec is not None:
-            every, repair = mean_of(spec.every), mean_of(spec.repair)
-            share = amount(100 * every / (every + repair))
-            found.append(
-                f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: {share} % of "
-                "their time is left; estimates do not know of it"
-            )
-    return found
 
 
 @contextmanager

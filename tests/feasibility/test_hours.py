@@ -105,7 +105,7 @@ def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_sam
 
 
 def test_in_the_busiest_hour_all_robots_are_taken_to_be_at_work():
-    """Robots work when orders come, and do 96 an hour then, 48 on average: 60 in the busiest hour is no peak for them."""
+    """Robots work when orders come, and do 96 an hour then, 48 on average: they keep up with 60 in the busiest hour."""
     over = {"calendars.half": {"every": 28_800, "lasts": 14_400}, "run.length": 86_400, "fleet.hours": "half"}
     found = check(dw.load(LIFELONG, {**over, "fleet.size": 2, "tasks.goods": {"poisson": 60, "hours": "half"}}))
     assert found.calculation.fleet_capacity * 3600 == pytest.approx(48)

@@ -1,0 +1,82 @@
+"""What the hand calculation knows nothing of, and how much there is of it: `desim check` says so beside it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.distributions import mean_of
+from desim_warehouse.feasibility.closures import occupied
+from desim_warehouse.findings import amount
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.disturbances import BreakdownSpec, OutageSpec
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+
+UNKNOWN = "; estimates do not know of it"
+
+
+def left_out(model: Model, layout: Layout) -> list[str]:
+    """A line for each thing that keeps robots or chargers from work at times."""
+    found = [*_failures(model), *_delays(model), *_people(model, layout)]
+    return [*(f"{text}{UNKNOWN}" for text in found), *_at_times(model)]
+
+
+def _failures(model: Model) -> Iterator[str]:
+    """Which robots and chargers fail, and what is left of their time."""
+    unit, kinds = model.units.time, dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True))
+    failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
+    failing |= {_robots(kind): robot.breakdowns for kind, robot in kinds.items()}
+    failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
+    for name, spec in failing.items():
+        if spec is not None:
+            every, repair = mean_of(spec.every), mean_of(spec.repair)
+            yield (
+                f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: "
+                f"{amount(100 * every / (every + repair))} % of their time is left"
+            )
+
+
+def _delays(model: Model) -> Iterator[str]:
+    for kind, robot in dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True)).items():
+        if robot.delays is not None and robot.delays.share:
+            time, share = mean_of(robot.delays.time), robot.delays.share
+            yield f"{_robots(kind)} lose {amount(time)} {model.units.time} at {amount(100 * share)} % of the nodes"
+
+
+def _robots(kind: str) -> str:
+    return f"robots of kind {kind}" if kind else "robots"
+
+
+def _people(model: Model, layout: Layout) -> Iterator[str]:
+    for name, people in model.people.items():
+        there = occupied(model, layout, people)
+        if there is not None:
+            share = there * model.hours(people.hours).share(0.0, _end(model))
+            yield f"people.{name}: an aisle has somebody in it for {amount(100 * share)} % of the time on average"
+        else:
+            yield f"people.{name}: visits at {len(people.times)} times"
+
+
+def _at_times(model: Model) -> Iterator[str]:
+    """What is closed or slow at times, if it ever is."""
+    closures, slow, end = model.traffic.closures.items(), model.traffic.slow.items(), _end(model)
+    named = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
+    named |= {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
+    for place, (what, calendar) in named.items():
+        hours = model.hours(calendar)
+        share = hours.share(0.0, end)
+        if hours.following(0.0)[0] >= end:
+            yield f"{place} is never {what} in this run, by calendar '{calendar}'"
+        elif share:
+            yield f"{place} is {what} for {amount(100 * share)} % of the time{UNKNOWN}"
+        else:  # for some time of a run that has no end
+            yield f"{place} is {what} at times{UNKNOWN}"
+
+
+def _end(model: Model) -> float:
+    return math.inf if model.run.length is None else model.run.length

@@ -1,0 +1,57 @@
+"""What keeps robots from work at times, and the hand calculation leaves out: `desim check` says so, and how much."""
+
+import desim_warehouse as dw
+from desim_warehouse.run import check
+from tests.world.test_hours import SQUARE
+
+LIFELONG = {**SQUARE, "tasks": {**SQUARE["tasks"], "goods": {"poisson": 20}}, "run": {"length": 40_000}}
+CALENDARS = {"cleaning": {"every": 1000, "lasts": 250}, "sunday": {"open": ["08:00-12:00"], "days": ["sun"]}}
+GATE = {"members": [["A", "B"]]}
+
+
+def said(over, model=LIFELONG):
+    text = "; estimates do not know of it"
+    facts = check(dw.load(model, {"calendars": CALENDARS, **over})).facts
+    return [fact.removesuffix(text) for fact in facts if fact.endswith(text) or "never" in fact]
+
+
+def test_nothing_is_said_where_nothing_is_left_out():
+    assert said({}) == []
+    assert said({"traffic.slow": {"ramp": {**GATE, "speed": 0.5}}}) == []  # which estimates know
+
+
+def test_delays_closures_slow_zones_and_people_are_left_out_of_estimates():
+    assert said({"fleet.robot.delays": {"share": "5 %", "time": {"exponential": 4}}}) == [
+        "robots lose 4 s at 5 % of the nodes"
+    ]
+    assert said({"traffic.closures": {"gate": {**GATE, "hours": "cleaning"}}}) == [
+        "traffic.closures.gate is closed for 25 % of the time"
+    ]
+    assert said({"traffic.slow": {"ramp": {**GATE, "hours": "cleaning", "speed": 0.5}}}) == [
+        "traffic.slow.ramp is slow for 25 % of the time"
+    ]
+    assert said({"people": {"pickers": {"per_hour": 60, "stay": 30}, "boss": {"times": [9, 99], "stay": 60}}}) == [
+        "people.pickers: an aisle has somebody in it for 39.35 % of the time on average",  # 1 - exp(-0.5)
+        "people.boss: visits at 2 times",
+    ]
+    hours = {"people": {"pickers": {"per_hour": 60, "stay": 30, "hours": "cleaning"}}}
+    assert said(hours) == ["people.pickers: an aisle has somebody in it for 9.837 % of the time on average"]
+
+
+def test_a_closure_that_never_comes_is_a_slip():
+    """A run starts on a Monday unless it says otherwise."""
+    over = {"traffic.closures": {"gate": {**GATE, "hours": "sunday"}}}
+    assert said(over) == ["traffic.closures.gate is never closed in this run, by calendar 'sunday'"]
+    assert said({**over, "run.start": "2026-03-01T08:00"}) == ["traffic.closures.gate is closed for 36 % of the time"]
+
+
+def test_a_run_without_an_end_is_closed_at_times():
+    over = {"calendars.once": {"between": [[10, 20]]}, "traffic.closures": {"gate": {**GATE, "hours": "once"}}}
+    assert said(over, SQUARE) == ["traffic.closures.gate is closed at times"]
+
+
+def test_a_time_at_every_node_is_a_stop_there_for_robots_that_gather_speed():
+    over = {"fleet.robot.acceleration": 0.5, "traffic.node_time": 1}
+    line = "a stop on the way costs up to 2 s of braking and gathering speed; robots stop at every node, "
+    assert f"{line}as traffic.node_time is 1 s" in check(dw.load(LIFELONG, over)).facts
+    assert "every node" not in " ".join(check(dw.load(LIFELONG, {**over, "traffic.node_time": 0})).facts)
