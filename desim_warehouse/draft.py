@@ -231,7 +231,7 @@ battery:                      # (!) 100 % last 5.6 h; from 0 to full in 1.4 h
   charge_rate: 0.02           # per second
 
 traffic:
-  node_time: 1 s              # slowing down and turning where aisles meet
+  node_time: 1 s              # slowing down and turning where aisles meet; with an acceleration: 0, and a turn_time
 
 policies:                     # `desim policies` lists them
   allocation: nearest

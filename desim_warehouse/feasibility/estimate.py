@@ -78,7 +78,8 @@ class HandCalculation:
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
         loads: most loads of a tour. With more than one `cycle` is a task by itself, and all that follows from its
             length is the best that tours can do: all full, each with the drives of a single task.
-        on_duty: the part of the run in which a robot is in its hours; capacities are means over the run.
+        on_duty: the part of the run in which robots are in their hours and a station is open; capacities are means over
+            the run.
     """
 
     width: float
@@ -156,7 +157,7 @@ class HandCalculation:
         if self.most_out is not None:
             robots += f", at most {self.most_out} of them under way,"
         if self.on_duty < 1:
-            robots += f", at work {amount(100 * self.on_duty)} % of the time,"
+            robots += f", able to work {amount(100 * self.on_duty)} % of the time,"
         text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"

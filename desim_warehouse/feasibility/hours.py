@@ -6,6 +6,7 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING
 
+from desim_warehouse.calendars import ALWAYS
 from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.destinations import destinations
@@ -13,7 +14,7 @@ from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.orders import Reading, summary
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from desim_warehouse.calendars import Hours
     from desim_warehouse.layout import Layout
@@ -24,10 +25,33 @@ STEPS = 1000
 
 
 def on_duty(model: Model) -> float:
-    """The part of the run for which a robot is in its hours, on average over the fleet."""
-    end = math.inf if model.run.length is None else model.run.length
-    share = {name: model.hours(name).share(0.0, end) for name in set(model.fleet.hours_of_robots())}
-    return fmean(share[name] for name in model.fleet.hours_of_robots())
+    """The part of the run in which a robot can work, on average over the fleet.
+
+    It is in its hours then, and of the stations that tasks go to one is open: for those that are closed they are held
+    back.
+    """
+    layout, end = model.floor, math.inf if model.run.length is None else model.run.length
+    of = specs(model, layout)
+    stations = [model.hours(of[node].hours) if node in of else ALWAYS for node in destinations(model, layout)]
+    names = model.fleet.hours_of_robots()
+    share = {name: _share_of_both(model.hours(name), stations, end) for name in set(names)}
+    return fmean(share[name] for name in names)
+
+
+def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float:
+    """The part of the time in which a robot is in its hours and one of the stations is open."""
+    if ALWAYS in stations:
+        return robot.share(0.0, end)
+    at = together = 0.0
+    for _ in range(STEPS):
+        now, at = at, min(end, *(one.changes(at) for one in (robot, *stations)))
+        both = robot.is_open(now) and any(station.is_open(now) for station in stations)
+        if math.isinf(at):
+            return float(both)
+        together += (at - now) * both
+        if at >= end:
+            break
+    return together / at
 
 
 def longest_closed(model: Model) -> float:

@@ -55,7 +55,7 @@ class TrafficSpec(Part):
     """Collision waiting."""
 
     collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
-    # Speeds change at once, as in the paper; the time that acceleration costs can be put into `node_time`
+    # Without an acceleration speeds change at once, as in the paper; what that leaves out can be put into `node_time`
     node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
     turn_time: Time = Field(
         0.0, description="for every 90 degrees that a robot turns on a node, beside node_time", json_schema_extra=LATER

@@ -45,6 +45,24 @@ def test_robots_at_work_half_of_the_day_do_half_as_much():
     assert on_duty(dw.load(LIFELONG, kinds)) == pytest.approx(0.875)
 
 
+def test_robots_can_work_only_while_a_station_is_open():
+    """Tasks for a station that is closed are held back: a lone robot does as much as the hours of both let it."""
+    over = {"layout.stations.desk.hours": "long", "tasks.goods": {"saturated": 2}, "calendars": dict(HALF["calendars"])}
+    over["calendars"] |= {
+        "long": {"every": 40_000, "lasts": 20_000},
+        "after": {"every": 40_000, "lasts": 30_000, "first": 10_000},
+    }
+    model = dw.load(LIFELONG, over)
+    assert on_duty(model) == pytest.approx(0.5)
+    by_hand = estimate(model, model.floor).fleet_capacity * 3600
+    assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.01)
+    assert "1 robot, able to work 50 % of the time, can do 24 tasks an hour" in " ".join(check(model).lines)
+    both = dw.load(LIFELONG, {**over, "fleet.hours": "after"})
+    assert on_duty(both) == pytest.approx(0.25)
+    by_hand = estimate(both, both.floor).fleet_capacity * 3600
+    assert dw.simulate(both).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.01)
+
+
 def test_work_in_the_station_limits_it():
     work = {"layout.stations.desk.work_time": 100, "layout.stations.desk.workers": 2}
     assert by_hand(work).stations[0].capacity == pytest.approx(1 / 50)
