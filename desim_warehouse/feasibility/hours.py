@@ -39,15 +39,15 @@ def on_duty(model: Model) -> float:
 
 
 def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float:
-    """The part of the time in which a robot is in its hours and one of the stations is open."""
+    """The part of the time in which a robot is in its hours and one of the stations is open; see `Hours.share`."""
     if ALWAYS in stations:
         return robot.share(0.0, end)
     at = together = 0.0
     for _ in range(STEPS):
         now, at = at, min(end, *(one.changes(at) for one in (robot, *stations)))
         both = robot.is_open(now) and any(station.is_open(now) for station in stations)
-        if math.isinf(at):
-            return float(both)
+        if math.isinf(at):  # it stays so for ever; what ends counts until it ends
+            return together / now if now and not both else float(both)
         together += (at - now) * both
         if at >= end:
             break

@@ -69,13 +69,12 @@ def _at_times(model: Model) -> Iterator[str]:
     named |= {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
     for place, (what, calendar) in named.items():
         hours = model.hours(calendar)
-        share = hours.share(0.0, end)
         if hours.following(0.0)[0] >= end:
             yield f"{place} is never {what} in this run, by calendar '{calendar}'"
-        elif share:
-            yield f"{place} is {what} for {amount(100 * share)} % of the time{UNKNOWN}"
-        else:  # for some time of a run that has no end
+        elif math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
             yield f"{place} is {what} at times{UNKNOWN}"
+        else:
+            yield f"{place} is {what} for {amount(100 * hours.share(0.0, end))} % of the time{UNKNOWN}"
 
 
 def _end(model: Model) -> float:
