@@ -24,10 +24,16 @@ def sentence(found: Why, units: Units) -> str:
         return f"Nothing that was tried costs {amount(found, found.gains.delta)}{unit} or more."
     if found.gains.clear:
         more = f"; nothing else costs more than {amount(found, max(rest, 0.0), up=True)}" if others else ""
-        return f"{name} costs {amount(found, most.mean)}{unit} ({interval(found, most)}){more}."
+        return f"{name} {_costs(suspect.name)} {amount(found, most.mean)}{unit} ({interval(found, most)}){more}."
     near = [(one, gain) for one, gain in found.found if gain.high >= most.low and gain.high > 0]
     listed = spoken([f"{one.name} {amount(found, gain.mean)} ({interval(found, gain)})" for one, gain in near[:4]])
     return f"Too close to tell after {most.n} replications which costs most{unit}: {listed}."
+
+
+def _costs(name: str) -> str:
+    """The verb for a suspect: intersections cost, an intersection costs."""
+    first = name.split(maxsplit=1)[0]
+    return "cost" if first.endswith("s") or first == "people" else "costs"
 
 
 def unit_of(found: Why, units: Units) -> str:

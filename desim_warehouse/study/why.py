@@ -23,7 +23,7 @@ from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from desim_warehouse.model import Model
     from desim_warehouse.run import Run
@@ -83,24 +83,29 @@ def suspects(run: Run) -> list[Suspect]:
         for node, share in zip(map(str, before.index[:MOST_NODES]), before, strict=False)
         if share >= LEAST_WAITING and "." not in node  # a name that cannot stand in a dotted key
     ]
-    queued = {
-        zone: float(sum(nodes["queueing_server"][node] for node in at)) / whole for zone, at in _stations(run).items()
+    queued = {zone: float(nodes["queueing_server"][at].sum()) / whole for zone, at in _stations(run).items()}
+    closed = {
+        zone: float(nodes["closed"][at].sum()) / whole for zone, at in _stations(run).items() if "closed" in nodes
     }
     others = [
         *_servers(model, queued),
         *_chargers(model, float(nodes["queueing_charger"].sum()) / whole),
+        *_workers(model, queued),
+        *_hours(model, closed),
+        *_on_the_way(run),
+        *_failures(run),
     ]
     waiting = sorted((*at_nodes, *others), key=lambda suspect: -(suspect.waited or 0.0))
     return [*waiting, *_plain(model)]
 
 
 def _stations(run: Run) -> dict[str, list[str]]:
-    """The nodes of each station that is used."""
+    """The nodes of each station that is used; not of those whose name cannot stand in a dotted key."""
     found: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
             found.setdefault(run.layout.stations[node].zone, []).append(node)
-    return found
+    return {zone: at for zone, at in found.items() if "." not in zone}
 
 
 def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
@@ -125,6 +130,62 @@ def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
         more = designs.of_chargers(designs.today + 1)
         if could_run(model, more):
             yield Suspect("chargers", "one charger more", more, queued)
+
+
+def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
+    """Those who work on what robots put down, with room for what is in work."""
+    for zone in zones:
+        station, key = model.layout.stations[zone], f"layout.stations.{zone}"
+        if station.work_time is not None:
+            more = {f"{key}.workers": station.workers + 1}
+            if station.buffer is not None:
+                more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
+            yield Suspect(f"workers of {zone}", f"one worker more at each node of {zone}", more, None)
+
+
+def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
+    """Opening hours of stations, and shifts of robots."""
+    for zone, share in closed.items():
+        key = f"layout.stations.{zone}"
+        if model.layout.stations[zone].hours is not None:
+            always = {f"{key}.hours": None, f"{key}.at_close": "finish"}
+            yield Suspect(f"hours of {zone}", f"{zone} always open", always, share)
+    if model.fleet.has_hours:
+        always = {"fleet.hours": None, **dict.fromkeys(_of_kinds(model, "hours"))}
+        yield Suspect("shifts of robots", "robots always at work", always, None)
+
+
+def _on_the_way(run: Run) -> Iterator[Suspect]:
+    """What is closed or slow, and people in the aisles."""
+    traffic = run.model.traffic
+    if traffic.closures:
+        closed = run.kpis["share_waiting_closed"]
+        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, closed)
+    if traffic.slow:
+        yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}}, None)
+    if run.model.people:
+        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
+
+
+def _failures(run: Run) -> Iterator[Suspect]:
+    """Robots and chargers that break down, and robots that lose time at nodes."""
+    model = run.model
+    if model.fleet.breaks_down:
+        never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
+        yield Suspect("breakdowns", "robots never break down", never, run.kpis["share_broken"])
+    if any(robot.delays for robot in model.fleet.robots()):
+        never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
+        yield Suspect("delays", "no delays at nodes", never, None)
+    fail = [name for name, bay in model.layout.bays.items() if bay.outages is not None and "." not in name]
+    if fail and model.battery is not None:
+        never = {f"layout.bays.{name}.outages": None for name in fail}
+        yield Suspect("outages of chargers", "chargers never fail", never, None)
+
+
+def _of_kinds(model: Model, key: str) -> list[str]:
+    """Where kinds of robots have a key of their own."""
+    kinds = model.fleet.kinds.items()
+    return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
 
 
 def _plain(model: Model) -> Iterator[Suspect]:

@@ -10,6 +10,7 @@ from desim_warehouse.report import why_words
 from desim_warehouse.study.why import suspects, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks
+from tests.world.test_hours import SQUARE
 
 MODEL = "models/mir250.yaml"
 SHORT = {"run.length": 3600, "run.warm_up": 600, "log": "all"}
@@ -42,6 +43,57 @@ def test_costs_are_counted_in_what_the_demand_lets_change(run):
         == "throughput_per_hour"
     )
     assert usual_indicator(dw.simulate(dw.load("models/multibots.yaml", {"tasks.goods": [1]}))) == "T"
+
+
+GATED = {
+    "tasks.goods": {"saturated": 4},
+    "run.length": 4000,
+    "log": "all",
+    "calendars": {"night": {"every": 1000, "lasts": 800}, "day": {"every": 1000, "lasts": 600}},
+}
+EVERYTHING = {
+    "traffic.closures": {"gate": {"members": [["A", "B"]], "hours": "night"}},
+    "traffic.slow": {"ramp": {"members": [["C", "E"]], "speed": 0.5}},
+    "people": {"pickers": {"per_hour": 10, "stay": 20}},
+    "layout.stations.desk": {"at": ["E"], "hours": "day", "at_close": "pause", "work_time": 9, "buffer": 1},
+    "layout.bays.home.outages": {"every": 900, "repair": 90},
+    "fleet.hours": "day",
+    "fleet.size": 3,
+    "fleet.robot.delays": {"share": 0.2, "time": 3},
+    "fleet.kinds": {"old": {"count": 1, "hours": "night", "breakdowns": {"every": 500, "repair": 50}}},
+    "battery": {"capacity": 1e5, "threshold": 10, "consumption": 1, "charge_rate": 100},
+}
+
+
+def test_what_goes_wrong_and_what_is_closed_are_suspects():
+    run = dw.simulate(dw.load(SQUARE, {**GATED, **EVERYTHING}))
+    found = {suspect.name: suspect for suspect in suspects(run)}
+    assert found.keys() >= {
+        "closures",
+        "zones that are slow",
+        "people in the aisles",
+        "hours of desk",
+        "shifts of robots",
+        "workers of desk",
+        "breakdowns",
+        "delays",
+        "outages of chargers",
+    }
+    assert found["closures"].waited == run.kpis["share_waiting_closed"] > 0
+    assert found["workers of desk"].overrides == {"layout.stations.desk.workers": 2, "layout.stations.desk.buffer": 2}
+    for suspect in found.values():
+        run.model.replace(suspect.overrides)
+    relieved = run.model.replace({key: to for one in found.values() for key, to in one.overrides.items()})
+    gone = [relieved.fleet.breaks_down, relieved.fleet.has_hours, relieved.layout.has_hours]
+    assert not any([*gone, relieved.traffic.closures, relieved.traffic.slow, relieved.people])
+
+
+def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it():
+    """Robots go round in 75 s, and the only lane out is closed 800 s of 1,000."""
+    found = why(dw.load(SQUARE, {**GATED, "traffic.closures": EVERYTHING["traffic.closures"]}))
+    said = why_words.sentence(found, dw.load(SQUARE).units)
+    assert said.startswith("Closures cost ")
+    assert "nothing else costs more than" in said
 
 
 def test_a_planted_node_is_named_in_a_sentence():
