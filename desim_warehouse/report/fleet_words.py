@@ -22,13 +22,6 @@ if TYPE_CHECKING:
 
 PARTS = {"robots": "robots", "chargers": "charging", "stations": "packing at the stations"}
 """What may be the bottleneck, in words."""
-INDICATORS = {
-    "robots": ("share_idle", "share_queueing", "share_waiting"),
-    "chargers": ("charger_utilisation",),
-    "stations": ("share_unloading",),
-}
-"""The indicators from which the utilisation follows: robots are busy but for these shares, stations for the time that
-robots unload there."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +94,6 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
             )
     sized = plan.grown or plan.today
     busiest = sized.best or sized.below[-1]
-    indicators = tuple(name for part in sized.utilisation for name in INDICATORS[part])
     overrides = {**sized.overrides, **busiest.overrides}
     busy = ", ".join(f"{part} {words.share_text(estimate)}" for part, estimate in sized.utilisation.items())
     found.append(
@@ -109,7 +101,7 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
             f"{_fleet(busiest)}, busy",
             busy,
             busiest.verdict.n,
-            command_line(model, assignments, overrides, busiest.verdict.n, indicators, seed),
+            command_line(model, assignments, overrides, busiest.verdict.n, sized.shown_by, seed),
         )
     )
     for strategy in plan.strategies:
@@ -177,7 +169,8 @@ def _bottleneck(plan: FleetPlan) -> str:
     rest = ", ".join(f"{name} {words.share_text(estimate)}" for name, estimate in others)
     are = "The bottleneck is the robots" if part == "robots" else f"The bottleneck is {PARTS[part]}"
     who = {"robots": "they are busy", "chargers": "chargers are in use", "stations": "servers are busy"}[part]
-    return f"{are}: {who} {words.share_text(most)} of the time" + (f" ({rest})." if rest else ".")
+    time = "of the time within their hours" if sized.in_hours else "of the time"
+    return f"{are}: {who} {words.share_text(most)} {time}" + (f" ({rest})." if rest else ".")
 
 
 def _found(plan: FleetPlan, shown: Shown) -> str:

@@ -20,6 +20,7 @@ from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.indicators import find, within
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.money import equipment
+from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.runner import ran_flat
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
     from desim_warehouse.study.statistics.cheapest import Counts
+    from desim_warehouse.study.table import Row
 
 SCOUTS = 3
 """Runs of each design that the search looks at before anything is shown."""
@@ -67,7 +69,8 @@ class Sized:
 
     `name`: of the study that shows it. `best` is None if none was shown to; then `below` are the largest that failed.
     `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots, chargers
-    and stations are busy at `best`, or at the largest design, the busiest first.
+    and stations are busy at `best`, or at the largest design, the busiest first; with hours (`in_hours`) of the time
+    within them. It follows from the indicators `shown_by`.
     """
 
     name: str
@@ -76,6 +79,8 @@ class Sized:
     best: Shown | None
     below: tuple[Shown, ...]
     utilisation: Mapping[str, Estimate]
+    in_hours: bool
+    shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
 
 
@@ -315,7 +320,9 @@ class _Planner:
         base = study.plan.base
         rate = arrival_rate(base)
         hourly = None if rate is None else rate * base.units.hour
-        return Sized(name, growth, hourly, best, below, utilisation(study, study.points[busiest]), changes)
+        used, in_hours = utilisation(study, study.points[busiest]), base.layout.has_hours or base.fleet.has_hours
+        shown_by = tuple(indicator for part in used for indicator in indicators_of(base)[part])
+        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes)
 
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
@@ -387,18 +394,33 @@ def _veto(study: Study, runner: StudyRunner, number: int) -> str | None:
     return next((verdict.text for verdict in found if verdict.code in LASTING), None)
 
 
+def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
+    """The indicators from which the utilisation follows: robots are busy but for the shares in which they stand."""
+    stand = (name for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
+    return {
+        "robots": tuple(f"share_{name}" for name in stand),
+        "chargers": ("charger_utilisation",),
+        "stations": ("share_unloading",),
+    }
+
+
 def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
 
-    A robot that waits, for work, in a queue or in traffic, is not busy: others hold it up.
+    A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
+    their hours is not the time of robots and stations.
     """
     rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
     model = study.plan.base.replace(point.overrides)
+    counted = model.run.warm_up, math.inf if model.run.length is None else model.run.length
     layout = model.floor
-    servers = sum(layout.stations[node].servers for node in destinations(model, layout) if node in layout.stations)
+    used = [layout.stations[node] for node in destinations(model, layout) if node in layout.stations]
+    hours = {name: model.hours(station.hours) for name, station in model.layout.stations.items()}
+    servers = math.fsum(station.servers * hours[station.zone].share(*counted) for station in used)
     each = model.fleet.size / servers if servers else 0.0
+    stand = indicators_of(model)["robots"]
     values = {
-        "robots": [1 - sum(map(row.value, ("share_idle", "share_queueing", "share_waiting"))) for row in rows],
+        "robots": [_busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
         "chargers": [row.value("charger_utilisation") for row in rows],
         "stations": [row.value("share_unloading") * each for row in rows] if servers else [],
     }
@@ -409,6 +431,15 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
         if given and all(map(math.isfinite, given))
     }
     return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+
+
+def _off_duty(row: Row, model: Model) -> float:
+    return row.value("share_on_break") if model.fleet.has_hours else 0.0
+
+
+def _busy_share(standing: Sequence[float], off_duty: float) -> float:
+    """Of the time on duty; nan where there was none."""
+    return (1 - sum(standing)) / (1 - off_duty) if off_duty < 1 else math.nan
 
 
 def plan_fleet(

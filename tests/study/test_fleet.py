@@ -9,9 +9,10 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report import fleet_words
-from desim_warehouse.study.fleet import Designs, plan_fleet
+from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
 from tests.docs import pages
 from tests.study import plans
+from tests.world.test_hours import SQUARE
 
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 2.5"
 SHORT = "--set run.length=3600 --set run.warm_up=600"
@@ -98,6 +99,32 @@ def test_the_command_says_it_in_words_and_in_json(here):
     assert answer["today"]["best"]["robots"] >= 1
     assert answer["grown"] is None
     assert all(line["command"].startswith("desim what-if w.yaml") for line in answer["evidence"])
+
+
+def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
+    """A lone robot with work all day, a task in 75 s, for 30 of which it is served; then it breaks down as well."""
+    half = {"calendars": {"half": {"every": 30_000, "lasts": 15_000}}, "tasks.goods": {"saturated": 2}}
+    model = dw.load(SQUARE, {**half, "run.length": 60_000, "layout.stations.desk.servers": 2})
+    hours = {"fleet.hours": "half", "layout.stations.desk.hours": "half"}
+    broken = {"fleet.robot.breakdowns": {"every": 75, "repair": 25}}
+    study = dw.Study(model, {"case": {"cases": {"always": {}, "shift": hours, "both": {**hours, **broken}}}})
+    study.run()
+    always, shift, both = (utilisation(study, point) for point in study.points)
+    assert (always["robots"].mean, always["stations"].mean) == pytest.approx((1, 0.2), rel=0.01)
+    assert (shift["robots"].mean, shift["stations"].mean) == pytest.approx((1, 0.2), rel=0.01)
+    assert (both["robots"].mean, both["stations"].mean) == pytest.approx((0.75, 0.15), rel=0.01)
+
+
+def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
+    calendars = {"half": {"every": 3600, "lasts": 1800}}
+    demand = {"poisson": 20, "due_within": 7200}
+    model = dw.load(
+        SQUARE, {"calendars": calendars, "fleet.hours": "half", "tasks.goods": demand, "run.length": 36_000}
+    )
+    found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], runs=60)
+    assert found.today.in_hours
+    assert {"share_on_break", "share_idle", "share_waiting"} < set(found.today.shown_by)
+    assert " of the time within their hours" in fleet_words.sentences(found)[-1]
 
 
 def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
