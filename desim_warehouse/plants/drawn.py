@@ -137,7 +137,7 @@ class _Drawing:
         popular = [str(place.number) for place in layout.storage if place.popularity != 1]
         note("left out", "popularity", popular, "of storage places: how often they are asked for")
         names = list(dict.fromkeys(station.zone for station in layout.stations.values()))
-        note("left out", "station", names, "only where it is: how many robots fit in and are served at a time is lost")
+        note("left out", "station", names, "only where it is: places, servers, workers, hours and times are lost")
         names = list(dict.fromkeys(bay.zone for bay in layout.bays.values()))
         note("left out", "bay", names, "only where it is: how many slots and chargers it has is lost")
         names = [bay.node for bay in layout.bays.values() if bay.in_lane]
@@ -149,12 +149,13 @@ class _Drawing:
     def sections(self) -> Iterable[str]:
         """Parts of the model about other things than the layout."""
         model = self.model
-        for key in ("tasks", "battery", "policies", "run", "cost", "prices", "accept"):
+        for key in ("calendars", "tasks", "battery", "people", "policies", "run", "cost", "prices", "accept"):
             if key == "tasks" or getattr(model, key) != type(model).model_fields[key].default:
                 yield key
         if _unusual(model.traffic, {"zones"}):
             yield "traffic (but zones)"
-        if _unusual(model.fleet, {"size", "robot", "kinds"}) or model.fleet.robot.margin:
+        robots = any(_unusual(robot, {"radius", "speed"}) for robot in model.fleet.sorts())
+        if robots or _unusual(model.fleet, {"size", "robot", "kinds"}):
             yield "fleet (but size, radius and speed of robots)"
 
 

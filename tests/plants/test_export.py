@@ -14,6 +14,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
 from tests.plants.foreign import needs_plants, plant_file
+from tests.world.test_hours import SQUARE
 
 MODELS = Path(__file__).parents[2] / "models"
 FLOOR = {
@@ -94,6 +95,22 @@ def test_two_tables(floor, tmp_path):
         ("left out", "vehicle"): ("robot 1", "robot 2"),
         ("left out", "zone"): ("mouth",),
     }
+
+
+def test_what_goes_wrong_and_when_is_named_as_lost(tmp_path):
+    """No format has calendars, people, or robots that gather speed."""
+    over = {
+        "calendars": {"day": {"open": ["06:00-22:00"]}},
+        "people": {"pickers": {"per_hour": 6, "stay": 30}},
+        "fleet.robot.acceleration": 0.5,
+    }
+    remarks = lost(dw.write_layout(dw.load(SQUARE, over), tmp_path / "floor.lif.json", "lif"))
+    assert remarks["left out", "section"] == (
+        "calendars",
+        "tasks",
+        "people",
+        "fleet (but size, radius and speed of robots)",
+    )
 
 
 def test_a_graph_that_networkx_reads(floor, tmp_path):
