@@ -94,6 +94,12 @@ class Shifts(Part):
         left = without(wrapped(open_ones, 7 * DAY), breaks)
         return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
 
+    def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
+        """It in a few words."""
+        breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
+        days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
+        return f"{', '.join(self.open)}{breaks}{days}"
+
     @model_validator(mode="after")
     def _some(self) -> Shifts:
         if not self.hours(MONDAY + "T00:00", 1.0).stretches:
@@ -120,6 +126,11 @@ class Pattern(Part):
         """On the clock of a run."""
         return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
 
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        first = f", from {self.first:g} on" if self.first else ""
+        return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
+
 
 class Stretches(Part):
     """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
@@ -138,6 +149,10 @@ class Stretches(Part):
     def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
         """On the clock of a run."""
         return Hours(merged(self.between))
+
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
 
 
 _KINDS: dict[str, type[Part]] = {"open": Shifts, "every": Pattern, "between": Stretches}

@@ -17,13 +17,18 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 
-UNKNOWN = "; estimates do not know of it"
-
-
 def left_out(model: Model, layout: Layout) -> list[str]:
+    """A line for each thing that keeps robots or chargers from work at times, and for what never does."""
+    found = [f"{text}; estimates do not know of it" for text in disturbances(model, layout)]
+    for place, (what, calendar) in _at_times(model).items():
+        if _never(model, calendar):
+            found.append(f"{place} is never {what} in this run, by calendar '{calendar}'")
+    return found
+
+
+def disturbances(model: Model, layout: Layout) -> list[str]:
     """A line for each thing that keeps robots or chargers from work at times."""
-    found = [*_failures(model), *_delays(model), *_people(model, layout)]
-    return [*(f"{text}{UNKNOWN}" for text in found), *_at_times(model)]
+    return [*_failures(model), *_delays(model), *_people(model, layout), *_closures(model)]
 
 
 def _failures(model: Model) -> Iterator[str]:
@@ -62,19 +67,26 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
             yield f"people.{name}: visits at {len(people.times)} times"
 
 
-def _at_times(model: Model) -> Iterator[str]:
+def _closures(model: Model) -> Iterator[str]:
     """What is closed or slow at times, if it ever is."""
-    closures, slow, end = model.traffic.closures.items(), model.traffic.slow.items(), _end(model)
-    named = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
-    named |= {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
-    for place, (what, calendar) in named.items():
+    end = _end(model)
+    for place, (what, calendar) in _at_times(model).items():
         hours = model.hours(calendar)
-        if hours.following(0.0)[0] >= end:
-            yield f"{place} is never {what} in this run, by calendar '{calendar}'"
-        elif math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
-            yield f"{place} is {what} at times{UNKNOWN}"
-        else:
-            yield f"{place} is {what} for {amount(100 * hours.share(0.0, end))} % of the time{UNKNOWN}"
+        if math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
+            yield f"{place} is {what} at times"
+        elif not _never(model, calendar):
+            yield f"{place} is {what} for {amount(100 * hours.share(0.0, end))} % of the time"
+
+
+def _at_times(model: Model) -> dict[str, tuple[str, str]]:
+    """Closures, and slow zones with hours: what they are then, and their calendars."""
+    closures, slow = model.traffic.closures.items(), model.traffic.slow.items()
+    found = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
+    return found | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
+
+
+def _never(model: Model, calendar: str) -> bool:
+    return model.hours(calendar).following(0.0)[0] >= _end(model)
 
 
 def _end(model: Model) -> float:

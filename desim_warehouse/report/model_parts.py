@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import errors
+from desim_warehouse.feasibility.left_out import disturbances
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import in_words
 from desim_warehouse.report import html, words
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.fleet import RobotSpec
@@ -37,10 +40,13 @@ def model_facts(model: Model) -> Html:
         ("Unloading", f"at {', '.join(destinations(model, floor))}"),
         ("Battery", _battery(model)),
         ("Policies", _policies(model)),
+        *_hours(model),
+        *[("What goes wrong", text) for text in disturbances(model, floor)],
         ("Time unit", f"1 {units.time} = {words.number(units.seconds)} s"),
     ]
     if model.run.length is not None:
-        length = f"{words.number(model.run.length)} {units.time}"
+        start = f", begun at {model.run.start}" if model.calendars else ""
+        length = f"{words.number(model.run.length)} {units.time}{start}"
         rows.append(("Run", f"{length}, counted after a warm-up of {words.number(model.run.warm_up)} {units.time}"))
     accepted = [item.problem for item in errors(model) if item.code in model.accept]
     rows += [("Accepted error", problem) for problem in accepted]
@@ -63,6 +69,20 @@ def work(model: Model) -> str:
             rate = model.tasks.demand if name == "poisson" else 1
             return text.format(words.number(getattr(goods, name) * rate))
     return "as in the model"
+
+
+def _hours(model: Model) -> Iterator[tuple[str, str]]:
+    """Who keeps which hours, and what these are."""
+    fleet, tasks = model.fleet, model.tasks
+    named = {f"station {name}": station.hours for name, station in model.layout.stations.items()}
+    pauses = {f"station {name}" for name, station in model.layout.stations.items() if station.at_close == "pause"}
+    named |= {"robots": fleet.hours} | {f"robots of kind {name}": kind.hours for name, kind in fleet.kinds.items()}
+    named |= {f"flow {name}": flow.hours for name, flow in tasks.flows.items()}
+    named |= {"tasks": getattr(tasks.goods, "hours", None)}
+    for who, calendar in named.items():
+        if calendar is not None:
+            hours = model.calendars[calendar].words(model.units.time)
+            yield "Hours", f"{who}: {calendar}, {hours}" + ("; what has begun pauses" if who in pauses else "")
 
 
 def _motion(robot: RobotSpec) -> str:

@@ -23,11 +23,13 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import answers, browser, notebook, words
 from desim_warehouse.report.first_page import example
+from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.notebook import report
 from desim_warehouse.report.sentences import conclusions
 from desim_warehouse.report.study_parts import read
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
+from tests.world.test_hours import SQUARE
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
@@ -413,3 +415,30 @@ def test_pdf_comes_from_an_installed_browser(tmp_path):
     path = tmp_path / "pages" / "x.pdf"
     browser.print_pdf("<!DOCTYPE html><title>x</title><p>Fleet</p>", path)
     assert path.read_bytes().startswith(b"%PDF-")
+
+
+def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
+    over = {
+        "calendars": {
+            "day": {"open": ["06:00-14:00"], "breaks": ["09:00-09:15"], "days": ["mon", "tue"]},
+            "wash": {"every": 3600, "lasts": 360, "first": 60},
+            "once": {"between": [[0, 60], [90, 120]]},
+        },
+        "fleet.hours": "day",
+        "layout.stations.desk.hours": "wash",
+        "layout.stations.desk.at_close": "pause",
+        "tasks.goods": {"poisson": 20, "hours": "once"},
+        "traffic.closures": {"gate": {"members": [["A", "B"]], "hours": "wash"}},
+        "run.length": 36_000,
+        "run.start": "06:00",
+    }
+    page = model_facts(dw.load(SQUARE, over))._repr_html_()
+    for fact in (
+        "robots: day, 06:00-14:00 without 09:00-09:15 on mon, tue",
+        "station desk: wash, 360 of every 3600 s, from 60 on; what has begun pauses",
+        "tasks: once, 0 to 60, 90 to 120 s",
+        "traffic.closures.gate is closed for 10 % of the time",
+        "36,000 s, begun at 06:00, counted after",
+    ):
+        assert fact in page
+    assert not {"Hours", "What goes wrong"} & set(re.findall(r">([\w ]+)<", model_facts(dw.load(SQUARE))._repr_html_()))
