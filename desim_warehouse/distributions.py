@@ -400,7 +400,11 @@ Varying = Annotated[
     | Annotated[EmpiricalTime, form("empirical")],
     Forms(
         "a time, or a distribution such as {lognormal: {mean: 8, cv: 0.4}}",
-        {"type": "object", "properties": {"constant": {"type": "number"}}, "required": ["constant"]},
+        {
+            "type": "object",
+            "properties": {"constant": {"type": "number", "description": "the time, always the same"}},
+            "required": ["constant"],
+        },
         pick=_form_of,
     ),
     BeforeValidator(_known),

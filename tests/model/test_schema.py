@@ -7,6 +7,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from desim_warehouse.model import json_schema, load
+from desim_warehouse.model.schema import OUTLINE
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 BAD = Path(__file__).parents[1] / "bad"
@@ -66,6 +67,19 @@ def test_every_key_is_described():
     ]
     assert bare == []
     assert [section["title"] for section in sections if not section.get("description")] == []
+
+
+def every_key(outline, keys=()):
+    """All keys that a file can have, down to a depth that none of ours has."""
+    for key in outline.keys_at(keys) if len(keys) < 8 else ():
+        yield (*keys, key)
+        yield from every_key(outline, (*keys, key))
+
+
+def test_messages_can_say_what_every_key_expects():
+    said = {keys: OUTLINE.expected(keys) for keys in every_key(OUTLINE)}
+    assert len(said) > 200
+    assert said["tasks", "load_time", "constant"] == "a number (the time, always the same)"
 
 
 def test_the_schema_is_a_copy_that_may_be_changed():
