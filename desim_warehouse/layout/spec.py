@@ -377,7 +377,9 @@ class StationSpec(PlacesSpec):
         1, description="robots served at a time at each node"
     )
     hours: CalendarName | None = Field(
-        None, description="a calendar: outside it nothing begins there; default: always open", json_schema_extra=LATER
+        None,
+        description="opening hours, a calendar: outside it nothing begins there; default: always open",
+        json_schema_extra=LATER,
     )
     at_close: Literal["finish", "pause"] = Field(
         "finish",

@@ -173,7 +173,7 @@ class Fleet(Part):
     )
     hours: CalendarName | None = Field(
         None,
-        description="a calendar, of shifts and breaks: outside it robots take up no work; default: always at work",
+        description="shifts and breaks, a calendar: outside it robots take up no work; default: always at work",
         json_schema_extra=LATER,
     )
     robot: RobotSpec

@@ -270,8 +270,8 @@ class FlowSpec(Part):
     stop_time: Varying = Field(0.0, description="handling at each stop of via", json_schema_extra=LATER)
     hours: CalendarName | None = Field(
         None,
-        description="a calendar: tasks are asked for only then; what a schedule or a file asks for outside it is "
-        "released when it opens; default: at all times",
+        description="hours, a calendar: tasks are asked for only then; what a schedule or a file asks for outside it "
+        "is released when it opens; default: at all times",
         json_schema_extra=LATER,
     )
     load_type: Name | None = Field(

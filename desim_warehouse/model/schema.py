@@ -139,7 +139,7 @@ class PoissonGoods(Part):
     poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
     due_within: Duration | None = Field(None, description="time from release to due")
     hours: CalendarName | None = Field(
-        None, description="a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
+        None, description="hours, a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
     )
 
 
