@@ -128,8 +128,8 @@ RULES = {
         "cannot keep up: the backlog grows by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
         f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
-        "by more than one task a robot; what comes in the longest time outside the hours of a station or of robots "
-        "does not count",
+        "by more than one task a robot; what comes in the longest time outside the hours of a station, or of robots "
+        "on average, does not count",
         _cannot_keep_up,
     ),
     "BATTERIES_FALL": VerdictRule(

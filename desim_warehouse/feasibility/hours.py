@@ -55,12 +55,17 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
 
 
 def longest_closed(model: Model) -> float:
-    """The longest time in which a station, or a part of the fleet, is outside its hours, as far as the run goes."""
+    """The longest time in which a station, or the fleet, is outside its hours, as far as the run goes.
+
+    A fleet of which a part f is off for a time g, and that keeps up all the same, falls back by no more than what
+    comes in f g meanwhile: so of robots it is the mean.
+    """
     if not (model.layout.has_hours or model.fleet.has_hours):
         return 0.0
-    names = {station.hours for station in model.layout.stations.values()} | set(model.fleet.hours_of_robots())
+    stations, robots = [station.hours for station in model.layout.stations.values()], model.fleet.hours_of_robots()
     end = math.inf if model.run.length is None else model.run.length
-    return max(_longest_gap(model.hours(name), end) for name in names)
+    gap = {name: _longest_gap(model.hours(name), end) for name in {*stations, *robots}}
+    return max(fmean(gap[name] for name in robots), *(gap[name] for name in stations), 0.0)
 
 
 def _longest_gap(hours: Hours, end: float) -> float:

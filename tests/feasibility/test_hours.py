@@ -165,6 +165,22 @@ def test_what_waits_for_the_next_opening_is_no_overload_and_overload_is():
     assert "CANNOT_KEEP_UP" in {one.code for one in short.verdicts}
 
 
+def test_one_robot_that_leaves_early_is_no_excuse_for_the_others():
+    """Four robots do 192 an hour, and 400 are asked for; the fifth is there for a quarter of the run."""
+    calendars = {"morning": {"between": [[0, 9000]]}}
+    over = {
+        "calendars": calendars,
+        "tasks.goods": {"poisson": 400},
+        "run.length": 36_000,
+        "layout.stations.desk.servers": 5,
+    }
+    places = {"layout.stations.desk.places": 5, "layout.bays.home.places": 5, "fleet.size": 5}
+    kinds = {"fleet.kinds": {"temporary": {"count": 1, "hours": "morning"}}}
+    model = dw.load(LIFELONG, {**over, **places, **kinds})
+    assert longest_closed(model) == pytest.approx(27_000 / 5)
+    assert "CANNOT_KEEP_UP" in {one.code for one in dw.simulate(model).verdicts}
+
+
 def test_only_open_hours_of_servers_are_paid():
     always = dw.simulate(dw.load(LIFELONG, {"tasks.goods": {"poisson": 6}}))
     half = dw.simulate(dw.load(LIFELONG, {"tasks.goods": {"poisson": 6}, "layout.stations.desk.hours": "half"}))
