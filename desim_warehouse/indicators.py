@@ -53,7 +53,8 @@ class Indicator:
     `title`: for people, on axes and in reports. `unit`: its kind of unit; the model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
-    `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks.
+    `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks. `signed`: whether
+    it can be less than 0.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Indicator:
     compute: Callable[[History], float]
     applies: Callable[[History], bool] = lambda _: True
     by_flow: Callable[[FlowHistory], float] | None = None
+    signed: bool = False
 
     def of_flow(self, flow: str) -> Indicator:
         """The indicator of one flow."""
@@ -71,7 +73,7 @@ class Indicator:
 
     @property
     def is_share(self) -> bool:
-        """Whether it lies from 0 to 1."""
+        """Whether it is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
 
 
@@ -453,6 +455,7 @@ INDICATORS = {
             "less",
             _backlog_growth,
             _has_arrivals,
+            signed=True,
         ),
         Indicator(
             "tardiness_mean",
@@ -536,6 +539,7 @@ INDICATORS = {
             "more",
             _energy_lowest,
             _has_batteries,
+            signed=True,  # with `battery.reserve`
         ),
         Indicator(
             "energy_drift_per_hour",
@@ -546,6 +550,7 @@ INDICATORS = {
             "more",
             _energy_drift,
             _has_batteries,
+            signed=True,
         ),
         Indicator(
             "charger_utilisation",
@@ -640,11 +645,11 @@ def look_up(name: str) -> Indicator | None:
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator of ours: 0 to 1 for a share, any other at least 0; unbounded for other numbers."""
+    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1; unbounded for others."""
     indicator = look_up(name)
     if indicator is None:
         return -math.inf, math.inf
-    return 0.0, 1.0 if indicator.is_share else math.inf
+    return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
 
 
 def find(name: str) -> Indicator:

@@ -62,7 +62,7 @@ def indicator_kind(indicator: str) -> str:
 
 
 def is_share(indicator: str) -> bool:
-    """Whether values of an indicator lie between 0 and 1, and are shown in per cent."""
+    """Whether values of an indicator are shares, shown in per cent."""
     known = look_up(indicator)
     return known is not None and known.is_share
 

@@ -12,6 +12,7 @@ from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
 from desim_warehouse.study.plan import is_deterministic, run_seed
 from desim_warehouse.study.statistics import estimate, paired
+from tests.world.test_flows import RING
 
 from .conftest import MULTIBOTS
 
@@ -88,6 +89,22 @@ def test_finished_runs_are_used_again_when_values_and_replications_are_added(tmp
     assert after[: len(before)] == before
     assert len(after) == 9  # four were there
     assert same(more.table, study({"fleet.size": [3, 2, 1], "battery.threshold": [3.5]}, replications=3).run().table)
+
+
+def test_the_interval_of_an_indicator_below_zero_is_around_its_mean():
+    """Batteries that fall, and a backlog that shrinks, from a heap of tasks at the start on."""
+    flows = {
+        "heap": {"from": "storage", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 30}]}},
+        "more": {"from": "storage", "to": "pack", "arrivals": {"poisson": 10}},
+    }
+    battery = {"capacity": 100, "threshold": 5, "consumption": 0.002, "charge_rate": 0.0001}
+    model = dw.load(RING, {"tasks.flows": flows, "battery": battery, "run": {"length": 3600, "warm_up": 600}})
+    runs = dw.Study(model, {"fleet.size": [2]}, replications=4)
+    results = runs.run(workers=1).results
+    for name in ("energy_drift_per_hour", "backlog_growth_per_hour"):
+        found = results.estimate(results.runs(results.baseline), name)
+        assert found.mean < 0
+        assert found.interval[0] < found.mean < found.interval[1]
 
 
 def test_a_finished_study_runs_nothing(tmp_path, monkeypatch):
