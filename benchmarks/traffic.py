@@ -22,8 +22,8 @@ from benchmarks import GROUPS, sorting, up_to
 from benchmarks.memory import peak
 from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.spec import LayoutSpec
-from desim_warehouse.layout.travel import RouteOracle
 from desim_warehouse.log import Log
 from desim_warehouse.world import World
 from desim_warehouse.world.body import Body

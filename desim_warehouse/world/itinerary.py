@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from desim_warehouse.layout.travel import RouteOracle
+    from desim_warehouse.layout.oracle import RouteOracle
     from desim_warehouse.policies import Task
     from desim_warehouse.world.avoidance import Avoidance
     from desim_warehouse.world.body import Body

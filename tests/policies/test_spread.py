@@ -8,7 +8,7 @@ import networkx as nx
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.layout.travel import RouteOracle
+from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.model.oriented import orient
 from desim_warehouse.run import check
 from desim_warehouse.world import World

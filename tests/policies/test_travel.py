@@ -7,8 +7,9 @@ from itertools import pairwise
 import networkx as nx
 import pytest
 
-from desim_warehouse.layout import travel
-from desim_warehouse.layout.travel import FreeTravel, RouteOracle
+from desim_warehouse.layout import oracle as oracles
+from desim_warehouse.layout.oracle import RouteOracle
+from desim_warehouse.layout.travel import FreeTravel
 
 SPEED, NODE_TIME = 2.0, 1.5
 
@@ -88,7 +89,7 @@ def test_what_cannot_be_reached_is_infinitely_far(cost):
 @pytest.mark.parametrize("cost", ["hops", "length"])
 def test_few_rows_are_kept_and_the_answers_stay(monkeypatch, cost):
     made = graph(5)
-    monkeypatch.setattr(travel, "KEPT", 3 * len(made))
+    monkeypatch.setattr(oracles, "KEPT", 3 * len(made))
     small = RouteOracle(made, cost, SPEED, NODE_TIME)
     monkeypatch.undo()
     large = RouteOracle(made, cost, SPEED, NODE_TIME)
@@ -107,6 +108,6 @@ def test_ten_thousand_nodes_need_no_table_of_all_pairs():
             for target in ((row, (column + 1) % side), ((row + 1) % side, column)):
                 made.add_edge(f"{row}.{column}", f"{target[0]}.{target[1]}", length=1.0, speed=math.inf)
     oracle = RouteOracle(made, "length", 1.0, 0.0)
-    assert oracle._keep * side**2 <= travel.KEPT
+    assert oracle._keep * side**2 <= oracles.KEPT
     assert [oracle.length("0.0", f"{i}.{i}") for i in (1, 50, 99)] == [2, 100, 198]
     assert len(oracle._rows) == 3

@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.layout.travel import RouteOracle
+from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.policies.routing import CongestionAware
 from tests.world.test_determinism import BUSY, LIFELONG

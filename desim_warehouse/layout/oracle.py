@@ -1,0 +1,355 @@
+"""The distance oracle: directed distances and driving times between nodes, worked out when asked for.
+
+One search a row (scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
+search from an origin), kept for the rows used last; so memory stays within KEPT numbers, also on layouts of
+10,000 nodes. Routes that end at a hub (a station, a bay) are searched towards it, routes that only begin at one from
+it: robots drive between hubs and storage, so a row for each hub serves nearly all routes.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections import OrderedDict, deque
+from functools import lru_cache
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Literal
+
+from desim_warehouse.layout.turning import Turns, last_steps
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    import networkx as nx
+
+Cost = Literal["hops", "length", "time"]
+Row = tuple[Any, Any, Any, Any]
+KEPT = 24_000_000
+"""Numbers of each kind that an oracle keeps: rows times nodes (192 MB of times, as much of lengths).
+
+A decision asks for a row for each open task. Where fewer are kept than there are open tasks, every decision searches
+all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 open tasks took ten times as long.
+"""
+WAYS = 5_000
+"""Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
+TIE = 1e-9
+"""Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
+
+
+class RouteOracle:
+    """The cheapest routes on the Highways for one cost of an edge, with their lengths and free driving times.
+
+    `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1
+    does; `length` is in length units; `time` includes node times and edge speed limits, waiting not. Times of
+    a route are at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes
+    are compared by length or time; the lengths and times given are those driven.
+    """
+
+    def __init__(
+        self,
+        highways: nx.DiGraph,
+        cost: Cost,
+        speed: float,
+        node_time: float,
+        hubs: Iterable[str] = (),
+        turn_time: float = 0.0,
+        node_times: Mapping[str, float] | None = None,
+        stop_time: float = 0.0,
+    ) -> None:
+        own = node_times or {}
+        self.cost = cost
+        self.names = list(highways)
+        self.index = {name: i for i, name in enumerate(self.names)}
+        self._next: list[list[tuple[int, float, float]]] = [
+            [
+                (
+                    self.index[target],
+                    data["length"],
+                    data["length"] / min(speed, data["speed"]) + own.get(target, node_time),
+                )
+                for target, data in highways[name].items()
+            ]
+            for name in self.names
+        ]
+        self._counts = [[data.get("counts", 1.0) for data in highways[name].values()] for name in self.names]
+        self._counted = cost != "hops" and any(count != 1 for row in self._counts for count in row)
+        self._closed = frozenset(i for i, name in enumerate(self.names) if highways.nodes[name].get("in_lane"))
+        edges = self._every_edge() if turn_time else []
+        self._turns = Turns(highways, edges, turn_time, self._closed, stop_time) if turn_time else None
+        self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
+        self._hubs = frozenset(hubs)
+        self._keep = max(KEPT // max(len(self.names), 1), 1)
+        self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
+        self._way = lru_cache(WAYS)(self._searched)
+        self._edges: Any = None
+        self._open: dict[tuple[int, bool], Any] = {}
+        self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
+
+    def length(self, origin: str, goal: str) -> float:
+        """Length of the route; inf where there is none."""
+        row, at = self._row_of(origin, goal)
+        return float(row[0][at])
+
+    def time(self, origin: str, goal: str) -> float:
+        """Free driving time of the route; inf where there is none."""
+        row, at = self._row_of(origin, goal)
+        return float(row[1][at])
+
+    def counted(self, origin: str, goal: str) -> float:
+        """What the route counts in comparisons with others: more than its cost if it leads against a direction."""
+        row, at = self._row_of(origin, goal)
+        return float(row[3][at])
+
+    def way(self, origin: str, goal: str, tie: int = 0) -> list[str]:
+        """Nodes of the route, both ends included; empty where there is none.
+
+        Another `tie` gives another of the routes of the same length and time, where there are several; none where turns
+        take time.
+        """
+        return list(self._way(origin, goal, tie))
+
+    def _searched(self, origin: str, goal: str, tie: int) -> Sequence[str]:
+        forward = self._forward(origin, goal)
+        row, at = self._row_of(origin, goal)
+        if math.isinf(row[0][at]):
+            return ()
+        names, root, steps = self.names, self.index[origin if forward else goal], row[2]
+        way = [names[at]]
+        if self._is_over_edges:
+            assert self._turns is not None
+            ends, size = self._turns.far_ends(forward=forward), len(names)
+            while (at := steps[at]) >= size:
+                way.append(names[ends[at - size]])
+        while at != root:
+            tied = tie and self._turns is None
+            at = self._tied(row, at, root, tie, forward=forward) if tied else steps[at]
+            way.append(names[at])
+        return way[::-1] if forward else way
+
+    @property
+    def _is_over_edges(self) -> bool:
+        """Whether routes are searched for over edges, as the turns between them count."""
+        return self._turns is not None and self.cost == "time"
+
+    def beside(self, origin: str, goal: str) -> tuple[str, str]:
+        """The second and the last node but one of a route with two nodes or more, where turns count."""
+        import numpy as np
+
+        forward = self._forward(origin, goal)
+        (_, _, steps, _), at = self._row_of(origin, goal)
+        root = self.index[origin if forward else goal]
+        if (root, forward) not in self._beside:
+            self._beside[root, forward] = self._next_to(np.frombuffer(steps, dtype=np.intc), root, forward=forward)
+        near, far = (self.names[nodes[at]] for nodes in self._beside[root, forward])
+        return (far, near) if forward else (near, far)
+
+    def _next_to(self, steps: Any, root: int, *, forward: bool) -> tuple[Any, Any]:
+        """For every node the next towards the root, and the last before the root."""
+        import numpy as np
+
+        last, size, turns = last_steps(steps, root), len(self.names), self._turns
+        if not self._is_over_edges:
+            return steps, last
+        assert turns is not None
+        far, near = turns.far_ends(forward=forward), turns.far_ends(forward=not forward)
+        here = np.arange(size)
+        return (
+            np.where(steps[:size] >= size, far[steps[:size] - size], here),
+            np.where(last[:size] >= size, near[last[:size] - size], here),
+        )
+
+    def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
+        """All edges by the numbers of their nodes, with length, time and what routes are compared by."""
+        return [
+            (source, target, length, time, count * time)
+            for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
+            for (target, length, time), count in zip(edges, counts, strict=True)
+        ]
+
+    def _tied(self, row: Row, at: int, root: int, tie: int, *, forward: bool) -> int:
+        """The next node towards the root on one of the routes that are as cheap, as long and take as long."""
+        lengths, times, _, costs = row
+        length, time, cost = lengths[at] * TIE, times[at] * TIE, costs[at] * TIE
+        nexts = [
+            there
+            for there, long, lasts, counts in self._towards(forward=forward)[at]
+            if costs[there] < costs[at]
+            and (there == root or there not in self._closed)
+            and abs(costs[there] + counts - costs[at]) <= cost
+            and abs(lengths[there] + long - lengths[at]) <= length
+            and abs(times[there] + lasts - times[at]) <= time
+        ]
+        return nexts[_drawn(tie, at, root) % len(nexts)] if nexts else int(row[2][at])
+
+    def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
+        """By node the nodes that a route to the root may lead to, with length, time and cost of the edge between."""
+        if forward not in self._steps:
+            found: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
+            for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
+                for (target, length, time), count in zip(edges, counts, strict=True):
+                    cost = 1.0 if self.cost == "hops" else count * (length if self.cost == "length" else time)
+                    one, other = (target, source) if forward else (source, target)
+                    found[one].append((other, length, time, cost))
+            self._steps[forward] = found
+        return self._steps[forward]
+
+    def matrix(self, origins: Sequence[str], goals: Sequence[str], what: Literal["length", "time"]) -> Any:
+        """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
+        import numpy as np
+
+        part = 0 if what == "length" else 1
+        starts: dict[str, int] = {}
+        ends: dict[str, int] = {}
+        rows = [starts.setdefault(name, len(starts)) for name in origins]
+        columns = [ends.setdefault(name, len(ends)) for name in goals]
+        start, end = (np.array([self.index[name] for name in names], dtype=np.intp) for names in (starts, ends))
+        table = np.empty((len(starts), len(ends)))
+        hub = np.array([self._forward(name, "") for name in starts])
+        plain = np.array([self.cost == "hops" or name not in self._hubs for name in ends])
+        for i in np.flatnonzero(hub) if plain.any() else ():
+            row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
+            table[i, plain] = row[end[plain]]
+        for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
+            if some.any() and others.any():
+                there = itemgetter(*start[others].tolist())
+                found = [there(self._row(goal, forward=False)[part]) for goal in end[some].tolist()]
+                table[np.ix_(others, some)] = np.array(found).reshape(len(found), -1).T
+        return table[rows][:, columns]
+
+    def _forward(self, origin: str, goal: str) -> bool:
+        """Whether a route is searched from its origin."""
+        return self.cost == "hops" or (origin in self._hubs and goal not in self._hubs)
+
+    def _row_of(self, origin: str, goal: str) -> tuple[Row, int]:
+        if self._forward(origin, goal):
+            return self._row(self.index[origin], forward=True), self.index[goal]
+        return self._row(self.index[goal], forward=False), self.index[origin]
+
+    def _row(self, root: int, *, forward: bool) -> Row:
+        """Lengths, times and next nodes (towards the root) of all nodes, and what the routes count."""
+        key = root, forward
+        row = self._rows.get(key)
+        if row is None:
+            row = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root, forward=forward)
+            self._rows[key] = row
+            if len(self._rows) > self._keep:
+                self._beside.pop(self._rows.popitem(last=False)[0], None)
+        elif len(self._rows) == self._keep:
+            self._rows.move_to_end(key)
+        return row
+
+    def _breadth_first(self, root: int) -> Row:
+        size = len(self.names)
+        lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
+        before = array("i", range(size))
+        lengths[root] = times[root] = 0.0
+        seen, line = {root}, deque([root])
+        while line:
+            here = line.popleft()
+            if here != root and here in self._closed:
+                continue
+            for there, length, time in self._next[here]:
+                if there not in seen:
+                    seen.add(there)
+                    before[there] = here
+                    lengths[there] = lengths[here] + length
+                    times[there] = times[here] + time
+                    line.append(there)
+        if self._turns is not None:
+            import numpy as np
+
+            first = self._turns.between(np.frombuffer(before, dtype=np.intc))
+            turned = _along(np.frombuffer(before, dtype=np.intc), first)
+            times = array("d", (np.frombuffer(times) + turned).tobytes())
+        return lengths, times, before, lengths
+
+    def _dijkstra(self, root: int, *, forward: bool) -> Row:
+        import numpy as np
+        from scipy.sparse.csgraph import dijkstra
+
+        if self._is_over_edges:
+            assert self._turns is not None
+            found = self._turns.fastest(root, forward=forward)
+            made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", found, strict=True)]
+            return made[0], made[1], made[2], made[3]
+        if self._edges is None:
+            self._edges = self._matrices()
+        graphs, keys, columns = self._edges
+        search: Any = dijkstra
+        towards = graphs[forward]
+        if self._closed:
+            towards = self._without_passing(graphs[True], root, forward=forward)
+        costs, steps = search(towards, indices=root, return_predecessors=True)
+        here = np.arange(len(costs))
+        steps = np.where(steps < 0, here, steps)
+        moved = steps != here
+        source, target = (steps, here) if forward else (here, steps)
+        edges = keys[1][np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])]
+
+        def along(what: Cost) -> Any:
+            """Length or time of the routes found."""
+            if what == self.cost and not self._counted:
+                return costs
+            first = np.where(np.isinf(costs), np.inf, 0.0)
+            first[moved] = columns[what][edges]
+            if what == "time" and self._turns is not None:
+                first += self._turns.between(steps)
+            return _along(steps, first)
+
+        lengths, times, before = (
+            array(kind, row.astype(kind).tobytes())
+            for kind, row in zip("ddi", (along("length"), along("time"), steps), strict=True)
+        )
+        if self._counted:
+            return lengths, times, before, array("d", costs.tobytes())
+        return lengths, times, before, lengths if self.cost == "length" else times
+
+    def _without_passing(self, graph: Any, root: int, *, forward: bool) -> Any:
+        """The Highways, from or towards a node, without edges by which a route would go on beyond a bay in a lane."""
+        import numpy as np
+        from scipy.sparse import csr_array
+
+        key = root if root in self._closed else -1, forward
+        if key not in self._open:
+            edges = graph.tocoo()
+            begin, end = (edges.row, edges.col) if forward else (edges.col, edges.row)
+            kept = ~np.isin(begin, list(self._closed - {root}))
+            self._open[key] = csr_array((edges.data[kept], (begin[kept], end[kept])), shape=graph.shape)
+        return self._open[key]
+
+    def _matrices(self) -> tuple[dict[bool, Any], Any, dict[str, Any]]:
+        """The Highways with their costs, forward or not; edges by (from, to) in order; their lengths and times."""
+        import numpy as np
+        from scipy.sparse import csr_array
+
+        size = len(self.names)
+        edges = [(i, *edge) for i, row in enumerate(self._next) for edge in row]
+        source, target, length, time = (np.array(column) for column in zip(*edges, strict=True))
+        columns = {"length": length, "time": time}
+        cost = columns[self.cost]
+        if self._counted:
+            cost = cost * np.concatenate([np.array(row) for row in self._counts])
+        keys = source * size + target
+        order = np.argsort(keys)
+        graphs = {
+            forward: csr_array((cost, ends), shape=(size, size))
+            for forward, ends in ((True, (source, target)), (False, (target, source)))
+        }
+        return graphs, (keys[order], order), columns
+
+
+def _drawn(tie: int, node: int, root: int) -> int:
+    """A number that looks drawn at random but hangs on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
+    return mixed >> 15 ^ mixed >> 7
+
+
+def _along(steps: Any, first: Any) -> Any:
+    """Sum of `first` along the chains of `steps`, each of which ends in a node that leads to itself."""
+    total = first
+    while True:
+        further = steps[steps]
+        total = total + total[steps]
+        if (further == steps).all():
+            return total
+        steps = further
