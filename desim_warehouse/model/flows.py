@@ -381,23 +381,24 @@ _ENDS = {
 }
 
 
-def in_words(flow: FlowSpec) -> str:
-    """A flow in a few words, such as `dock to storage, 40 tasks an hour`."""
+def in_words(flow: FlowSpec, demand: float) -> str:
+    """A flow in a few words, such as `dock to storage, 40 tasks an hour`; `demand`: multiplies what is asked for."""
     (first, *more) = flow.routes
     way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
     way += f" by way of {spoken(flow.via)}" if flow.via else ""
     when = flow.when
     if isinstance(when, PoissonArrivals):
-        said = f"{when.poisson:g} tasks an hour"
+        said = f"{when.poisson * demand:g} tasks an hour"
     elif isinstance(when, SaturatedArrivals):
         said = f"{when.saturated} tasks always open"
     elif isinstance(when, ProfileArrivals):
         rates = when.profile.per_hour
-        said = f"{min(rates):g} to {max(rates):g} tasks an hour by a profile"
+        said = f"{min(rates) * demand:g} to {max(rates) * demand:g} tasks an hour by a profile"
     elif isinstance(when, OrdersArrivals):
         said = f"orders from {PurePath(when.orders.file).name}"
+        said += f", {demand:g} times as many" if demand != 1 and not fixed_orders(flow) else ""
     else:
-        said = f"{sum(batch.tasks for batch in when.schedule)} tasks by a schedule"
+        said = f"{sum(tasks for _, tasks in when.times(demand))} tasks by a schedule"
     return f"{way}, {said}"
 
 

@@ -57,7 +57,7 @@ def work(model: Model) -> str:
     """The demand in words."""
     goods = model.tasks.goods
     if model.tasks.flows:
-        return "; ".join(f"{name}: {in_words(flow)}" for name, flow in model.tasks.flows.items())
+        return "; ".join(f"{name}: {in_words(flow, model.tasks.demand)}" for name, flow in model.tasks.flows.items())
     if isinstance(goods, tuple):
         return f"{len(goods)} goods, one by one as listed"
     for name, text in (

@@ -67,18 +67,18 @@ def answer(run: Run) -> list[str]:
     lines = [
         *(sentences.sentence(verdict.text) for verdict in run.verdicts),
         (
-            f"{words.number(kpis['tasks'])} tasks delivered in {_counted_time(run)}, "
+            f"{words.number_of(kpis['tasks'], 'task')} delivered in {_counted_time(run)}, "
             f"{words.number(kpis['throughput_per_hour'])} an hour."
         ),
     ]
     if "on_time" in kpis:
         lines.append(f"{words.amount('on_time', kpis['on_time'])} of the tasks were delivered on time.")
     lines.append(
-        f"{words.number(kpis['S'])} collisions (waiting episodes); the fleet waited "
+        f"{words.number_of(kpis['S'], 'collision')} (waiting episodes); the fleet waited "
         f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
     )
     if run.model.battery is not None:
-        lines.append(f"{words.number(kpis['C'])} charge cycles after which a robot went out again.")
+        lines.append(f"{words.number_of(kpis['C'], 'charge cycle')} after which a robot went out again.")
     if "breakdowns" in kpis:
         lines.append(_breakdowns(kpis))
     if "annual_cost" in kpis:
@@ -90,9 +90,9 @@ def answer(run: Run) -> list[str]:
 
 def _breakdowns(kpis: Mapping[str, float]) -> str:
     """How often robots broke down, and what it cost."""
-    number, share = int(kpis["breakdowns"]), kpis["availability"]
+    share = kpis["availability"]
     available = f"; they are available {words.number(100 * share)} % of their time in operation" if share < 1 else ""
-    return f"{words.number(number)} breakdown{'s' * (number != 1)} of robots{available}."
+    return f"{words.number_of(kpis['breakdowns'], 'breakdown')} of robots{available}."
 
 
 def short(run: Run) -> Html:
@@ -197,7 +197,7 @@ def account(run: Run) -> Html:
     said = (
         f"The largest part of a {by}'s time is {doing}: {words.number(float(parts[name]) / count)} of "
         f"{words.number(whole / count)} {run.model.units.time}, {words.number(100 * float(parts[name]) / whole, 0)} %, "
-        f"on average over {words.number(count)} {by}{'s' * (count > 1)}"
+        f"on average over {words.number_of(count, by)}"
     )
     if by == "task":
         said += "; each from its release to its delivery, or to the end of the run"

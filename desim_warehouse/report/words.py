@@ -191,6 +191,11 @@ def number(value: float, digits: int | None = None) -> str:
     return shown.replace("-", "−") if float(shown.replace(",", "")) else shown.removeprefix("-")
 
 
+def number_of(count: float, what: str) -> str:
+    """So many of something, `what` in the singular: `1 task`, `1,200 tasks`."""
+    return f"{number(count)} {what}{'s' * (count != 1)}"
+
+
 def decimals(half_width: float) -> int:
     """Decimals at which a half-width shows two significant digits."""
     if not half_width or not math.isfinite(half_width):

@@ -21,14 +21,15 @@ import desim_warehouse as dw
 from desim_warehouse.account import OF_TASKS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import answers, browser, notebook, words
+from desim_warehouse.report import answers, browser, notebook, run_parts, words
 from desim_warehouse.report.first_page import example
-from desim_warehouse.report.model_parts import model_facts
+from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.notebook import report
 from desim_warehouse.report.sentences import conclusions
 from desim_warehouse.report.study_parts import read
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
+from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
 ROOT = Path(__file__).parents[2]
@@ -287,6 +288,29 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [2, 2, 2]
     assert lines[2] == "Of 6 designs 2 meet it, 2 do not, 2 are too close to tell."
+
+
+def test_one_task_is_not_tasks():
+    flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 1}]}}
+    run = dw.simulate(dw.load(RING, {"tasks.flows": {"work": flow}}))
+    assert run_parts.answer(run)[0] == "1 task delivered in 90 s, 40 an hour."
+
+
+def test_the_work_of_flows_is_what_the_demand_makes_of_it():
+    ends = {"from": "dock", "to": "pack"}
+    flows = {
+        "steady": {**ends, "arrivals": {"poisson": 20}},
+        "day": {**ends, "arrivals": {"profile": {"per_hour": [10, 30]}}},
+        "lorry": {**ends, "arrivals": {"schedule": [{"at": 0, "tasks": 7}, {"at": 60, "tasks": 8}]}},
+        "always": {**ends, "arrivals": {"saturated": 2}},
+    }
+    model = dw.load(RING, {"tasks.flows": flows, "tasks.demand": 1.5, "run.length": 3600})
+    assert [line.rpartition(", ")[2] for line in work(model).split("; ")] == [
+        "30 tasks an hour",
+        "15 to 45 tasks an hour by a profile",
+        "22 tasks by a schedule",
+        "2 tasks always open",
+    ]
 
 
 def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_path):
