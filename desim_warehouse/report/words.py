@@ -28,12 +28,13 @@ STATE_WORDS = {name: state.doing for name, state in TIMES.items()}
 """State of a robot: what it does, for people."""
 
 _FACTOR_UNITS = (
-    (r"fleet\.(first_)?exit_time|tasks\..*_time|run\.|traffic\.node_time", "time"),
+    (r"fleet\.(first_)?exit_time|(tasks|layout\.stations)\..*(_time|\.due_within)$", "time"),
+    (r"run\.(length|warm_up)|traffic\.(node|turn)_time", "time"),
     (r"fleet\.robot\.(radius|margin)|layout\.blocks\.(goods_size|.*aisle_width)", "length"),
-    (r"fleet\..*\bspeed", "speed"),
+    (r"(fleet|traffic\.slow)\..*\bspeed", "speed"),
     (r"fleet\..*celeration", "acceleration"),
     (r"battery\.(capacity|threshold|reserve)", "energy"),
-    (r"tasks\.goods\.poisson", "tasks per hour"),
+    (r"tasks\..*\.poisson", "tasks per hour"),
     (r"traffic\.collision_angle", "degrees"),
 )
 _LONGEST = 44

@@ -37,9 +37,7 @@ class Zone:
 
 def robot_radii(model: Model) -> list[float]:
     """The radius of every robot, by number."""
-    fleet = model.fleet
-    radii = [kind.radius or fleet.robot.radius for kind in fleet.kinds.values() for _ in range(kind.count)]
-    return radii + [fleet.robot.radius] * (fleet.size - len(radii))
+    return [robot.radius for robot in model.fleet.robots()]
 
 
 def zones(model: Model, layout: Layout) -> list[Zone]:

@@ -85,7 +85,7 @@ def by_factor(
         axes.margins(x=0.04)
         if target is not None:
             _target(axes, indicator, target * scale, [cell.estimate.mean for cell in found])
-        elif all(cell.estimate.mean >= 0 for cell in found):
+        elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
             axes.set_ylim(bottom=0)
         if words.is_share(indicator):
             axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")

@@ -39,8 +39,6 @@ class Scale:
 
 def scale_of(run: Run, start: float, end: float) -> Scale:
     """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
-    fleet = run.model.fleet
     grain = min(robot_radii(run.model)) / FINENESS
-    fastest = max(fleet.robot.speed, fleet.fastest)
     longest = max(end - start, run.record.end)
-    return Scale(grain, max(grain / fastest, 4 * longest / LARGEST), start, end)
+    return Scale(grain, max(grain / run.model.fleet.fastest, 4 * longest / LARGEST), start, end)
