@@ -36,9 +36,10 @@ class Points:
     """Where tasks begin or end: the nodes of stations, or the edges of storage places.
 
     `before` and `after` are the times from an edge's start to the place and from there to its end; `weights` add up
-    to 1.
+    to 1. `names` tell one from another; nan: each stands for several places.
     """
 
+    names: Any
     places: Sequence[Edge | str]
     before: Any
     after: Any
@@ -185,9 +186,10 @@ class FlowMix:
                 picks, drops = self._points(route.source), self._points(route.target)
                 at, after, stops = self._over(flow, picks)
                 times = self.travel.between(at, drops.places) + after[:, None] + drops.before
-                of = picks.weights[:, None] * drops.weights
+                to = _other_places(picks, drops)
                 if not isinstance(route.target, StorageEnd) and self.model.tasks.station_choice in {"each", "nearest"}:
-                    of = picks.weights[:, None] * np.eye(len(drops.places))[times.argmin(axis=1)]
+                    to = np.eye(len(drops.places))[np.where(to > 0, times, np.inf).argmin(axis=1)]
+                of = picks.weights[:, None] * to
                 yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of, stops)
 
     def _over(self, flow: FlowSpec, picks: Points) -> tuple[Sequence[Edge | str], Any, dict[str, float]]:
@@ -210,20 +212,31 @@ class FlowMix:
 
         if not isinstance(places, StorageEnd):
             nodes, none = list(places), np.zeros(len(places))
-            return Points(nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
+            return Points(np.array(nodes, dtype=object), nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
         storage = self.layout.storage
         popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
         weights = shares(popularity, storage)
         weights = np.full(len(storage), 1 / len(storage)) if weights is None else weights
-        there = np.flatnonzero(weights)
+        names = there = np.flatnonzero(weights)
         weights = weights[there]
         if len(there) > POINTS:
             at = np.searchsorted(np.cumsum(weights), (np.arange(POINTS) + 0.5) / POINTS * weights.sum())
             there, weights = there[np.minimum(at, len(there) - 1)], np.full(POINTS, 1 / POINTS)
+            names = np.full(POINTS, np.nan)
         some = [storage[number] for number in there]
         times = [self.travel.along(place.edge, place.offset) for place in some]
         before, after = (np.array(part) for part in zip(*times, strict=True))
-        return Points([place.edge for place in some], before, after, weights)
+        return Points(names, [place.edge for place in some], before, after, weights)
+
+
+def _other_places(picks: Points, drops: Points) -> Any:
+    """The part of each pick's tasks (rows) that goes to each drop: none to the same place, where there are others."""
+    import numpy as np
+
+    same = picks.names[:, None] == drops.names
+    to = np.where(same, 0.0, drops.weights)
+    to[~to.any(axis=1)] = drops.weights
+    return to / to.sum(axis=1, keepdims=True) if same.any() else to
 
 
 def flow_rates(model: Model) -> dict[str, float]:

@@ -101,7 +101,22 @@ def test_turns_and_nodes_of_their_own_time_are_counted():
     assert (cycle.empty, cycle.loaded) == pytest.approx((15 + 3, 65 + 6))
 
 
-@pytest.mark.parametrize("ends", [("storage", "pack"), (first(1), first(0))], ids=["unload", "relocate"])
+def test_no_task_goes_from_a_place_to_itself():
+    report = checked({"from": "storage", "to": "storage", "arrivals": {"poisson": 20}})
+    # with the load from one of the two places to the other: 65 or 15; empty also round to the same: 80
+    cycle = report.calculation.cycle
+    assert (cycle.empty, cycle.loaded) == pytest.approx(((80 + 80 + 65 + 15) / 4, 40))
+    flow = {"from": ["dock", "pack"], "to": ["dock", "pack"], "arrivals": {"poisson": 20}}
+    for choice in ("random", "nearest"):
+        cycle = checked(flow, tasks__station_choice=choice).calculation.cycle
+        assert (cycle.empty, cycle.loaded) == pytest.approx((20, 40))
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [("storage", "pack"), ("storage", "storage"), (first(1), first(0))],
+    ids=["unload", "relocate", "back and forth"],
+)
 @pytest.mark.parametrize("traffic", [{}, {"turn_time": 3}, {"nodes": {"C": {"time": 7}}}])
 def test_the_hand_calculation_is_what_an_unhurried_robot_does(ends, traffic):
     """A lone robot that always has a task: its throughput is that of the calculation."""
