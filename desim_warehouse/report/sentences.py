@@ -102,13 +102,15 @@ def levels_of(study: Results, design: str) -> dict[str, Any]:
 def _amount(study: Results, indicator: str, row: Difference) -> str:
     """By how much: with the half-width, and as a share of the baseline's mean."""
     estimate = row.estimate
-    unit = words.unit(words.indicator_kind(indicator), study.base.units)
-    digits = None if estimate.half_width is None else words.decimals(estimate.half_width)
-    by = words.number(abs(estimate.mean), digits)
-    if estimate.half_width is not None:
-        by += f" ± {words.number(estimate.half_width, digits)}"
+    scale, unit = 1, words.unit(words.indicator_kind(indicator), study.base.units)
+    if words.is_share(indicator):
+        scale, unit = 100, "percentage points"
+    half_width = None if estimate.half_width is None else scale * estimate.half_width
+    digits = None if half_width is None else words.decimals(half_width)
+    by = words.number(scale * abs(estimate.mean), digits)
+    by += "" if half_width is None else f" ± {words.number(half_width, digits)}"
     by += f" {unit}" if unit else ""
-    by += ", exactly" if estimate.half_width is None else ""
+    by += ", exactly" if half_width is None else ""
     values = study.values(study.baseline, indicator)
     base = values[~np.isnan(values)].mean()
     if not base:

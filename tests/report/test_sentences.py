@@ -67,6 +67,16 @@ def test_a_clear_fall_is_said_with_its_interval(model):
     )
 
 
+def test_shares_differ_by_percentage_points(model):
+    base, more = [0.50, 0.52, 0.49, 0.51, 0.48], [0.90, 0.93, 0.88, 0.92, 0.87]
+    (line,) = conclusions(facts(model, runs(on_time={1: base, 2: more})))
+    difference = paired(more, base)
+    assert line == (
+        "Delivered on time is higher with fleet.size = 2 than with fleet.size = 1, "
+        f"by {100 * difference.mean:.1f} ± {100 * difference.half_width:.1f} percentage points (+80 %)."
+    )
+
+
 def test_noise_is_met_with_silence(model):
     rng = np.random.default_rng(3)
     noise = {size: rng.normal(100, 5, 6).tolist() for size in (1, 2, 3)}
