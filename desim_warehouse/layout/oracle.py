@@ -15,7 +15,7 @@ from functools import lru_cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.layout.turning import Turns, last_steps
+from desim_warehouse.layout.turning import Turns, last_steps, sums_along
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -259,7 +259,7 @@ class RouteOracle:
             import numpy as np
 
             first = self._turns.between(np.frombuffer(before, dtype=np.intc))
-            turned = _along(np.frombuffer(before, dtype=np.intc), first)
+            turned = sums_along(np.frombuffer(before, dtype=np.intc), first)
             times = array("d", (np.frombuffer(times) + turned).tobytes())
         return lengths, times, before, lengths
 
@@ -294,7 +294,7 @@ class RouteOracle:
             first[moved] = columns[what][edges]
             if what == "time" and self._turns is not None:
                 first += self._turns.between(steps)
-            return _along(steps, first)
+            return sums_along(steps, first)
 
         lengths, times, before = (
             array(kind, row.astype(kind).tobytes())
@@ -342,14 +342,3 @@ def _drawn(tie: int, node: int, root: int) -> int:
     """A number that looks drawn at random but hangs on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7
-
-
-def _along(steps: Any, first: Any) -> Any:
-    """Sum of `first` along the chains of `steps`, each of which ends in a node that leads to itself."""
-    total = first
-    while True:
-        further = steps[steps]
-        total = total + total[steps]
-        if (further == steps).all():
-            return total
-        steps = further

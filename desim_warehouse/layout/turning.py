@@ -102,7 +102,7 @@ class Turns:
         sums = []
         for first_of in (self.length, self.time + turn):
             along = np.concatenate([np.zeros(size), np.where(found, first_of, 0.0)])
-            sums.append(np.where(has, _sums(steps, along)[:size], np.inf))
+            sums.append(np.where(has, sums_along(steps, along)[:size], np.inf))
             sums[-1][root] = 0.0
         costs = np.where(has, costs[size + best], np.inf)
         costs[root] = 0.0
@@ -134,9 +134,9 @@ class Turns:
         return self._graphs[forward]
 
 
-def _sums(steps: Any, first: Any) -> Any:
+def sums_along(steps: Any, first: Any) -> Any:
     """Sum of `first` along the chains of `steps`, each of which ends where it leads to itself, with 0 there."""
-    total = first.copy()
+    total = first
     while True:
         further = steps[steps]
         total = total + total[steps]
