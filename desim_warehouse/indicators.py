@@ -44,6 +44,8 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
+ROUNDING = 1e-9
+"""Part by which sums of energy may differ and still be the same."""
 
 
 @dataclass(frozen=True)
@@ -177,11 +179,12 @@ def _energy_lowest(history: History) -> float:
 
 
 def _energy_drift(history: History) -> float:
-    """Energy charged minus energy drawn."""
+    """Energy charged minus energy drawn; 0 where the two differ by rounding alone."""
     battery, hours = history.model.battery, history.counted / history.model.units.hour
     if battery is None or not hours:
         return math.nan
-    gained = history.charged - history.totals["energy"]
+    charged, drawn = history.charged, history.totals["energy"]
+    gained = 0.0 if math.isclose(charged, drawn, rel_tol=ROUNDING) else charged - drawn
     return gained / (battery.capacity * history.model.fleet.size) / hours
 
 

@@ -19,10 +19,15 @@ _LISTED = 6
 
 def question(study: Results) -> str:
     """What was varied, and what for."""
-    varied = spoken([_factor(study, key) for key in study.varied or study.factors]) or "the model as it is"
+    varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
-        return f"What meets {words.target(study.target)}: {varied}?"
-    return f"What do {varied} change in {spoken([words.in_sentence(name) for name in study.main[:3]])}?"
+        aim = words.target(study.target)
+        return f"What meets {aim}: {spoken(varied)}?" if varied else f"Does the model as it is meet {aim}?"
+    main = spoken([words.in_sentence(name) for name in study.main[:3]])
+    if not varied:
+        return f"What does the model as it is achieve in {main}?"
+    one = len(varied) == 1 and not varied[0].endswith(" robots")
+    return f"What {'does' if one else 'do'} {spoken(varied)} change in {main}?"
 
 
 def _factor(study: Results, key: str) -> str:
@@ -76,7 +81,8 @@ def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, st
     enough = [design for design in designs if judged[design].verdict == "meets"]
     if not enough:
         near = max(designs, key=lambda design: goal.sign * judged[design].mean)
-        return f"{when}no design was shown to meet {aim}; with {_found(study, near, goal.indicator)}.", near
+        none = f"{when}no design" if when else "No design"
+        return f"{none} was shown to meet {aim}; with {_found(study, near, goal.indicator)}.", near
     how = "" if len(enough) == 1 else " most cheaply" if _priced(study) else " first"
     return f"{when}{aim} is met{how} with {_found(study, enough[0], goal.indicator)}.", enough[0]
 
@@ -92,6 +98,10 @@ def on_target(study: Results) -> list[str]:
 
 def _best(study: Results) -> tuple[list[str], str | None]:
     """The design with the best mean of the first indicator of which less or more is better, and those as good."""
+    if len(study.designs) == 1:
+        wrong = [sentences.sentence(one.text) for one in study.verdicts.get(study.baseline, ())]
+        main = [f"{words.indicator_name(name)}: {_value(study, study.baseline, name)}." for name in study.main[:3]]
+        return wrong + main, study.baseline
     better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
     if not better:
         same = spoken([words.in_sentence(name) for name in study.main])
@@ -112,11 +122,16 @@ def _best(study: Results) -> tuple[list[str], str | None]:
 
 def _found(study: Results, design: str, indicator: str) -> str:
     """A design with its value: `8 robots: 97 % (96 to 98)`, and what is wrong with it."""
+    wrong = [f", but {one.text}" for one in study.verdicts.get(design, ())]
+    return f"{_name(study, design)}: {_value(study, design, indicator)}{''.join(wrong)}"
+
+
+def _value(study: Results, design: str, indicator: str) -> str:
+    """The mean of an indicator at a design, with its interval."""
     estimate = study.estimate(study.runs(design), indicator)
     assert estimate is not None
     unit = words.unit(words.indicator_kind(indicator), study.base.units)
-    wrong = [f", but {one.text}" for one in study.verdicts.get(design, ())]
-    return f"{_name(study, design)}: {words.interval_text(indicator, estimate, unit)}{''.join(wrong)}"
+    return words.interval_text(indicator, estimate, unit)
 
 
 def _name(study: Results, design: str, *, demand: bool = False) -> str:
@@ -126,7 +141,7 @@ def _name(study: Results, design: str, *, demand: bool = False) -> str:
     if study.target is None or len(asked) == len(levels):
         asked = []
     found = {key: level for key, level in levels.items() if (key in asked) == demand}
-    return words.design_spoken(found) if found else ""
+    return words.design_spoken(found) if found or not (levels or demand) else ""
 
 
 def _names(study: Results, designs: list[str]) -> str:

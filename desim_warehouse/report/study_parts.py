@@ -91,7 +91,8 @@ def conclusions(study: Results) -> Html:
     wrong = [sentences.sentence(line) for line in sentences.verdicts(study)]
     lines = [*answers.on_target(study), *sentences.conclusions(study)]
     said = html.bullets([*wrong, *lines], "answers") if wrong or lines else Html("")
-    return said if lines else said + html.paragraph("No difference between the designs is significant.", "note")
+    none = "No difference between the designs is significant." if len(study.designs) > 1 else "One design was run."
+    return said if lines else said + html.paragraph(none, "note")
 
 
 def warehouse(study: Results) -> Html:
@@ -155,6 +156,8 @@ def _result(study: Results, design: str) -> list[str]:
 
 def result_figures(study: Results) -> list[Axes]:
     """Each main indicator that differs by all factors, but that of the first page; a surface of two where they fit."""
+    if not study.factors:
+        return []
     first, varied = _first(study), study.varied
     figures = []
     for indicator in study.moving:

@@ -22,7 +22,7 @@ from desim_warehouse.account import OF_TASKS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.model.schema import Units
-from desim_warehouse.report import answers, browser, notebook, run_parts, words
+from desim_warehouse.report import answers, browser, notebook, run_parts, study_parts, words
 from desim_warehouse.report.first_page import example
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.notebook import report
@@ -309,6 +309,34 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
 )
 def test_axes_say_the_unit_of_a_factor(key, unit):
     assert words.factor_unit(key, Units()) == unit
+
+
+def test_a_study_of_one_design_says_what_it_achieves():
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 20}, "due_within": 100}
+    model = dw.load(RING, {"tasks.flows": {"work": flow}, "run.length": 7200})
+    study = dw.Study(model, {}, replications=3, indicators=["throughput_per_hour", "T"])
+    found = study.run(workers=1).results
+    assert answers.question(found) == "What does the model as it is achieve in throughput and task time T?"
+    lines, design = answers.answer(found)
+    assert re.fullmatch(r"Throughput: \S+ tasks per hour \(\S+ to \S+\)\.", lines[0])
+    assert lines[1].startswith("Task time T: 7,200 s (")
+    assert design == found.baseline
+    assert study_parts.result_figures(found) == study_parts.first_figure(found) == []
+    assert "One design was run." in study_parts.conclusions(found)._repr_html_()
+    aimed = dw.Study(model, {}, replications=3, target="on_time >= 1 %").run(workers=1).results
+    assert answers.question(aimed) == "Does the model as it is meet on_time >= 1 %?"
+    assert re.fullmatch(r"on_time >= 1 % is met with the model as it is: .+\.", answers.answer(aimed)[0][0])
+
+
+def test_questions_and_answers_are_sentences():
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 20}, "due_within": 60}
+    model = dw.load(RING, {"tasks.flows": {"work": flow}, "run.length": 3600})
+    one = dw.Study(model, {"traffic.node_time": [0, 1]}, indicators=["tasks"]).run(workers=1).results
+    assert answers.question(one) == "What does traffic.node_time (0, 1) change in tasks delivered?"
+    two = dw.Study(model, {"fleet.size": [1, 2]}, indicators=["tasks"]).run(workers=1).results
+    assert answers.question(two) == "What do 1 to 2 robots change in tasks delivered?"
+    none = dw.Study(model, {"fleet.size": [1, 2]}, replications=3, target="on_time >= 90 %").run(workers=1).results
+    assert answers.answer(none)[0][0].startswith("No design was shown to meet on_time >= 90 %; ")
 
 
 def test_one_task_is_not_tasks():

@@ -16,6 +16,7 @@ from desim_warehouse.study import procedures
 from desim_warehouse.study.study import Study
 from tests import little
 from tests.run.ring import RATES, ring
+from tests.world.test_flows import RING
 
 BATTERY = {"capacity": 1000, "threshold": 10, "consumption": RATES, "charge_rate": 10}
 
@@ -180,3 +181,13 @@ def test_littles_law_on_a_case_worked_by_hand():
     assert little.areas(run(50.0, 80.0, {"tasks": 1, "cycle_time_mean": 60.0})) == (40.0, 60.0 - 50.0 + 30.0)
     lost = run(0.0, 100.0, {"tasks": 1, "cycle_time_mean": 60.0})
     assert little.faults(lost) == ["tasks : L x time is 110.0, lambda x W x time 60.0"]
+
+
+def test_batteries_that_end_as_they_began_have_no_drift():
+    """What was drawn on the way was charged again before the end, but for rounding."""
+    flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}
+    battery = {"capacity": 100, "threshold": 20, "consumption": 0.02, "charge_rate": 1}
+    changes = {"battery": battery, "fleet.size": 2, "run.length": 3600}
+    run = dw.simulate(dw.load(RING, {"tasks.flows": {"work": flow}, **changes}))
+    assert run.record.energy == [100, 100]
+    assert run.kpis["energy_drift_per_hour"] == 0
