@@ -68,9 +68,11 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
     met = Counter(one.verdict for one in study.judged.values())
-    count = f"Of {len(study.judged)} designs {met['meets']} meet it, {met['fails']} do not"
-    close = f", {met['undecided']} are too close to tell" if met["undecided"] else ""
-    return [*(line for line, _ in found), f"{count}{close}."], found[-1][1]
+    count = f"Of {words.number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} it"
+    count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
+    if met["undecided"]:
+        count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"
+    return [*(line for line, _ in found), f"{count}."], found[-1][1]
 
 
 def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, str]:

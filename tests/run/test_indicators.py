@@ -188,6 +188,6 @@ def test_batteries_that_end_as_they_began_have_no_drift():
     flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}}
     battery = {"capacity": 100, "threshold": 20, "consumption": 0.02, "charge_rate": 1}
     changes = {"battery": battery, "fleet.size": 2, "run.length": 3600}
-    run = dw.simulate(dw.load(RING, {"tasks.flows": {"work": flow}, **changes}))
+    run = dw.simulate(dw.load(RING, {"tasks.flows": {"w": flow}, **changes}))
     assert run.record.energy == [100, 100]
     assert run.kpis["energy_drift_per_hour"] == 0
