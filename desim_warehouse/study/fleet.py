@@ -19,6 +19,7 @@ from desim_warehouse.feasibility.free_flow import arrival_rate
 from desim_warehouse.feasibility.power import chargers_at
 from desim_warehouse.indicators import find, within
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.flows import StorageEnd
 from desim_warehouse.money import equipment
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
@@ -408,7 +409,8 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
 
     A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
-    their hours is not the time of robots and stations.
+    their hours is not the time of robots and stations. Nothing is said of servers where robots unload elsewhere, too,
+    or load in stations.
     """
     rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
     model = study.plan.base.replace(point.overrides)
@@ -422,7 +424,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     values = {
         "robots": [_busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
         "chargers": [row.value("charger_utilisation") for row in rows],
-        "stations": [row.value("share_unloading") * each for row in rows] if servers else [],
+        "stations": [row.value("share_unloading") * each for row in rows] if servers and _unloads_only(model) else [],
     }
     exact = bool(rows) and all(row.outcome.deterministic for row in rows)
     found = {
@@ -431,6 +433,14 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
         if given and all(map(math.isfinite, given))
     }
     return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+
+
+def _unloads_only(model: Model) -> bool:
+    """Whether all that stations do is to have loads from storage put down, and robots put down loads nowhere else."""
+    flows = model.tasks.flows.values()
+    routes = [route for flow in flows for route in flow.routes]
+    stored = [(isinstance(route.source, StorageEnd), isinstance(route.target, StorageEnd)) for route in routes]
+    return not any(flow.via for flow in flows) and all(ends == (True, False) for ends in stored)
 
 
 def _off_duty(row: Row, model: Model) -> float:

@@ -115,6 +115,20 @@ def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
     assert (both["robots"].mean, both["stations"].mean) == pytest.approx((0.75, 0.15), rel=0.01)
 
 
+def test_servers_are_judged_where_robots_unload_at_them_and_nowhere_else():
+    """A share of the time for unloading does not say where: of goods put into storage, or loaded at the desk."""
+
+    def parts(start, end):
+        flow = {"from": start, "to": end, "arrivals": {"saturated": 1}}
+        changes = {"tasks": {"flows": {"work": flow}, "load_time": 5, "unload_time": 30}, "run.length": 60_000}
+        study = dw.Study(dw.load(SQUARE, changes), {"fleet.size": [1]})
+        study.run(workers=1)
+        return utilisation(study, study.points[0])
+
+    assert parts("storage", "desk")["stations"].mean == pytest.approx(30 / 75, rel=0.01)
+    assert parts("desk", "storage").keys() == {"robots"}
+
+
 def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     calendars = {"half": {"every": 3600, "lasts": 1800}}
     demand = {"poisson": 20, "due_within": 7200}
