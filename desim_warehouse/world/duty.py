@@ -41,6 +41,11 @@ class Duty:
         """Those of some robots that are in their hours now."""
         return [number for number in robots if self.has(number)] if self._all else robots
 
+    def gone(self) -> list[int]:
+        """The robots whose hours are over for good."""
+        now = self.clock.now
+        return [n for n, one in enumerate(self.hours) if one is not None and math.isinf(one.following(now)[0])]
+
     def watch(self, changed: Callable[[Sequence[int]], bool]) -> None:
         """Call `changed` with the robots whose hours begin or end, whenever they do, as long as it says that it counts.
 

@@ -269,6 +269,8 @@ class World:
         """Who waits for hours that do not come again, or do not meet."""
         waiting = [f"robot {robot.number} at {robot.node}" for robot in self.robots if robot.state == "closed"]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if gone := self.departures.duty.gone():
+            text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"
         if self.dispatcher.open and self.dispatcher.is_in_vain:
             text += "; the hours of robots and stations do not meet, so that nobody can be given these tasks"
         return text

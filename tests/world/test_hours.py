@@ -273,7 +273,7 @@ def test_a_run_without_an_end_waits_for_the_opening_but_not_for_ever():
 
 def test_a_run_whose_robots_are_off_for_good_is_stalled():
     over = {"calendars.once": {"between": [[0, 60]]}, "fleet.hours": "once"}
-    with pytest.raises(StallError, match="1 of 3 tasks"):
+    with pytest.raises(StallError, match=r"1 of 3 tasks .*; robots whose hours are over for good: 0$"):
         simulated(over)
 
 
