@@ -57,8 +57,9 @@ def command(
     """Find how long lifelong MODEL takes to settle (MSER-5), for its key run.warm_up."""
     from desim_warehouse.study.warm_up import settle
 
+    read = load_model(model, assignments)
     found = settle(
-        load_model(model, assignments),
+        read,
         replications=replications,
         observations=observations,
         observed="throughput" if observe == "throughput" else "cycle_time",
@@ -67,6 +68,10 @@ def command(
     click.echo(f"{observe}, {runs(replications)}, one observation each {found.width:g} {found.time_unit}")
     if found.time is None:
         click.echo(f"not settled: {found.found.note}")
+        if read.calendars:
+            click.echo(
+                "what changes by calendars never settles: let run.length and run.warm_up be whole days, or periods"
+            )
     else:
         click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
     if out is not None:

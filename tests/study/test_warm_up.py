@@ -159,3 +159,12 @@ def test_a_study_file_can_ask_for_it(tmp_path):
         "set: {tasks.goods: {poisson: 100}, run.length: 3600}\nfactors: {fleet.size: [3, 4]}\n"
     )
     assert "counted from" in call("study", file, "--quiet").stdout
+
+
+def test_what_opens_and_closes_by_the_clock_is_not_told_to_run_longer_alone(tmp_path):
+    """Robots work in the second half of a run: it settles as little in a longer one."""
+    over = {"calendars": {"late": {"every": 4000, "lasts": 1500, "first": 2500}}, "fleet.hours": "late"}
+    (tmp_path / "loop.yaml").write_text(json.dumps(loop(**over).content()), encoding="utf-8")
+    said = call("warm-up", tmp_path / "loop.yaml", "--replications", 1).output
+    assert "not settled" in said
+    assert "what changes by calendars never settles: let run.length and run.warm_up be whole days, or periods" in said
