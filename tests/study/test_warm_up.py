@@ -167,4 +167,4 @@ def test_what_opens_and_closes_by_the_clock_is_not_told_to_run_longer_alone(tmp_
     (tmp_path / "loop.yaml").write_text(json.dumps(loop(**over).content()), encoding="utf-8")
     said = call("warm-up", tmp_path / "loop.yaml", "--replications", 1).output
     assert "not settled" in said
-    assert "what changes by calendars never settles: let run.length and run.warm_up be whole days, or periods" in said
+    assert "what changes by calendars never settles: let run.length and run.warm_up be whole periods" in said
