@@ -69,9 +69,7 @@ def command(
     if found.time is None:
         click.echo(f"not settled: {found.found.note}")
         if read.calendars:
-            click.echo(
-                "what changes by calendars never settles: let run.length and run.warm_up be whole days, or periods"
-            )
+            click.echo("what changes by calendars never settles: let run.length and run.warm_up be whole periods")
     else:
         click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
     if out is not None:
