@@ -43,8 +43,8 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
         edges = [edge for line in people.aisles for edge in pairwise(line)]
         yield from _missing(layout, place, edges)
         yield from _inside(place, edges_of(layout, edges), inside)
-        if not people.aisles and not {place.edge for place in layout.storage} - inside:
-            text = "no edge with storage places is long enough to wait before it"
+        if not people.aisles and not _with_storage(layout) - inside:
+            text = "there is no edge with storage places that is long enough to wait before it"
             yield Finding("CLOSURE", place, text, "say which aisles people come to")
     yield from _cut_off(model, layout, use)
 
@@ -67,10 +67,15 @@ def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
 
     None where they come at times that are given, or nowhere.
     """
-    aisles = len(people.aisles) or len({frozenset(place.edge) for place in layout.storage})
+    aisles = len(people.aisles) or len({frozenset(edge) for edge in _with_storage(layout)})
     if people.per_hour is None or not aisles:
         return None
     return -math.expm1(-people.per_hour / model.units.hour * mean_of(people.stay) / aisles)
+
+
+def _with_storage(layout: Layout) -> set[Edge]:
+    """The edges with storage places; places at nodes are in no aisle."""
+    return {place.edge for place in layout.storage if place.edge[0] != place.edge[1]}
 
 
 def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Finding]:

@@ -190,6 +190,16 @@ def test_what_makes_no_sense_is_refused(people, said):
         with_people(robots={**ONE, "calendars": {"day": {"every": 10, "lasts": 5}}}, **people)
 
 
+def test_where_goods_lie_at_nodes_people_must_be_told_their_aisles():
+    """By default they come to edges with storage places: a place at a node is in none."""
+    at_nodes = {"layout.storage": [{"node": "B"}], "tasks.goods": [0]}
+    with pytest.raises(dw.CheckError, match=r"people\.p: there is no edge with storage places .* say which aisles"):
+        dw.simulate(dw.load(LOOP, {**at_nodes, "people": {"p": {"per_hour": 60, "stay": 30}}}))
+    some = {"layout.storage": [{"node": "B"}, {"edge": ["B", "C"], "offset": 10}], "tasks.goods": [0]}
+    facts = check(dw.load(LOOP, {**some, "people": {"p": {"per_hour": 60, "stay": 30}}})).facts
+    assert any("somebody in it for 39.35 % of the time" in fact for fact in facts)  # 1 - exp(-0.5): of one aisle
+
+
 def test_aisles_that_are_hardly_ever_free_are_warned_of():
     found = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
     assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [
