@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, OrderedDict, deque
+from collections import OrderedDict, deque
 from typing import TYPE_CHECKING, Any
 
 from simpy.core import StopSimulation
@@ -81,7 +81,6 @@ class Dispatcher:
         self.open = open_tasks
         self.free: dict[int, tuple[Robot, Event]] = {}
         self.queues: dict[int, deque[Task]] = {}
-        self.returned: Counter[int] = Counter()
         self.released = 0
         self.done = 0
         self.waiting = False
@@ -135,9 +134,8 @@ class Dispatcher:
         task = robot.job
         assert task is not None
         self._record("returned", robot, task)
-        self.returned[task.number] += 1
         robot.must_charge = True  # else it would take the task again at once
-        if self.returned[task.number] > RETURNS:
+        if self.reach.give_back(task) > RETURNS:
             raise PolicyError(
                 f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
                 f"no battery seems to last for it: {self.reach.why_too_low()}"

@@ -8,6 +8,7 @@ consumption by state as in the model's battery section.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
     from desim_warehouse.world.bays import Bays
     from desim_warehouse.world.stations import Stations
     from desim_warehouse.world.stops import Stop
+
+
+MORE = 0.05
+"""Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again."""
 
 
 def suits(task: Task, kind: str, carries: Collection[str]) -> bool:
@@ -93,6 +98,7 @@ class Reach:
         self.openings = Openings(env, stations, handling, self.travel, self.loaded_speed)
         self._known = travel
         self._travel = {travel.speed: travel}
+        self._given_back: Counter[int] = Counter()
         self._to_charger: dict[tuple[str, str, float], float] = {}
         self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
 
@@ -247,7 +253,20 @@ class Reach:
         least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
         if levels.margin is not None:
             least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
-        return least
+        return self._with_more(least, robot, task, levels)
+
+    def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
+        """What looks enough for a task, and more for one that was given back again, up to a full battery."""
+        again = self._given_back[task.number] - 1
+        return least if again <= 0 else max(least, min(least + again * MORE * robot.capacity, levels.full))
+
+    def give_back(self, task: Task) -> int:
+        """A robot gives a task back, which looked possible: how often that has happened now.
+
+        What upset the plan, waits or repairs, does so again; so from the second time on more energy is asked for.
+        """
+        self._given_back[task.number] += 1
+        return self._given_back[task.number]
 
     def _enough_for_all(
         self,
@@ -282,6 +301,10 @@ class Reach:
                     ]
                 )
             table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
+        for j, task in enumerate(tasks if self._given_back else ()):
+            if self._given_back[task.number] > 1:
+                column = zip(table[:, j], robots, levels, strict=True)
+                table[:, j] = [self._with_more(least, robot, task, level) for least, robot, level in column]
         return table
 
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:

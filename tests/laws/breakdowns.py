@@ -27,6 +27,8 @@ def with_breakdowns(mapping, number):
     battery = mapping.get("battery")
     if battery:  # what repairs and delays draw is in nobody's plan
         battery = {**battery, "reserve": 1e12}
+        if any("outages" in bay for bay in layout["bays"].values()):
+            fleet["start_energy"] = 1  # far in the red, a fleet whose chargers fail would need for ever
     return {**mapping, "fleet": fleet, "layout": layout, "battery": battery}
 
 

@@ -302,3 +302,20 @@ def test_a_robot_that_waits_for_a_repair_holds_back_no_departures_on_two_way_lan
     taken = {row[3]: (row[2], row[0]) for row in run.record.rows if row[1] == "loading"}
     assert states(run)[1] == (19, "broken")
     assert taken[2] == (2, near(5040))
+
+
+def test_a_task_that_repairs_make_it_give_back_is_tried_with_more_energy_each_time():
+    """Every repair draws 30 that nobody planned for, so what looks enough for the way to the good never is."""
+    battery = {"capacity": 500, "threshold": 0, "consumption": 1, "charge_rate": 5, "reserve": 1000}
+    changes = {
+        "layout.storage": [{"edge": ["C", "D"], "offset": 10}],
+        "tasks.unload_at": ["D"],
+        "battery": battery,
+        "fleet.start_energy": 0.36,
+        "policies.charging": {"name": "opportunity", "minimum": 0.2, "margin": 0},
+    }
+    run = dw.simulate(ring({"every": 20, "repair": 30}, **changes))
+    began = [row.value for row in run.history.rows("assigned")]
+    assert run.kpis["tasks"] == 1
+    # 160: 60 to the good, and 100 below which nobody works; then 5 % of the capacity more each time.
+    assert began == pytest.approx([180, 160, 185, 210, 235], abs=0.01)
