@@ -140,11 +140,15 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     worst, most, farthest = "good 0", 0.0, 0.0
     for number, nodes in work:
         place = layout.storage[number]
-        farthest = max(farthest, reach[place.edge[0]])
-        need = reach[place.edge[0]] + beyond[nodes][place.edge[1]] + handling
-        if place.edge in paces:  # else it is at a node
-            to_good = place.offset / paces[place.edge]
-            need += draws.empty * to_good + draws.loaded * (times[place.edge] - to_good)
+        sides = layout.approaches(place.edge, place.offset)
+        farthest = max(farthest, min(reach[edge[0]] for edge, _ in sides))
+        needs = []
+        for edge, offset in sides:
+            needs.append(reach[edge[0]] + beyond[nodes][edge[1]] + handling)
+            if edge in paces:  # else it is at a node
+                to_good = offset / paces[edge]
+                needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
+        need = min(needs)
         if need > most:
             worst, most = f"good {number}", need
     return Needs(worst, most, farthest)
@@ -157,13 +161,17 @@ def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, floa
     worst, most, farthest = "", 0.0, 0.0
     out = np.array(list(begins.values()))[:, None]
     for leg in flow.legs:
-        reach = (out + draws.empty * flow.travel.between(list(begins), leg.picks.places)).min(axis=0)
-        back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.between(leg.drops.places, ends).min(axis=1)
-        rest = draws.loaded * leg.times + draws.empty * back
-        stored = isinstance(leg.route.target, StorageEnd)
-        need = reach + draws.empty * leg.picks.before + (rest.max(axis=1) if stored else rest.min(axis=1))
-        need = float(need.max()) + draws.handling * flow.least_handling(leg)
-        farthest = max(farthest, float(reach.max()))
+        reaches, needs = [], []
+        for side in flow.sides(leg):
+            picks, drops = side.picks, side.drops
+            reach = (out + draws.empty * flow.travel.between(list(begins), picks.places)).min(axis=0)
+            back = drops.after + flow.model.tasks.clear_time + flow.travel.between(drops.places, ends).min(axis=1)
+            reaches.append(reach)
+            needs.append((reach + draws.empty * picks.before)[:, None] + draws.loaded * side.times + draws.empty * back)
+        least = np.min(needs, axis=0)
+        least = least.max(axis=1) if isinstance(leg.route.target, StorageEnd) else least.min(axis=1)
+        need = float(least.max()) + draws.handling * flow.least_handling(leg)
+        farthest = max(farthest, float(np.min(reaches, axis=0).max()))
         if need > most:
             worst, most = f"a task of flow '{leg.flow}'", need
     return Needs(worst, most, farthest)

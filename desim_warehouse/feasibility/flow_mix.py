@@ -7,7 +7,7 @@ Of more than `POINTS` places a systematic sample stands for all.
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.distributions import mean_of
@@ -184,13 +184,41 @@ class FlowMix:
         for name, flow in self.model.tasks.flows.items():
             for route in flow.routes:
                 picks, drops = self._points(route.source), self._points(route.target)
-                at, after, stops = self._over(flow, picks)
-                times = self.travel.between(at, drops.places) + after[:, None] + drops.before
+                times, stops = self._times(flow, picks, drops)
                 to = _other_places(picks, drops)
                 if not isinstance(route.target, StorageEnd) and self.model.tasks.station_choice in {"each", "nearest"}:
                     to = np.eye(len(drops.places))[np.where(to > 0, times, np.inf).argmin(axis=1)]
                 of = picks.weights[:, None] * to
                 yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times, of, stops)
+
+    def sides(self, leg: Leg) -> list[Leg]:
+        """A leg, and where its picks or drops are on two-way lanes the same with these come to from the other end."""
+        flow = self.model.tasks.flows[leg.flow]
+        return [
+            replace(leg, picks=picks, drops=drops, times=self._times(flow, picks, drops)[0])
+            for picks in self._both_ways(leg.picks)
+            for drops in self._both_ways(leg.drops)
+        ]
+
+    def _both_ways(self, points: Points) -> list[Points]:
+        """Places come to by the edges that the model names, and by those back, where there are any of two-way lanes."""
+        import numpy as np
+
+        two_way = {edge for lane in self.layout.two_way for edge in (lane, lane[::-1])}
+        if two_way.isdisjoint(points.places):
+            return [points]
+        at = self.travel.time_at
+        rows = [
+            (place[::-1], after - at(place[1]), before + at(place[0])) if place in two_way else (place, before, after)
+            for place, before, after in zip(points.places, points.before, points.after, strict=True)
+        ]
+        places, before, after = zip(*rows, strict=True)
+        return [points, replace(points, places=places, before=np.array(before), after=np.array(after))]
+
+    def _times(self, flow: FlowSpec, picks: Points, drops: Points) -> tuple[Any, dict[str, float]]:
+        """The times from each pick to each drop, and at which nodes a task stops on its way, how often."""
+        at, after, stops = self._over(flow, picks)
+        return self.travel.between(at, drops.places) + after[:, None] + drops.before, stops
 
     def _over(self, flow: FlowSpec, picks: Points) -> tuple[Sequence[Edge | str], Any, dict[str, float]]:
         """Where a task from each place goes on to its end, the time until then, and at which nodes it stopped."""

@@ -204,7 +204,10 @@ def _due(model: Model, layout: Layout) -> Iterator[Finding]:
     within = getattr(tasks.goods, "due_within", None)
     if within is None:
         return
-    loaded = float((flow.after + flow.from_edges(flow.stations).min(axis=1)[flow.edge_of]).min())
+    places = [layout.storage[good] for good in flow.goods]
+    sides = [side for place in places for side in layout.approaches(place.edge, place.offset)]
+    onward = flow.travel.from_edges([edge for edge, _ in sides], flow.stations).min(axis=1)
+    loaded = min(flow.travel.along(*side)[1] + float(time) for side, time in zip(sides, onward, strict=True))
     least = tasks.mean_load + loaded + tasks.mean_unload
     if within < least:
         yield Finding(
@@ -217,7 +220,7 @@ def _due(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _due_of_flows(model: Model, flow: FlowMix) -> Iterator[Finding]:
     for name, spec in model.tasks.flows.items():
-        legs = [float(leg.times.min()) for leg in flow.legs if leg.flow == name]
+        legs = [float(side.times.min()) for leg in flow.legs if leg.flow == name for side in flow.sides(leg)]
         least = sum(flow.handling(name)) + min(legs)
         if spec.due_within is not None and spec.due_within < least:
             yield Finding(

@@ -112,6 +112,13 @@ class Layout:
         """Length of an edge; 0 of a node for both its ends."""
         return 0.0 if edge[0] == edge[1] else float(self.graph.edges[edge]["length"])
 
+    def approaches(self, edge: Edge, offset: float) -> list[tuple[Edge, float]]:
+        """The edges by which robots come to a place on an edge, and how far along it is: both of a two-way lane."""
+        found = [(edge, offset)]
+        if edge[0] != edge[1] and self.graph.edges[edge].get("two_way"):
+            found.append(((edge[1], edge[0]), self.length(edge) - offset))
+        return found
+
     def nodes_of(self, name: str) -> tuple[str, ...]:
         """The node of this name, or those of the station of this name."""
         if name in self.graph:
