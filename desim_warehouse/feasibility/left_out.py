@@ -18,11 +18,20 @@ if TYPE_CHECKING:
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:
-    """A line for each thing that keeps robots or chargers from work at times, and for what never does."""
+    """A line for each thing that keeps robots or chargers from work at times, for what never does, for two-way lanes.
+
+    Estimates of tasks do not choose the end of a lane at which a robot begins: which is nearer depends on where it is.
+    """
     found = [f"{text}; estimates do not know of it" for text in disturbances(model, layout)]
     for place, (what, calendar) in _at_times(model).items():
         if _never(model, calendar):
             found.append(f"{place} is never {what} in this run, by calendar '{calendar}'")
+    two_way = sum(len(layout.approaches(place.edge, place.offset)) > 1 for place in layout.storage)
+    if two_way:
+        found.append(
+            f"{two_way} of {len(layout.storage)} storage places are on two-way lanes; robots come to them from the "
+            "nearer end, estimates assume the end named first, so tasks may take less time"
+        )
     return found
 
 
