@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     Steps = Generator[Event, object, None]
 
 FAR = 1e15
-"""A delay that never ends, and that SimPy can add to a time."""
+"""A time that never comes: waiting for it would keep a run going that is stalled."""
 
 
 class Rest(Enum):
@@ -252,7 +252,7 @@ class Robot:
             level = world.reach.rests_until(view, world.reach.levels(view))
             low = self.battery.lasts_until(self.env.now, level)
             if low > self.env.now + EPS and not self.must_charge:
-                yield offer | Timeout(self.env, min(low - self.env.now, FAR))
+                yield offer | (Timeout(self.env, low - self.env.now) if low < FAR else Event(self.env))
             elif bays.charger_for(self):
                 self.must_charge = True
                 world.dispatcher.withdraw(self)

@@ -277,6 +277,15 @@ def test_a_run_whose_robots_are_off_for_good_is_stalled():
         simulated(over)
 
 
+def test_robots_that_are_switched_off_for_good_keep_no_run_going():
+    """Away from chargers, and drawing nothing while they stand: no battery is ever low, and nothing else comes."""
+    battery = {"capacity": 1000, "threshold": 100, "charge_rate": 10}
+    battery["consumption"] = {"standing": 0, "empty": 1, "loaded": 1, "handling": 1}
+    over = {"calendars.once": {"between": [[0, 60]]}, "fleet.hours": "once", "layout.bays.home.chargers": 0}
+    with pytest.raises(StallError, match="robots whose hours are over for good: 0"):
+        simulated({**over, "battery": battery})
+
+
 def test_shifts_go_on_for_ever_but_keep_no_stalled_run_alive():
     """The station opens for a second, a minute after the shift: who sets out in time for that has no hours any more."""
     calendars = {
