@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
@@ -89,9 +90,20 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
     if started is not None:
         short = f"it started with {started:g} of {battery.capacity:g} and came to no charger in time"
         return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
-    wait = "it waited longer than its battery lasts, in traffic or for a charger"
+    wait = f"it waited longer than its battery lasts, {spoken(_waits(model), 'or')}"
     cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
     return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
+
+
+def _waits(model: Model) -> list[str]:
+    """What a robot of the model may wait for that nobody plans its battery by."""
+    known = {
+        "for a repair": model.fleet.breaks_down,
+        "for a station to open": model.layout.has_hours,
+        "for an edge to open": bool(model.traffic.closures),
+        "for people": bool(model.people),
+    }
+    return ["in traffic", *(wait for wait, there in known.items() if there), "for a charger"]
 
 
 @dataclass(frozen=True)

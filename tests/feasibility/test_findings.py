@@ -15,6 +15,7 @@ from desim_warehouse.feasibility.batteries import cause
 from desim_warehouse.findings import CODES, Acceptable
 from desim_warehouse.layout import build
 from desim_warehouse.run import check
+from tests.world.test_hours import SQUARE
 
 PLANNER = Path(__file__).with_name("planner.yaml")
 DEFAULTS = {"policies": {}}
@@ -199,3 +200,17 @@ def test_swaps_that_take_no_time_have_no_bound_in_json():
     swap = "policies.charging={name: swap, time: 0}"
     found = json.loads(desim_says("check", PLANNER, "--set", swap, "--json").stdout)
     assert found["calculation"]["power"]["gives"] is None
+
+
+def test_the_cause_of_a_flat_battery_names_all_that_a_robot_may_have_waited_for():
+    lasts = {"capacity": 9000, "threshold": 2000, "consumption": 1, "charge_rate": 1.5}
+    more = {
+        "fleet.robot.breakdowns": {"every": 3600, "repair": 100},
+        "layout.stations.desk.hours": "day",
+        "traffic.closures": {"gate": {"members": [["A", "B"]], "hours": "late"}},
+        "people": {"pickers": {"per_hour": 3, "stay": 3}},
+    }
+    plain, wide = (dw.load(SQUARE, {"battery": lasts, "fleet.size": 2, **over}) for over in ({}, more))
+    assert "waited longer than its battery lasts, in traffic or for a charger; " in cause(plain, plain.floor)
+    said = cause(wide, wide.floor)
+    assert "in traffic, for a repair, for a station to open, for an edge to open, for people or for a charger; " in said
