@@ -82,10 +82,12 @@ class _Reader:
         self.constructor = constructor
         self.most = most
         self.problems: list[Problem] = []
-        self.count = 0
+        self.sizes: dict[int, int] = {}
         self.around: list[Any] = []
 
     def document(self, root: Any) -> Document:
+        if root is not None:
+            self.size(root)
         data = None if root is None else self.value(root, ())
         self.places.keys[()] = Place.in_file(0, self.places.source, 1, 1)
         self.places.values.setdefault((), self.places.keys[()])
@@ -95,14 +97,22 @@ class _Reader:
         mark = node.start_mark
         return Place.in_file(0, self.places.source, mark.line + 1, mark.column + 1)
 
+    def size(self, node: Any) -> int:
+        """How many values a node stands for; they are counted before a million of them is made."""
+        if id(node) not in self.sizes:
+            self.sizes[id(node)] = 1  # for an alias in what it stands for, which `value` refuses
+            inside = [item for _, item in node.value] if node.id == "mapping" else node.value
+            found = 1 if node.id == "scalar" else 1 + sum(map(self.size, inside))
+            if found > self.most:
+                said = f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
+                raise ModelError([f"{self.place(node).text}: {said}"])
+            self.sizes[id(node)] = found
+        return self.sizes[id(node)]
+
     def value(self, node: Any, keys: Keys) -> Any:
         self.places.values[keys] = self.place(node)
-        self.count += 1
-        if node in self.around or self.count > self.most:
-            said = "an alias that contains itself, expected a value that ends"
-            if node not in self.around:
-                said = f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
-            raise ModelError([f"{self.place(node).text}: {said}"])
+        if node in self.around:
+            raise ModelError([f"{self.place(node).text}: an alias that contains itself, expected a value that ends"])
         if len(keys) > _DEEPEST:
             raise ModelError([f"{self.place(node).text}: {_TOO_DEEP}"])
         if node.id == "scalar":
