@@ -10,30 +10,90 @@ writes them anew; look at the difference before it goes in, and tell it in CHANG
 from __future__ import annotations
 
 import csv
+import hashlib
+import json
 from pathlib import Path
 
 import desim_warehouse as dw
 
 HERE = Path(__file__).parent
-MODELS = HERE.parent.parent / "models"
+SHIPPED = HERE.parent.parent / "models"
+OWN = HERE / "models"
+YARD = HERE.parent / "plants" / "yard.xml"
 CASES = {
     # the paper's cell with 4 robots and goods group 2, with collisions
-    "multibots": ("multibots.yaml", {"fleet.size": 4, "tasks.goods": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]}, 0),
+    "multibots": (
+        SHIPPED / "multibots.yaml",
+        {"fleet.size": 4, "tasks.goods": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]},
+        0,
+    ),
     # a station and node times: 8 robots on a floor for 3
-    "tutorial": ("tutorial.yaml", {"fleet.size": 8, "tasks.goods": [*range(12)], "traffic.node_time": 0.5}, 0),
+    "tutorial": (
+        SHIPPED / "tutorial.yaml",
+        {"fleet.size": 8, "tasks.goods": [*range(12)], "traffic.node_time": 0.5},
+        0,
+    ),
+    # the banker's rule on two-way lanes, with zones
+    "two_way_zones": (OWN / "two_way_zones.yaml", {}, 1),
+    # an edge that closes, and pickers in the aisles
+    "closures_people": (
+        SHIPPED / "people.yaml",
+        {
+            "run": {"length": 600, "warm_up": 100},
+            "calendars": {"cleaning": {"every": 300, "lasts": 60, "first": 40}},
+            "traffic.closures": {"cross aisle": {"members": [["M2", "M3"]], "hours": "cleaning"}},
+        },
+        2,
+    ),
+    # flows, tours, calendars, chargers that fail, a worker with a buffer, batteries
+    "flows": (OWN / "flows.yaml", {}, 3),
+    # robots that gather speed, brake, turn, lose time and break down
+    "acceleration_breakdowns": (
+        SHIPPED / "tutorial.yaml",
+        {
+            "fleet.size": 5,
+            "tasks.goods": [*range(10)],
+            "fleet.robot.acceleration": 0.5,
+            "fleet.robot.deceleration": 0.8,
+            "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25},
+            "fleet.robot.delays": {"share": 0.2, "time": {"uniform": [1, 3]}},
+            "traffic.turn_time": 1.5,
+        },
+        4,
+    ),
+    # a plant of openTCS drawn for the tests, with transport orders
+    "imported": (YARD, YARD.with_name("orders.xml"), 5),
 }
+INDICATORS = HERE / "indicators.json"
+"""Of every file in models/, a digest of all indicators of one short run."""
+SHORT = {"large": 120.0, "medium": 900.0, "mir250": 3600.0, "my_own_day": 7200.0, "people": 3600.0}
+"""How long the runs of lifelong models are made, in seconds: long enough for all that they have to happen."""
 RECIPE = "# golden: made by `python -m tests.golden.make`, which says when to make it anew\n"
 
 
 def run(case):
-    model, changes, seed = CASES[case]
-    return dw.simulate(dw.load(MODELS / model, changes), seed)
+    path, changes, seed = CASES[case]
+    model = dw.read_layout(path, tasks=changes) if isinstance(changes, Path) else dw.load(path, changes)
+    return dw.simulate(model, seed)
 
 
 def table(outcome):
     """The log as text: one list of fields a row, numbers in full."""
     return [["" if field is None else ">".join(field) if isinstance(field, tuple) else str(field) for field in row]
             for row in outcome.record.rows]  # fmt: skip
+
+
+def digest(name):
+    """Of every indicator of a shipped model, by name; to nine digits, so that no processor's last bit counts."""
+    length = SHORT.get(name)
+    changes = {} if length is None else {"run.length": length, "run.warm_up": length / 4}
+    kpis = dw.simulate(dw.load(SHIPPED / f"{name}.yaml", changes), 0).kpis
+    text = json.dumps({key: f"{value:.9g}" for key, value in sorted(kpis.items())})
+    return {"indicators": len(kpis), "sha256": hashlib.sha256(text.encode()).hexdigest()}
+
+
+def shipped():
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
 
 def make():
@@ -43,6 +103,7 @@ def make():
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(["time", "kind", "robot", "task", "node", "edge", "value", "until", "other"])
             writer.writerows(table(run(case)))
+    INDICATORS.write_text(json.dumps({name: digest(name) for name in shipped()}, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 """Logs are what they were: see tests/golden/make.py for the recipe."""
 
 import csv
+import json
 
 import pytest
 
-from tests.golden.make import CASES, HERE, RECIPE, run, table
+from tests.golden.make import CASES, HERE, INDICATORS, RECIPE, digest, run, shipped, table
 
 NUMBERS = (0, 6, 7)  # time, value, until
 
@@ -24,8 +25,24 @@ def test_a_log_is_the_golden_one(case):
     assert len(now) == len(golden)
 
 
-def test_there_is_something_golden():
-    outcome = run("multibots")
-    assert outcome.S >= 1
-    assert outcome.kpis["tasks"] == 10
-    assert {"collision", "parked", "delivered"} <= {row[1] for row in outcome.record.rows}
+@pytest.mark.parametrize("name", shipped())
+def test_the_indicators_of_a_shipped_model_are_the_golden_ones(name):
+    assert digest(name) == json.loads(INDICATORS.read_text(encoding="utf-8"))[name]
+
+
+HAPPENS = {
+    "multibots": {"collision", "parked", "delivered"},
+    "tutorial": {"collision", "queueing", "docked"},
+    "two_way_zones": {"collision", "docked", "parked"},
+    "closures_people": {"edge_closed", "edge_opened", "waiting_closed", "waiting_person", "person_in", "person_out"},
+    "flows": {"worked", "closed", "on_break", "recharged", "docked"},
+    "acceleration_breakdowns": {"broken", "collision", "drive"},
+    "imported": {"delivered", "parked"},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_a_case_is_golden_for_happens_in_it(case):
+    outcome = run(case)
+    assert outcome.kpis["tasks"] >= 3
+    assert {row[1] for row in outcome.record.rows} >= HAPPENS[case]
