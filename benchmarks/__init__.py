@@ -1,6 +1,6 @@
 """Measurements: how fast, how large, how well; each module has `report()`, a line of figures."""
 
-from desim_warehouse.world.events import Arrival, Clock
+from desim_warehouse.world.traffic.events import Arrival, Clock
 
 GROUPS = (
     (11, 8, 39, 28, 53, 1, 69, 42, 79, 6),

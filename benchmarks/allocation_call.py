@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from desim_warehouse import load
-from desim_warehouse.asktell import steps
+from desim_warehouse.learn.asktell import steps
 from desim_warehouse.policies import create
 from desim_warehouse.policies.catalogue import OURS
 

@@ -24,14 +24,14 @@ from desim_warehouse.layout import build
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.spec import LayoutSpec
-from desim_warehouse.log import Log
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.world import World
-from desim_warehouse.world.body import Body
-from desim_warehouse.world.events import Clock
-from desim_warehouse.world.traffic import Traffic
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.events import Clock
+from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.lane import Lane
+    from desim_warehouse.world.traffic.lane import Lane
 
 ROOT = Path(__file__).parents[1]
 STATIONS = 1100

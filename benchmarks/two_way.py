@@ -25,11 +25,11 @@ import desim_warehouse as dw
 from benchmarks.traffic import bare_timeouts
 from desim_warehouse.layout import build
 from desim_warehouse.layout.layout import Layout
-from desim_warehouse.log import Log
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.plants import import_layout
-from desim_warehouse.world.avoidance import Avoidance
-from desim_warehouse.world.body import Body, NoDriver
-from desim_warehouse.world.traffic import Traffic
+from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.body import Body, NoDriver
+from desim_warehouse.world.traffic.traffic import Traffic
 from tests.laws.test_brute_force import refused
 from tests.laws.two_way import KINDS
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 
 if TYPE_CHECKING:
-    from desim_warehouse.asktell import steps
     from desim_warehouse.errors import (
         BatteryError,
         CheckError,
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
         StudyError,
         WarehouseError,
     )
+    from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.oriented import orient
     from desim_warehouse.plants import read_layout
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
 
 _HOME = {
-    "asktell": ("steps",),
     "errors": (
         "BatteryError",
         "CheckError",
@@ -49,6 +48,7 @@ _HOME = {
         "StudyError",
         "WarehouseError",
     ),
+    "learn.asktell": ("steps",),
     "model": ("Model", "load"),
     "model.oriented": ("orient",),
     "plants": ("read_layout",),

@@ -93,7 +93,7 @@ class AllocationContract(_Contract):
 
     def test_answers_can_be_carried_out(self) -> None:
         """Only robots and tasks of the situation, each task once, nothing that the charging policy forbids."""
-        from desim_warehouse.asktell import steps
+        from desim_warehouse.learn.asktell import steps
 
         policy, made = self.make(), steps(self.given(), 1)
         for decision in made:
@@ -112,7 +112,7 @@ class AllocationContract(_Contract):
 
     def test_the_situation_is_left_as_it_was(self) -> None:
         """The same situation gives the same answer again (except for policies that draw at random)."""
-        from desim_warehouse.asktell import steps
+        from desim_warehouse.learn.asktell import steps
 
         policy = self.make()
         decision = next(steps(self.given(), 1))

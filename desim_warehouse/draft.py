@@ -76,7 +76,7 @@ def read_orders(text: str) -> float:
     Raises:
         ModelError: no such rate.
     """
-    from desim_warehouse.units import UnitNames, converted
+    from desim_warehouse.values.units import UnitNames, converted
 
     try:
         found = converted(text, "rate", UnitNames())

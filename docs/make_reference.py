@@ -17,8 +17,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.indicators import INDICATORS
-from desim_warehouse.log import COLUMNS, KINDS
+from desim_warehouse.outcome.indicators import INDICATORS
+from desim_warehouse.outcome.log import COLUMNS, KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -51,7 +51,7 @@ def distributions() -> str:
     """The distributions of times that vary."""
     import inspect
 
-    from desim_warehouse.distributions import KINDS
+    from desim_warehouse.values.distributions import KINDS
 
     docs = [(inspect.getdoc(kind) or "").partition("\n")[0].partition(": ") for kind in KINDS.values()]
     said = [re.fullmatch(r"(`.*`): (.*)", "".join(doc)) for doc in docs]
@@ -60,7 +60,7 @@ def distributions() -> str:
 
 def limits() -> str:
     """What a file may hold at most."""
-    from desim_warehouse.fields import LIMITS, SMALLEST
+    from desim_warehouse.values.fields import LIMITS, SMALLEST
 
     rows = [(what, f"{most:,}") for most, what in LIMITS.values()]
     return table(("what", "limit"), [*rows, ("a number that must be above 0", f"at least {SMALLEST:g}")], "lr")
@@ -68,7 +68,7 @@ def limits() -> str:
 
 def units() -> str:
     """The units that values may be written with."""
-    from desim_warehouse.units import EXAMPLES, TABLE
+    from desim_warehouse.values.units import EXAMPLES, TABLE
 
     def known(kind: str) -> str:
         if kind == "speed":
@@ -338,7 +338,7 @@ def codes() -> str:
 
 def verdicts() -> str:
     """When there is which verdict."""
-    from desim_warehouse.verdicts import RULES
+    from desim_warehouse.outcome.verdicts import RULES
 
     rows = (
         (f"`{code}`", f"`{rule.mark}`", rule.text.format("…", "…"), rule.when[:1].upper() + rule.when[1:])

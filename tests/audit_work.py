@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from itertools import groupby
 
 from desim_warehouse.model.energy import start_levels
-from desim_warehouse.streams import Streams
+from desim_warehouse.values.streams import Streams
 
 TOL = 1e-6
 WORKING = {"empty", "loading", "loaded", "closed", "unloading", "returning", "broken"}

@@ -19,7 +19,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import show, show_verdicts
 from desim_warehouse.errors import spoken
-from desim_warehouse.report.printed import number
+from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.procedures import Best

@@ -8,7 +8,7 @@ import click
 
 from desim_warehouse.cli.study_options import read_assignments, with_indicator
 from desim_warehouse.cli.tables import show, show_summary
-from desim_warehouse.report.printed import difference
+from desim_warehouse.report.text.printed import difference
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Comparison

@@ -69,7 +69,7 @@ def _content(found: OneRun) -> dict[str, float | bool | str | None]:
 def _show(run: Run, found: dict[str, OneRun], confidence: float) -> None:
     from rich.table import Table
 
-    from desim_warehouse.report import words
+    from desim_warehouse.report.text import words
 
     units = run.model.units
     counted = f"counted from {run.history.begin:,g} to {run.T:,g} {units.time}"

@@ -28,7 +28,7 @@ from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.report.fleet_words import Evidence
+    from desim_warehouse.report.text.fleet_words import Evidence
 
 ALL_YEAR = 8760.0
 """Hours."""
@@ -77,7 +77,7 @@ def command(
     `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. Exit status 3: no fleet was
     shown to be enough. Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
-    from desim_warehouse.report import fleet_words
+    from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)

@@ -11,7 +11,7 @@ import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 from desim_warehouse.cli.tables import show
-from desim_warehouse.report.printed import number
+from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
@@ -47,7 +47,7 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
 def _show(run: Run) -> None:
     from rich.table import Table
 
-    from desim_warehouse.report import words
+    from desim_warehouse.report.text import words
 
     robots = f"{run.model.fleet.size} robot{'s' * (run.model.fleet.size != 1)}"
     table = Table(title=f"{run.model.name}: {robots}, seed {run.seed}", title_justify="left", box=None, pad_edge=False)
@@ -66,7 +66,7 @@ def _show(run: Run) -> None:
 
 def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     """A value and its unit for planners: shares in percent, and times in other units also in seconds."""
-    from desim_warehouse.report import words
+    from desim_warehouse.report.text import words
 
     if math.isnan(value):
         return "-", ""

@@ -9,7 +9,7 @@ import click
 
 from desim_warehouse.cli.study_options import with_indicator
 from desim_warehouse.cli.tables import show
-from desim_warehouse.report.printed import number
+from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results

@@ -19,7 +19,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
 )
 from desim_warehouse.cli.tables import runs, show, show_verdicts
-from desim_warehouse.report.printed import number
+from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Sizing

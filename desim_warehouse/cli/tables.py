@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.printed import number, said
+from desim_warehouse.report.text.printed import number, said
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
@@ -18,7 +18,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
     from rich.table import Table
 
-    from desim_warehouse.report import sentences, words
+    from desim_warehouse.report.text import sentences, words
     from desim_warehouse.study.factors import readable
 
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
@@ -98,7 +98,7 @@ def _said_of_quantile(found: QuantileEstimate | None) -> str:
 
 def show_verdicts(results: Results) -> None:
     """What is wrong with designs, a line for each verdict."""
-    from desim_warehouse.report import sentences
+    from desim_warehouse.report.text import sentences
 
     for line in sentences.verdicts(results):
         click.echo(line)

@@ -42,7 +42,7 @@ def command(
 
     Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
     """
-    from desim_warehouse.report import why_words
+    from desim_warehouse.report.text import why_words
     from desim_warehouse.run import Run as Done
     from desim_warehouse.study.why import why
 
@@ -70,7 +70,7 @@ def command(
 
 def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
     """The line that simulates each relief again."""
-    from desim_warehouse.report.fleet_words import command_line
+    from desim_warehouse.report.text.fleet_words import command_line
 
     return [
         command_line(model, question.assignments, suspect.overrides, gain.n, (found.indicator,), question.seed or 0)
@@ -82,7 +82,7 @@ def _show(found: Why, lines: list[str]) -> None:
     from rich.table import Table
 
     from desim_warehouse.cli.tables import show
-    from desim_warehouse.report.printed import number
+    from desim_warehouse.report.text.printed import number
 
     table = Table(title=f"what a relief gains in {found.indicator}", title_justify="left", box=None)
     for name in ("relief", "waited", "gain", "from", "to", "runs"):

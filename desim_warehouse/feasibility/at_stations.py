@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.distributions import mean_of
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.distributions import Distribution
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
+    from desim_warehouse.values.distributions import Distribution
 
 
 def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:

@@ -7,10 +7,10 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.distributions import mean_of
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator

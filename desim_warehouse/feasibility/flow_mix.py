@@ -10,7 +10,6 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
@@ -18,6 +17,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.orders import Reading, summary
 from desim_warehouse.model.popularity import shares
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -6,19 +6,19 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from desim_warehouse.calendars import ALWAYS
 from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.orders import Reading, summary
+from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from desim_warehouse.calendars import Hours
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.values.calendars import Hours
 
 STEPS = 1000
 """Times at which a calendar opens or closes that are looked at, to find whether two of them meet."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility.closures import occupied
 from desim_warehouse.findings import amount
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.disturbances import BreakdownSpec, OutageSpec
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
 
 
 def left_out(model: Model, layout: Layout) -> list[str]:

@@ -14,8 +14,8 @@ from desim_warehouse.model.schema import PoissonGoods
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from desim_warehouse.calendars import Hours
     from desim_warehouse.model import Model
+    from desim_warehouse.values.calendars import Hours
 
     Expected = Callable[[float], float]
     """How many tasks are expected by a time, if nothing keeps them away."""

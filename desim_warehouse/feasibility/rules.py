@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.distributions import mean_of
 from desim_warehouse.feasibility import batteries, hours, starts
 from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.feasibility.flow_mix import FlowMix
@@ -13,6 +12,7 @@ from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

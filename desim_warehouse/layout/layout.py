@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import networkx as nx
 
-    from desim_warehouse.disturbances import OutageSpec
+    from desim_warehouse.values.disturbances import OutageSpec
 
 Edge = tuple[str, str]
 

@@ -16,11 +16,12 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.calendars import CalendarName
-from desim_warehouse.distributions import Varying
-from desim_warehouse.disturbances import OutageSpec
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import (
+from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.values.calendars import CalendarName
+from desim_warehouse.values.distributions import Varying
+from desim_warehouse.values.disturbances import OutageSpec
+from desim_warehouse.values.fields import (
     LATER,
     SECTION,
     Coordinate,
@@ -42,7 +43,6 @@ from desim_warehouse.fields import (
     limited,
     wrong,
 )
-from desim_warehouse.layout.naming import block_nodes
 
 Side = Literal["north", "south", "east", "west"]
 

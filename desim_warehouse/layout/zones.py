@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import Forms, Name, Part, by_type, form, known, wrong
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.spec import NodeName
+from desim_warehouse.values.fields import Forms, Name, Part, by_type, form, known, wrong
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, ValidationInfo, field_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import (
+from desim_warehouse.values.fields import (
     NUMBER,
     SECTION,
     Forms,

@@ -15,7 +15,7 @@ from desim_warehouse.states import TIMES
 if TYPE_CHECKING:
     from desim_warehouse.model.battery import BatterySpec
     from desim_warehouse.model.schema import Model
-    from desim_warehouse.streams import Streams
+    from desim_warehouse.values.streams import Streams
 
 RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
 """Which consumption of the model file applies in which state; a charging robot draws nothing."""

@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.calendars import CalendarName
-from desim_warehouse.disturbances import BreakdownSpec, DelaySpec
 from desim_warehouse.errors import got
-from desim_warehouse.fields import (
+from desim_warehouse.layout.spec import (
+    EdgeName,
+    NodeName,
+    NodesOfBays,
+    Offset,
+    edge_or_node,
+)
+from desim_warehouse.values.calendars import CalendarName
+from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec
+from desim_warehouse.values.fields import (
     LATER,
     NUMBER,
     SECTION,
@@ -31,13 +38,6 @@ from desim_warehouse.fields import (
     known,
     limited,
     wrong,
-)
-from desim_warehouse.layout.spec import (
-    EdgeName,
-    NodeName,
-    NodesOfBays,
-    Offset,
-    edge_or_node,
 )
 
 if TYPE_CHECKING:

@@ -17,10 +17,12 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.calendars import ALWAYS, CalendarName, Hours
-from desim_warehouse.distributions import Varying
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import (
+from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
+from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
+from desim_warehouse.values.distributions import Varying
+from desim_warehouse.values.fields import (
     LATER,
     SECTION,
     Count,
@@ -42,8 +44,6 @@ from desim_warehouse.fields import (
     limited,
     wrong,
 )
-from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.popularity import PopularityRule
 
 STORAGE = "storage"
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this

@@ -9,8 +9,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got, reason
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.json_text import read_json
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

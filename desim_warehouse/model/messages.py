@@ -13,7 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import TOP
+from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

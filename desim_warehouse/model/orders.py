@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator

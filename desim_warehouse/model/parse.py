@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.model.messages import Keys, Place, Places, Problem
+from desim_warehouse.values.fields import LIMITS, Part
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {f"{_TAG}{name}" for name in ("str", "timestamp", "merge", "value")}

@@ -7,11 +7,11 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from desim_warehouse.calendars import CalendarName
-from desim_warehouse.distributions import Varying
 from desim_warehouse.errors import got
-from desim_warehouse.fields import Part, Rate, Time, known, wrong
 from desim_warehouse.layout.spec import NodeName
+from desim_warehouse.values.calendars import CalendarName
+from desim_warehouse.values.distributions import Varying
+from desim_warehouse.values.fields import Part, Rate, Time, known, wrong
 
 
 def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:

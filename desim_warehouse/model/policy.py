@@ -9,8 +9,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import LATER, SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 from desim_warehouse.policies.catalogue import user_source
+from desim_warehouse.values.fields import LATER, SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 
 
 def _frozen(value: Any) -> Any:

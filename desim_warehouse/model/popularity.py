@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.fields import (
+from desim_warehouse.values.fields import (
     SECTION,
     Forms,
     Name,

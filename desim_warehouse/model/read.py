@@ -10,7 +10,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import LayoutError, ModelError, got, nearest, reason
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.flows import OrdersArrivals
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
 from desim_warehouse.model.orders import problems_of
@@ -20,6 +19,7 @@ from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.schema import OUTLINE, Model
 from desim_warehouse.model.tables import LAYOUT, resolve
 from desim_warehouse.policies import catalogue
+from desim_warehouse.values.fields import LIMITS
 
 
 def load(

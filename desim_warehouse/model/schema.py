@@ -11,10 +11,32 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
-from desim_warehouse.distributions import Varying, mean_of
 from desim_warehouse.errors import got, spoken
-from desim_warehouse.fields import (
+from desim_warehouse.findings import Acceptable
+from desim_warehouse.layout import Layout, build
+from desim_warehouse.layout.spec import (
+    LayoutSpec,
+    NodeOrStation,
+    NodesOfStations,
+)
+from desim_warehouse.model.battery import BatterySpec
+from desim_warehouse.model.fleet import Fleet
+from desim_warehouse.model.flows import (
+    FlowSpec,
+    PoissonArrivals,
+    ProfileArrivals,
+    SaturatedArrivals,
+    fixed_orders,
+    mean_rate,
+)
+from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.people import PeopleSpec
+from desim_warehouse.model.policy import Policies
+from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.traffic import TrafficSpec
+from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
+from desim_warehouse.values.distributions import Varying, mean_of
+from desim_warehouse.values.fields import (
     LATER,
     SECTION,
     Count,
@@ -39,29 +61,7 @@ from desim_warehouse.fields import (
     limited,
     wrong,
 )
-from desim_warehouse.findings import Acceptable
-from desim_warehouse.layout import Layout, build
-from desim_warehouse.layout.spec import (
-    LayoutSpec,
-    NodeOrStation,
-    NodesOfStations,
-)
-from desim_warehouse.model.battery import BatterySpec
-from desim_warehouse.model.fleet import Fleet
-from desim_warehouse.model.flows import (
-    FlowSpec,
-    PoissonArrivals,
-    ProfileArrivals,
-    SaturatedArrivals,
-    fixed_orders,
-    mean_rate,
-)
-from desim_warehouse.model.messages import Outline
-from desim_warehouse.model.people import PeopleSpec
-from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.popularity import PopularityRule
-from desim_warehouse.model.traffic import TrafficSpec
-from desim_warehouse.units import METRES, UnitNames
+from desim_warehouse.values.units import METRES, UnitNames
 
 if TYPE_CHECKING:
     from desim_warehouse.states import WaitName

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.distributions import ObservedFile
 from desim_warehouse.errors import ModelError, nearest, reason, spoken
-from desim_warehouse.fields import LIMITS, Part
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.flows import MatrixFile
@@ -19,6 +17,8 @@ from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_py
 from desim_warehouse.model.orders import sha256
 from desim_warehouse.model.popularity import WeightsFile
 from desim_warehouse.model.schema import OUTLINE
+from desim_warehouse.values.distributions import ObservedFile
+from desim_warehouse.values.fields import LIMITS, Part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

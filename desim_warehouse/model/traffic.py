@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from desim_warehouse.calendars import CalendarName
-from desim_warehouse.fields import (
+from desim_warehouse.layout.spec import see_node
+from desim_warehouse.layout.zones import Members, ZoneSpec
+from desim_warehouse.values.calendars import CalendarName
+from desim_warehouse.values.fields import (
     LATER,
     Count,
     Flag,
@@ -18,8 +20,6 @@ from desim_warehouse.fields import (
     Time,
     limited,
 )
-from desim_warehouse.layout.spec import see_node
-from desim_warehouse.layout.zones import Members, ZoneSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,9 +10,9 @@ from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, W
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from desim_warehouse.fields import Part
     from desim_warehouse.layout.layout import Edge, Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.values.fields import Part
 
 _AT_THE_END = 0.01
 """A storage place so near the end of a lane, in metres, is at the node there."""

@@ -14,9 +14,9 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.lines import CURVE, Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -6,7 +6,7 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.fields import LIMITS
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from pathlib import Path

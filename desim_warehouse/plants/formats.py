@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants import (
     dxf,
     geojson,
@@ -25,6 +24,7 @@ from desim_warehouse.plants import (
     xml,
 )
 from desim_warehouse.plants.file import content_of
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

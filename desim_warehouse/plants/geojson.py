@@ -10,11 +10,11 @@ import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

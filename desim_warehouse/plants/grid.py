@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, spoken
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

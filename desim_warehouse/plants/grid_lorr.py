@@ -14,13 +14,13 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import grid_movingai
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.grid import Lines, instant_handling, refuse
 from desim_warehouse.plants.plant import Transport, Vehicle
 from desim_warehouse.plants.stops import VISIT
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Plant

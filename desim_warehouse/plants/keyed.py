@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.messages import printable
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.plant import Link, Location, Waypoint, claim, unique
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, spoken
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.plant import Link, Location, Waypoint
-from desim_warehouse.units import TABLE, UnitNames, converted
+from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.units import TABLE, UnitNames, converted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -12,10 +12,10 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model.messages import report
 from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

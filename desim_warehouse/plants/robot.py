@@ -8,11 +8,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import Known, Part
 from desim_warehouse.model.battery import BatterySpec
 from desim_warehouse.model.fleet import RobotSpec
 from desim_warehouse.model.messages import Outline, from_pydantic, report
 from desim_warehouse.model.read import read_document
+from desim_warehouse.values.fields import Known, Part
 
 
 class RobotFile(Part):

@@ -11,10 +11,10 @@ import re
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord, fill
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

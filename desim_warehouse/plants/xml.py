@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 from xml.parsers import expat
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.fields import LIMITS
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

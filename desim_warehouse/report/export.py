@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.log import NONE
-from desim_warehouse.report import words
+from desim_warehouse.outcome.log import NONE
+from desim_warehouse.report.text import words
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:

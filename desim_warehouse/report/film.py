@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.log import NONE
+from desim_warehouse.outcome.log import NONE
 from desim_warehouse.report.palette import GROUND, PALETTES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import window

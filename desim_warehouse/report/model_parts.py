@@ -8,7 +8,8 @@ from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.left_out import disturbances
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import in_words
-from desim_warehouse.report import html, words
+from desim_warehouse.report import html
+from desim_warehouse.report.text import words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

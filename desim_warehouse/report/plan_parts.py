@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.report import first_page as pages
-from desim_warehouse.report import html, plot, run_parts, words
+from desim_warehouse.report import html, plot, run_parts
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.study_parts import versions
+from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
@@ -78,7 +79,7 @@ def read(folder: str | Path | None) -> PlanFolder:
 
 
 def _small(folder: Path) -> PlanFolder:
-    from desim_warehouse.report.fleet_words import save
+    from desim_warehouse.report.text.fleet_words import save
     from desim_warehouse.study.fleet import plan_fleet
 
     model = pages.example()

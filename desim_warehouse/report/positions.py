@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from desim_warehouse.log import LogRow
     from desim_warehouse.model.fleet import Start
+    from desim_warehouse.outcome.log import LogRow
     from desim_warehouse.run import Run
 
     Floats = NDArray[np.float64]

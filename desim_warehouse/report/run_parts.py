@@ -6,12 +6,13 @@ import math
 import platform
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
+from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import first_page as pages
-from desim_warehouse.report import html, plot, sentences, words
+from desim_warehouse.report import html, plot
 from desim_warehouse.report.model_parts import model_facts, work
-from desim_warehouse.resources import resources as of_stations_and_chargers
+from desim_warehouse.report.text import sentences, words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from desim_warehouse.account import By
+    from desim_warehouse.outcome.account import By
     from desim_warehouse.report.html import Html
     from desim_warehouse.run import Run
 

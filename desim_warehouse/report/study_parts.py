@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError
-from desim_warehouse.report import answers, html, plot, run_parts, sentences, words
 from desim_warehouse.report import first_page as pages
+from desim_warehouse.report import html, plot, run_parts
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.sentences import name_of
+from desim_warehouse.report.text import answers, sentences, words
+from desim_warehouse.report.text.sentences import name_of
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import first_order, main_effects
 from desim_warehouse.study.study import Study

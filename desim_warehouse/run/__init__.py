@@ -10,23 +10,23 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse import account, indicators, verdicts
-from desim_warehouse.distributions import Distribution
-from desim_warehouse.history import History
+from desim_warehouse.outcome import account, indicators, verdicts
+from desim_warehouse.outcome.history import History
+from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import pandas as pd
 
-    from desim_warehouse.account import By
     from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
-    from desim_warehouse.log import Log
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.account import By
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.replay import Replay
-    from desim_warehouse.verdicts import Verdict
 
 
 class Run:
@@ -72,7 +72,7 @@ class Run:
 
     @cached_property
     def log(self) -> pd.DataFrame:
-        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `desim_warehouse.log`)."""
+        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `outcome.log`)."""
         return self.record.frame()
 
     @cached_property
@@ -126,7 +126,7 @@ class Run:
         and a node's to all that robots spent there; an hour's (from the end of the warm-up, the last may be shorter) to
         its length for each robot. Waiting before an intersection is its node's, not that of the edge on which the robot
         stands; at a node it is also in the bay or station beside it. The columns are those of
-        `desim_warehouse.account`.
+        `desim_warehouse.outcome.account`.
 
         Raises:
             ReportError: a run without `log: all`, or another `by`.

@@ -103,8 +103,8 @@ def load_run(folder: str | Path) -> Run:
     """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
     import pandas as pd
 
-    from desim_warehouse.log import Log, LogRow
     from desim_warehouse.model import load
+    from desim_warehouse.outcome.log import Log, LogRow
     from desim_warehouse.run import Run
 
     folder = Path(folder)

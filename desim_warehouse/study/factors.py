@@ -12,11 +12,11 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.fields import Forms, Part, all_wrong, form, wrong
 from desim_warehouse.model.messages import Keys  # noqa: TC001 - pydantic reads the annotation of `Values`
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
+from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
 
 Label: TypeAlias = str | int | float | bool | None
 

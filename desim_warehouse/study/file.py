@@ -53,7 +53,14 @@ from pydantic import (
 )
 
 from desim_warehouse.errors import StudyError, got, nearest, spoken
-from desim_warehouse.fields import (
+from desim_warehouse.model import Model
+from desim_warehouse.model.messages import Outline
+from desim_warehouse.outcome.indicators import INDICATORS, look_up
+from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
+from desim_warehouse.study.factors import Factor, Form, Label, factor_of, label
+from desim_warehouse.study.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
+from desim_warehouse.study.target import read_target
+from desim_warehouse.values.fields import (
     NUMBER,
     SECTION,
     TOP,
@@ -69,13 +76,6 @@ from desim_warehouse.fields import (
     form,
     wrong,
 )
-from desim_warehouse.indicators import INDICATORS, look_up
-from desim_warehouse.model import Model
-from desim_warehouse.model.messages import Outline
-from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
-from desim_warehouse.study.factors import Factor, Form, Label, factor_of, label
-from desim_warehouse.study.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
-from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
     from pydantic_core import PydanticCustomError

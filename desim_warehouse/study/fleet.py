@@ -1,7 +1,7 @@
 """How many robots and chargers a warehouse needs, today and with more demand, with which strategy, and what limits it.
 
 Sizes are found by `statistics.scout_steps` and shown by `statistics.cheapest_meeting_steps`; nothing else is judged
-here. Designs that cannot keep up, or run down their batteries (see `desim_warehouse.verdicts`), do not count as meeting
+here. Designs that cannot keep up, or run down their batteries (see `outcome.verdicts`), do not count as meeting
 a target, however well the run looks.
 """
 
@@ -17,17 +17,17 @@ from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors, estimate
 from desim_warehouse.feasibility.free_flow import arrival_rate
 from desim_warehouse.feasibility.power import chargers_at
-from desim_warehouse.indicators import find, within
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import StorageEnd
-from desim_warehouse.money import equipment
+from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.money import equipment
+from desim_warehouse.outcome.verdicts import LASTING, judge
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
-from desim_warehouse.verdicts import LASTING, judge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

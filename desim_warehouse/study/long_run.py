@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.history import deliveries
-from desim_warehouse.indicators import find, within
+from desim_warehouse.outcome.history import deliveries
+from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.warm_up import steady_length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.history import History, TaskHistory
+    from desim_warehouse.outcome.history import History, TaskHistory
     from desim_warehouse.run import Run
 
 QUANTILES = {"cycle_time_median": 0.5, "cycle_time_p95": 0.95}

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Literal
 
-from desim_warehouse.distributions import Distribution
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
 from desim_warehouse.study.file import Until
+from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.indicators import find, within
+from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.plan import is_deterministic, models

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
-from desim_warehouse.indicators import within
+from desim_warehouse.outcome.indicators import within
+from desim_warehouse.outcome.verdicts import LASTING, judge
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
@@ -21,7 +22,6 @@ from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import is_lifelong, models
 from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
 from desim_warehouse.study.target import read_target
-from desim_warehouse.verdicts import LASTING, judge
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.factors import Label
     from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.verdicts import Verdict
 
 USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
 USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
@@ -64,9 +64,9 @@ class Results:
         Raises:
             StudyError: where there is no study, or it is damaged.
         """
+        from desim_warehouse.study.execution.store import JOURNAL, Store
         from desim_warehouse.study.record import read_record
         from desim_warehouse.study.runner import StudyRunner
-        from desim_warehouse.study.store import JOURNAL, Store
 
         folder = Path(folder)
         record = read_record(folder)
@@ -205,7 +205,7 @@ class Results:
 
     @cached_property
     def verdicts(self) -> Mapping[str, list[Verdict]]:
-        """What is wrong with each design, by the means of its runs (see `desim_warehouse.verdicts`)."""
+        """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`)."""
         return {design: judge(self._means(design), model) for design, model in self.models.items()}
 
     def _means(self, design: str) -> dict[str, float]:
@@ -340,7 +340,7 @@ class Results:
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
-        One that cannot last (see `desim_warehouse.verdicts`) fails, whatever its values.
+        One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values.
         """
         goal = self.target
         if goal is None:

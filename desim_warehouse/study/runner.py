@@ -6,10 +6,10 @@ from time import monotonic
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from desim_warehouse.errors import BatteryError, StudyError
+from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import models, run_seed
-from desim_warehouse.study.progress import Progress
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
+    from desim_warehouse.study.execution.store import Store
     from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Procedure
-    from desim_warehouse.study.store import Store
 
 T = TypeVar("T")
 _WRITE_EVERY = 10.0  # seconds between writes of the table

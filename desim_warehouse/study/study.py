@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.progress import Progress
+from desim_warehouse.study.execution.progress import Progress
+from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
-from desim_warehouse.study.store import JOURNAL, Store
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 

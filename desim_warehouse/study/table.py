@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.indicators import INDICATORS, within
+from desim_warehouse.outcome.indicators import INDICATORS, within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

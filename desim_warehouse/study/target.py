@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.indicators import INDICATORS, find, look_up
+from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
 from desim_warehouse.study import statistics
 
 _PERCENT = re.compile(r"([\d.]+)\s*%\s*$")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.history import deliveries
+from desim_warehouse.outcome.history import deliveries
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.execution.work import Wanted
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from desim_warehouse.history import Spans
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import Spans
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.execution.work import Outcome

@@ -10,17 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.distributions import scaled
 from desim_warehouse.errors import StudyError
 from desim_warehouse.feasibility.power import is_lifelong
-from desim_warehouse.indicators import find
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet import Designs, could_run
 from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.study import Study
+from desim_warehouse.values.distributions import scaled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

@@ -14,33 +14,33 @@ from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
-from desim_warehouse.log import Log
 from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.states import STATES, absent
-from desim_warehouse.streams import Streams
-from desim_warehouse.world.ask import BayChoice, ChargingLevels, Situations, handling_of
-from desim_warehouse.world.batches import Batcher
-from desim_warehouse.world.bays import Bay, Bays
-from desim_warehouse.world.chargers import Chargers, FailingChargers
-from desim_warehouse.world.closures import Restrictions
-from desim_warehouse.world.demand import Demand
-from desim_warehouse.world.departures import Departures
-from desim_warehouse.world.dispatch import Dispatcher
-from desim_warehouse.world.duty import duty_of
-from desim_warehouse.world.encounters import count_encounters, record_closures, record_visits
-from desim_warehouse.world.events import Clock, happened
-from desim_warehouse.world.flows import Flows
-from desim_warehouse.world.handling import HandlingTimes
-from desim_warehouse.world.motion import Motion
-from desim_warehouse.world.people import sources
-from desim_warehouse.world.reach import Reach
-from desim_warehouse.world.robot import Robot
-from desim_warehouse.world.routes import Routes
-from desim_warehouse.world.stations import Stations, stations_of
-from desim_warehouse.world.tallies import less, tallies
-from desim_warehouse.world.traffic import Traffic
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.orders.ask import BayChoice, ChargingLevels, Situations, handling_of
+from desim_warehouse.world.orders.batches import Batcher
+from desim_warehouse.world.orders.demand import Demand
+from desim_warehouse.world.orders.departures import Departures
+from desim_warehouse.world.orders.dispatch import Dispatcher
+from desim_warehouse.world.orders.duty import duty_of
+from desim_warehouse.world.orders.flows import Flows
+from desim_warehouse.world.orders.routes import Routes
+from desim_warehouse.world.places.bays import Bay, Bays
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.stations import Stations, stations_of
+from desim_warehouse.world.robots.reach import Reach
+from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.robots.tallies import less, tallies
+from desim_warehouse.world.traffic.closures import Restrictions
+from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
+from desim_warehouse.world.traffic.events import Clock, happened
+from desim_warehouse.world.traffic.motion import Motion
+from desim_warehouse.world.traffic.people import sources
+from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.model import Model
     from desim_warehouse.policies import Task
-    from desim_warehouse.world.gridlock import Rule
-    from desim_warehouse.world.tallies import Rows
+    from desim_warehouse.world.robots.tallies import Rows
+    from desim_warehouse.world.traffic.gridlock import Rule
 
 PATIENCE = 300.0
 """Seconds that a robot may wait on two-way lanes before others stay in their bays for it: else they might go on

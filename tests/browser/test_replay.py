@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.resources import resources
 from tests.browser.pages import Page
 from tests.report.replay.floors import (
     RUNS,

@@ -8,7 +8,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.report import study_parts, words
+from desim_warehouse.report import study_parts
+from desim_warehouse.report.text import words
 from desim_warehouse.study.study import Study
 from tests import little
 from tests.auditor import audit

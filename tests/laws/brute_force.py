@@ -9,8 +9,8 @@ import math
 
 import networkx as nx
 
-from desim_warehouse.world.avoidance import Avoidance
-from desim_warehouse.world.lane import Lane
+from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.lane import Lane
 
 
 class Watched(Avoidance):

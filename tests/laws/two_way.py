@@ -15,11 +15,11 @@ import networkx as nx
 import simpy
 
 from desim_warehouse.layout.layout import Layout
-from desim_warehouse.log import Log
 from desim_warehouse.model.fleet import RobotSpec
 from desim_warehouse.model.traffic import TrafficSpec
-from desim_warehouse.world.body import Body, NoDriver
-from desim_warehouse.world.traffic import Traffic
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.world.traffic.body import Body, NoDriver
+from desim_warehouse.world.traffic.traffic import Traffic
 from tests.auditor import Audit
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim_warehouse.calendars import ALWAYS, Hours, Pattern, Shifts, Stretches
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
+from desim_warehouse.values.calendars import ALWAYS, Hours, Pattern, Shifts, Stretches
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 HOUR = 3600.0

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from desim_warehouse.distributions import mean_of, scaled
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import json_schema, load
+from desim_warehouse.values.distributions import mean_of, scaled
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 DRAWS = 4000

@@ -12,8 +12,8 @@ import pytest
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import FrozenMap, Part
 from desim_warehouse.model import load
+from desim_warehouse.values.fields import FrozenMap, Part
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 POLICY = {"policies.charging": {"name": "threshold", "levels": {"b": [1, 2], "a": {"c": 3}}}}

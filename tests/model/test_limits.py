@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks.memory import peak
 from desim_warehouse.errors import ModelError
-from desim_warehouse.fields import LIMITS
 from desim_warehouse.model import load
+from desim_warehouse.values.fields import LIMITS
 
 ROOT = Path(__file__).parents[2]
 TUTORIAL = ROOT / "models" / "tutorial.yaml"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import json_schema, load, parse_assignment
-from desim_warehouse.units import METRES, SECONDS, UnitNames, converted
+from desim_warehouse.values.units import METRES, SECONDS, UnitNames, converted
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"

@@ -64,7 +64,7 @@ def test_no_answers_at_all_end_in_a_stall_that_says_so():
 
 def test_the_environment_passes_gymnasiums_own_check():
     checker = pytest.importorskip("gymnasium.utils.env_checker")
-    from desim_warehouse.rl import AllocationEnv
+    from desim_warehouse.learn.rl import AllocationEnv
 
     checker.check_env(AllocationEnv(MODEL, {"tasks.goods": {"random": 8}}), skip_render_check=True)
 
@@ -72,7 +72,7 @@ def test_the_environment_passes_gymnasiums_own_check():
 @pytest.mark.parametrize("choice", ["first", "none", "random"])
 def test_an_episode_ends_and_its_rewards_sum_up_to_minus_the_cost(choice):
     pytest.importorskip("gymnasium")
-    from desim_warehouse.rl import AllocationEnv
+    from desim_warehouse.learn.rl import AllocationEnv
 
     env = AllocationEnv("models/multibots.yaml", {"tasks.goods": {"random": 15}, "fleet.size": 3}, slots=6)
     observation, info = env.reset(seed=5)

@@ -14,8 +14,9 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import printed, study_parts
+from desim_warehouse.report import study_parts
 from desim_warehouse.report.explore import MOST_DESIGNS
+from desim_warehouse.report.text import printed
 from desim_warehouse.study.results import Results
 
 MULTIBOTS = "models/multibots.yaml"

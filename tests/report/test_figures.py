@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.account import OF_TASKS
 from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import compare, mser, welch

@@ -18,16 +18,17 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
-from desim_warehouse.account import OF_TASKS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.model.schema import Units
-from desim_warehouse.report import answers, browser, notebook, run_parts, study_parts, words
+from desim_warehouse.outcome.account import OF_TASKS
+from desim_warehouse.report import browser, notebook, run_parts, study_parts
 from desim_warehouse.report.first_page import example
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.notebook import report
-from desim_warehouse.report.sentences import conclusions
 from desim_warehouse.report.study_parts import read
+from desim_warehouse.report.text import answers, words
+from desim_warehouse.report.text.sentences import conclusions
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
@@ -363,7 +364,8 @@ def test_the_work_of_flows_is_what_the_demand_makes_of_it():
 
 
 def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_path):
-    from desim_warehouse.report import fleet_words, plan_parts
+    from desim_warehouse.report import plan_parts
+    from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
 
     found = plan_fleet(example(), "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=tmp_path)

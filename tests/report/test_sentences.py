@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from desim_warehouse.report import words
-from desim_warehouse.report.sentences import conclusions, knee_of_throughput
+from desim_warehouse.report.text import words
+from desim_warehouse.report.text.sentences import conclusions, knee_of_throughput
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level

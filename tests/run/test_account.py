@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.account import OF_ROBOTS, OF_TASKS
+from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS
 from desim_warehouse.states import STATES
 from tests.accounting import faults
 from tests.run.ring import ring

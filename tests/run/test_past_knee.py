@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse import past_knee
-from desim_warehouse.past_knee import Window, windows
+from desim_warehouse.outcome import past_knee
+from desim_warehouse.outcome.past_knee import Window, windows
 from tests.world.crowded import crowded, waves
 
 

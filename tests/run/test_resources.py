@@ -7,7 +7,7 @@ import math
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.resources import area, resources, steps
+from desim_warehouse.outcome.resources import area, resources, steps
 from tests.report.replay.floors import busy_run, tired_run
 
 

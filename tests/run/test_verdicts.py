@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.outcome.verdicts import RULES, judge
 from desim_warehouse.report import run_parts, study_parts
-from desim_warehouse.verdicts import RULES, judge
 from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})

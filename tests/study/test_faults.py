@@ -20,8 +20,8 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.study.execution.batches import Batches
 from desim_warehouse.study.execution.signals import Interrupts
+from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
-from desim_warehouse.study.store import JOURNAL, Store
 
 from .conftest import MULTIBOTS
 

@@ -8,7 +8,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report import fleet_words
+from desim_warehouse.report.text import fleet_words
 from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
 from tests.docs import pages
 from tests.study import plans

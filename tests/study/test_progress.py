@@ -4,8 +4,8 @@ import io
 
 import pytest
 
-from desim_warehouse.study import progress
-from desim_warehouse.study.progress import Progress
+from desim_warehouse.study.execution import progress
+from desim_warehouse.study.execution.progress import Progress
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study import store
+from desim_warehouse.study.execution import store
 from desim_warehouse.study.results import USUAL_LIFELONG
 
 from .conftest import MULTIBOTS

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.study.execution.lock import FolderLock
+from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.execution.work import Outcome
-from desim_warehouse.study.lock import FolderLock
-from desim_warehouse.study.store import JOURNAL, Store
 
 from .conftest import MULTIBOTS
 
@@ -144,7 +144,7 @@ def test_an_error_that_is_no_proper_text_is_kept_as_one(tmp_path, policies):
 
 def test_runs_of_another_version_are_kept_but_not_used(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr("desim_warehouse.study.store.__version__", "0.0.1")
+        patch.setattr("desim_warehouse.study.execution.store.__version__", "0.0.1")
         filled(tmp_path)
     runs, notes = opened(tmp_path)
     assert not runs

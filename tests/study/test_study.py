@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.indicators import INDICATORS
+from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
 from desim_warehouse.study.plan import is_deterministic, run_seed

@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report import why_words
+from desim_warehouse.report.text import why_words
 from desim_warehouse.study.why import suspects, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks

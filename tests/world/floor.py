@@ -12,9 +12,9 @@ import simpy
 
 from desim_warehouse.layout import build
 from desim_warehouse.layout.spec import LayoutSpec
-from desim_warehouse.log import Log
-from desim_warehouse.world.body import Body
-from desim_warehouse.world.traffic import Traffic
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.traffic import Traffic
 
 PARK = "park"
 

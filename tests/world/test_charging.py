@@ -8,7 +8,7 @@ import pytest
 
 from desim_warehouse import BatteryError, PolicyError, StallError, load
 from desim_warehouse.world import World
-from desim_warehouse.world.battery import Battery
+from desim_warehouse.world.robots.battery import Battery
 
 RING = {
     "layout": {

@@ -1,6 +1,6 @@
 """The clock of a run keeps the time whoever lets it go on."""
 
-from desim_warehouse.world.events import Arrival, Clock
+from desim_warehouse.world.traffic.events import Arrival, Clock
 
 
 def seen(clock, let_go):

@@ -10,9 +10,9 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.model.flows import Profile, Rates
-from desim_warehouse.streams import Streams
 from desim_warehouse.study.why import suspects
-from desim_warehouse.world.flows import _Flow
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.orders.flows import _Flow
 from tests import little
 from tests.accounting import faults
 from tests.auditor import audit

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.run import check
-from desim_warehouse.world.motion import Motion
+from desim_warehouse.world.traffic.motion import Motion
 from tests.auditor import audit
 from tests.world import ring
 from tests.world.closed_form import drive_time

@@ -12,7 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.flows import OrdersFile
 from desim_warehouse.model.orders import OrderLine, Reading, read, resampled, summary
-from desim_warehouse.streams import Streams
+from desim_warehouse.values.streams import Streams
 from tests.world.test_flows import RING
 
 HOW = Reading(frozenset({"A", "B", "C", "D", "dock", "pack"}), 2, "06:00", 1.0)

@@ -8,9 +8,9 @@ from simpy import Environment
 
 import desim_warehouse as dw
 from desim_warehouse import ModelError
-from desim_warehouse.disturbances import OutageSpec
-from desim_warehouse.streams import Streams
-from desim_warehouse.world.chargers import FailingChargers
+from desim_warehouse.values.disturbances import OutageSpec
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.chargers import FailingChargers
 
 near = pytest.approx
 

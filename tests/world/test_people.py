@@ -7,8 +7,8 @@ from scipy import stats
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.run import check
-from desim_warehouse.streams import Streams
-from desim_warehouse.world.people import sources, storage_aisles
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.traffic.people import sources, storage_aisles
 from tests.auditor import audit
 from tests.recount import differences
 from tests.world.test_zones import LOOP, on

@@ -7,7 +7,7 @@ import desim_warehouse as dw
 from desim_warehouse import ModelError
 from desim_warehouse.model.energy import start_levels
 from desim_warehouse.report.replay.payload import ENERGY, payload
-from desim_warehouse.streams import Streams
+from desim_warehouse.values.streams import Streams
 from tests.auditor import audit
 
 BASE = {"tasks.goods": {"poisson": 150}, "run": {"length": 7200}}

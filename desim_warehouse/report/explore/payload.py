@@ -7,8 +7,8 @@ import shlex
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.indicators import look_up
-from desim_warehouse.report import printed, sentences, words
+from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.report.text import printed, sentences, words
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import is_numeric, plain
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from desim_warehouse.account import OF_ROBOTS, OF_TASKS, OF_WORK, Share
+from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, OF_WORK, Share
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.plot.fleet import numbered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from desim_warehouse.account import By
+    from desim_warehouse.outcome.account import By
     from desim_warehouse.run import Run
 
 _PLACES = 24

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette, words
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.text import words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric, order, plain, usable
 from desim_warehouse.study.table import levels as levels_of
 

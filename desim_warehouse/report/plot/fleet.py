@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette, words
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.text import words
 from desim_warehouse.run import Run
 from desim_warehouse.study.table import averaged_over, cells
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.report import palette, words
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.text import words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette, words
+from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.text import words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:

@@ -13,23 +13,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
-from desim_warehouse.resources import resources
 from desim_warehouse.states import APART, FOR_CHARGER, STATES, absent, seen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.history import History
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.outcome.resources import Resource
     from desim_warehouse.report.replay.scale import Scale
     from desim_warehouse.report.replay.tiles import Tile
-    from desim_warehouse.resources import Resource
     from desim_warehouse.run import Run
     from desim_warehouse.states import State
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.resources import steps
+from desim_warehouse.outcome.resources import steps
 
 if TYPE_CHECKING:
+    from desim_warehouse.outcome.resources import Resource, Steps
     from desim_warehouse.report.positions import Edges
     from desim_warehouse.report.replay.scale import Scale
-    from desim_warehouse.resources import Resource, Steps
     from desim_warehouse.run import Run
 
 MOST = 12

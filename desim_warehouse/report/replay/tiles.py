@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.indicators import INDICATORS, quantile
 from desim_warehouse.model.schema import SaturatedGoods
+from desim_warehouse.outcome.indicators import INDICATORS, quantile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from desim_warehouse.history import History
+    from desim_warehouse.outcome.history import History
     from desim_warehouse.report.replay.scale import Scale
     from desim_warehouse.run import Run
 

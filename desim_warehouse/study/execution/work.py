@@ -6,15 +6,15 @@ from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
-from desim_warehouse.history import deliveries
+from desim_warehouse.outcome.history import deliveries
 from desim_warehouse.run import simulate
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from desim_warehouse.history import Spans
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import Spans
     from desim_warehouse.study.execution.signals import Interrupts
 
 ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got

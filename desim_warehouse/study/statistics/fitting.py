@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.distributions import (
+from desim_warehouse.errors import StudyError
+from desim_warehouse.values.distributions import (
     Distribution,
     ExponentialTime,
     GammaTime,
@@ -16,7 +17,6 @@ from desim_warehouse.distributions import (
     UniformTime,
     WeibullTime,
 )
-from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

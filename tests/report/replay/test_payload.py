@@ -12,6 +12,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
 from desim_warehouse.report.replay.columns import pack
@@ -19,7 +20,6 @@ from desim_warehouse.report.replay.page import labels
 from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.report.replay.tiles import tiles
 from desim_warehouse.report.web import safe_json
-from desim_warehouse.resources import resources
 from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run, people_run
 from tests.report.replay.unpacked import unpack
 

@@ -1,0 +1,1 @@
+"""Allocation decided from outside: ask and tell, and a Gymnasium environment."""

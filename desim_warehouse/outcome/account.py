@@ -1,0 +1,244 @@
+"""An exact account of time: every second of every robot and task has one cause, and the parts add up to the whole.
+
+What a robot does is its state; while it waits in traffic, what it waits for. Both are cut at the same instants, so
+nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
+here (see `states`); a new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import Counter, defaultdict
+from itertools import islice, pairwise
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.states import APART, FOR_CHARGER, STATES, WAITING, absent, seen
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, Iterable, Iterator
+
+    import pandas as pd
+
+    from desim_warehouse.outcome.history import History, StateSpan, TaskHistory, Wait, Whereabouts
+
+By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
+"""What `account` may be asked for."""
+
+
+class Share(NamedTuple):
+    """A part of an account: the name of its column, its label, and its colour in figures."""
+
+    name: str
+    doing: str
+    colour: str
+
+
+_TRAFFIC = (
+    Share("behind_robot", "waiting behind a robot", WAITING.colour),
+    Share("before_intersection", "waiting before an intersection", "#7F7F7F"),
+    *(Share(state.name, state.doing, state.colour) for state in APART.values()),
+)
+OF_ROBOTS = {
+    part.name: part
+    for part in (
+        *(Share(state.name, state.doing, state.colour) for state in (*(seen(name, 0) for name in STATES), FOR_CHARGER)),
+        *_TRAFFIC,
+    )
+}
+"""The parts of a robot's time, in the order of columns; edges, nodes and hours have the same."""
+_UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
+OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
+"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue; then what that robot does."""
+OF_WORK = ("task", "flow", "station")
+"""Accounts of the time of tasks; the others are of robots."""
+
+
+class Piece(NamedTuple):
+    """An interval of a robot's time that belongs to one `part`, on an `edge` (`A>B`) or at a `node`."""
+
+    robot: int
+    start: float
+    end: float
+    part: str
+    edge: str | None
+    node: str | None
+
+    @property
+    def length(self) -> float:
+        """How long it is."""
+        return self.end - self.start
+
+
+def account(history: History, by: By = "robot") -> pd.DataFrame:
+    """The parts of the time of every task, flow, station, robot, edge, node or hour (see `Run.account`)."""
+    import pandas as pd
+
+    if by not in get_args(By):
+        raise ReportError(f"account by {by!r}: expected one of {', '.join(get_args(By))}")
+    if history.log.level != "all":
+        raise ReportError(
+            f"an account of time needs log: all (now log: {history.log.level}), run with --set log=all to record it"
+        )
+    index, found = _TABLES[by](history)
+    spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
+    for row, part, length in found:
+        spent[row, part].append(length)
+    no = absent(history.model)
+    columns = (part for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS) if part not in no)
+    table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
+    return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
+
+
+Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
+"""The rows of a table, and for each stretch of time its row, its part and its length."""
+ALL = "all tasks"
+"""The row of tasks that belong to no flow."""
+
+
+# Robots
+
+
+def pieces(history: History) -> Iterator[list[Piece]]:
+    """For each robot its time in pieces, in order; they fill the run from 0 to its end."""
+    waits: defaultdict[int, list[Wait]] = defaultdict(list)
+    for wait in history.waits:
+        waits[wait.robot].append(wait)
+    for robot, (spans, stays) in enumerate(zip(history.states, history.stays, strict=True)):
+        yield list(_pieces(history, spans, stays, sorted(waits[robot], key=lambda wait: wait.start)))
+
+
+def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
+    """A robot's time, cut wherever its state or its place changes, or a wait begins or ends."""
+    cuts = {history.begin, *(stay.start for stay in stays)}
+    cuts.update(time for span in spans for time in (span.start, span.end))
+    cuts.update(time for wait in waits for time in (wait.start, wait.end))
+    times = sorted(time for time in cuts if 0 <= time <= history.end)
+    in_span = in_stay = in_wait = 0
+    for start, end in pairwise(times):
+        while spans[in_span].end <= start:
+            in_span += 1
+        while in_stay + 1 < len(stays) and stays[in_stay + 1].start <= start:
+            in_stay += 1
+        while in_wait < len(waits) and waits[in_wait].end <= start:
+            in_wait += 1
+        now, where = spans[in_span], stays[in_stay]
+        part, edge, node = seen(now.state, now.task).name, where.edge, where.node
+        if in_wait < len(waits) and waits[in_wait].start <= start:
+            part, edge, node = _reason(waits[in_wait])
+        if edge is None:
+            yield Piece(now.robot, start, end, part, None, node)
+        else:
+            yield Piece(now.robot, start, end, part, ">".join(edge), None)
+
+
+def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
+    """What a robot waits for in traffic, and the edge or node that it waits for there."""
+    if wait.cause in APART:
+        return wait.cause, None, wait.node or ""
+    if wait.edge is not None:
+        return "behind_robot", wait.edge, ""
+    return "before_intersection", None, wait.node or ""
+
+
+def _counted(history: History) -> Iterator[Piece]:
+    """The pieces of all robots from the end of the warm-up on."""
+    return (piece for robot in pieces(history) for piece in robot if history.counts(piece.start))
+
+
+def _by(rows: list[int] | list[str], row: Callable[[Piece], Hashable], history: History) -> Found:
+    return rows, ((row(piece), piece.part, piece.length) for piece in _counted(history))
+
+
+def _by_robot(history: History) -> Found:
+    return _by(list(range(len(history.states))), lambda piece: piece.robot, history)
+
+
+def _by_edge(history: History) -> Found:
+    return _by([">".join(edge) for edge in history.layout.graph.edges], lambda piece: piece.edge, history)
+
+
+def _by_node(history: History) -> Found:
+    return _by(list(history.layout.graph), lambda piece: piece.node, history)
+
+
+def _by_hour(history: History) -> Found:
+    """Hours are counted from the end of the warm-up."""
+    hour = history.model.units.hour
+    bounds = [history.begin + n * hour for n in range(max(math.ceil(history.counted / hour), 1))]
+    ends = [*bounds[1:], math.inf]
+
+    def split() -> Iterator[tuple[int, str, float]]:
+        for piece in _counted(history):
+            start, n = piece.start, bisect_right(bounds, piece.start) - 1
+            while start < piece.end:
+                end = min(piece.end, ends[n])
+                yield n, piece.part, end - start
+                start, n = end, n + 1
+
+    return list(range(len(bounds))), split()
+
+
+# Tasks
+
+
+def counted_tasks(history: History) -> dict[int, TaskHistory]:
+    """The tasks that `account` has rows for, by number: those not delivered before the counted time."""
+    return {number: task for number, task in history.tasks.items() if history.counts(task.delivered)}
+
+
+def _by_task(history: History) -> Found:
+    tasks = counted_tasks(history)
+    return list(tasks), _parts_of_tasks(history, tasks)
+
+
+def _by_flow(history: History) -> Found:
+    return _means(history, list(history.model.tasks.flows) or [ALL], lambda task: task.flow or ALL)
+
+
+def _by_station(history: History) -> Found:
+    stations = history.layout.stations
+    names = {node: f"{item.zone} at {node}" for node, item in stations.items()}
+    return _means(history, list(names.values()), lambda task: names.get(task.station, ""))
+
+
+def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
+    """The parts of each row's mean task; rows without tasks, and tasks without one of the rows, are left out."""
+    tasks = counted_tasks(history)
+    of = {number: row(task) for number, task in tasks.items()}
+    count = Counter(of.values())
+    found = ((of[number], part, length / count[of[number]]) for number, part, length in _parts_of_tasks(history, tasks))
+    return [name for name in rows if count[name]], found
+
+
+def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
+    """For each task the time in which no robot has it, and what its robot does while one has it."""
+    fleet = list(pieces(history))
+    starts = [[piece.start for piece in robot] for robot in fleet]
+    free = {number: task.released for number, task in tasks.items()}
+    for assignment in history.assignments:
+        number = assignment.task
+        if number not in tasks:
+            continue
+        yield number, _UNASSIGNED.name, assignment.start - free[number]
+        free[number] = assignment.end
+        robot = fleet[assignment.robot]
+        first = max(bisect_right(starts[assignment.robot], assignment.start) - 1, 0)
+        for piece in islice(robot, first, None):
+            if piece.start >= assignment.end:
+                break
+            yield number, piece.part, min(piece.end, assignment.end) - max(piece.start, assignment.start)
+    for number, task in tasks.items():
+        yield number, _UNASSIGNED.name, min(task.delivered, history.end) - free[number]
+
+
+_TABLES: dict[By, Callable[[History], Found]] = {
+    "task": _by_task,
+    "flow": _by_flow,
+    "station": _by_station,
+    "robot": _by_robot,
+    "edge": _by_edge,
+    "node": _by_node,
+    "hour": _by_hour,
+}

@@ -1,0 +1,574 @@
+"""What happened in a run, read from its log: the only module that interprets its rows.
+
+`History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
+needed; indicators, figures, replay, films and exports are made from them. `rows` gives the rows themselves by the names
+of their columns.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice, zip_longest
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from desim_warehouse.model import energy
+from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
+from desim_warehouse.states import APART
+from desim_warehouse.values.streams import Streams
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.log import Log
+
+    Edge = tuple[str, str]
+    Curve = tuple[list[float], list[float]]
+
+_MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
+_end_of = attrgetter("end")
+_CURVE = 16
+"""Pieces of a charge curve that is not straight."""
+
+
+@dataclass(slots=True)
+class TaskHistory:
+    """When a task was released, loaded and delivered (inf: never), where, and when it was due (None: at no time)."""
+
+    number: int
+    good: int
+    released: float
+    due: float | None
+    loaded: float = math.inf
+    delivered: float = math.inf
+    station: str = ""
+    flow: str = ""
+    order: str = ""
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release to its delivery."""
+        return self.delivered - self.released
+
+
+class OrderHistory(NamedTuple):
+    """An order: when its first task was released, when its last was delivered (inf: never), and by how much late."""
+
+    flow: str
+    order: str
+    released: float
+    delivered: float
+    lateness: float | None
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release to its delivery as a whole."""
+        return self.delivered - self.released
+
+
+class FlowHistory:
+    """The tasks of one flow: what `History` says of all."""
+
+    def __init__(self, history: History, flow: str) -> None:
+        self.tasks = {number: task for number, task in history.tasks.items() if task.flow == flow}
+        self.delivered = [task for task in history.delivered if task.flow == flow]
+        self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
+        self.cycle_times = sorted(task.cycle_time for task in self.counted_deliveries)
+        self.lateness = lateness(self.counted_deliveries)
+        self.hours = history.counted / history.model.units.hour
+
+
+def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
+    """By how much each task that was due was late, 0 if it was not."""
+    return [max(task.delivered - task.due, 0.0) for task in tasks if task.due is not None]
+
+
+Spans = tuple[list[int], list[float]]
+"""Deliveries in equal spans of time, and the sums of their cycle times."""
+
+
+def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
+    """How many tasks were delivered in each of so many equal spans of time, and the sums of their cycle times."""
+    width = (end - begin) / spans
+    counts, times = [0] * spans, [0.0] * spans
+    for task in tasks:
+        if begin <= task.delivered <= end:
+            span = min(int((task.delivered - begin) / width), spans - 1)
+            counts[span] += 1
+            times[span] += task.cycle_time
+    return counts, times
+
+
+class StateSpan(NamedTuple):
+    """A robot in one state from `start` to `end`, with its task (-1: none), its energy and node at the start.
+
+    `energy` is None without batteries. `node`: where the robot is, or comes to next.
+    """
+
+    robot: int
+    state: str
+    start: float
+    end: float
+    task: int
+    energy: float | None
+    node: str
+
+
+class Assignment(NamedTuple):
+    """A robot with a task from its assignment to its delivery or return (`ended`; `open` at the end of the run)."""
+
+    robot: int
+    task: int
+    start: float
+    end: float
+    ended: str
+
+
+class Trip(NamedTuple):
+    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
+
+    robot: int
+    tasks: tuple[int, ...]
+    start: float
+    end: float
+
+
+class Wait(NamedTuple):
+    """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
+
+    `on`: the edge on which it stands; None in a bay or station. `cause`: `waiting`, a collision; or it waits before
+    `node` for something else, by its name in `states.APART`.
+    """
+
+    robot: int
+    other: int
+    start: float
+    end: float
+    node: str | None
+    edge: Edge | None
+    on: Edge | None
+    cause: str = "waiting"
+
+
+class ChargeSpan(NamedTuple):
+    """A robot at a charger from `start` to `end`, with its energy before and after."""
+
+    robot: int
+    start: float
+    end: float
+    before: float
+    after: float
+
+
+class Whereabouts(NamedTuple):
+    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
+
+    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
+    """
+
+    start: float
+    edge: Edge | None
+    node: str
+
+
+class Blocked(NamedTuple):
+    """An edge that nobody enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
+
+    `visit` is -1 for a calendar.
+    """
+
+    edge: Edge
+    start: float
+    end: float
+    visit: int
+
+
+class Rotation(NamedTuple):
+    """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
+
+    time: float
+    robots: tuple[int, ...]
+    edges: tuple[str, ...]
+
+
+def _blocked(row: LogRow, end: float) -> Blocked:
+    assert row.edge is not None
+    return Blocked(row.edge, row.time, end, NONE if row.value is None else int(row.value))
+
+
+class History:
+    """The history of a run, from the start at 0 to `end`; indicators count from `begin`, the end of the warm-up, on."""
+
+    def __init__(self, log: Log, model: Model, layout: Layout, seed: int) -> None:
+        self.log = log
+        self.model = model
+        self.layout = layout
+        self.seed = seed
+        self.begin: float = log.begin
+        self.end: float = log.end
+
+    def rows(self, *kinds: str) -> Iterator[LogRow]:
+        """The rows of some kinds, in order of time; all rows if none is named."""
+        if not kinds:
+            return map(LogRow._make, self.log.rows)
+        rows = self._work if _MOTION.isdisjoint(kinds) else self.log.rows
+        return map(LogRow._make, [row for row in rows if row[1] in kinds])
+
+    @cached_property
+    def _work(self) -> list[tuple[Any, ...]]:
+        """The rows of tasks, states and rotations: few beside those of moves and waits."""
+        return [row for row in self.log.rows if row[1] not in _MOTION]
+
+    # What is counted
+
+    @property
+    def counted(self) -> float:
+        """The length of time in which indicators count."""
+        return self.end - self.begin
+
+    def counts(self, time: float) -> bool:
+        """Whether what happens at a time is counted: from the very end of the warm-up on."""
+        return time >= self.begin
+
+    def within(self, start: float, end: float) -> float:
+        """How much of an interval is counted."""
+        return max(min(end, self.end) - max(start, self.begin), 0.0)
+
+    @cached_property
+    def totals(self) -> dict[str, float]:
+        """The tallies of all robots together (see `Run.robots`), in the counted time."""
+        return {key: math.fsum(robot[key] for robot in self.log.robots) for key in self.log.robots[0]}
+
+    # Tasks
+
+    @cached_property
+    def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory]]:
+        """All tasks by number, and those delivered in the order in which they were."""
+        tasks: dict[int, TaskHistory] = {}
+        delivered: list[TaskHistory] = []
+        loading: set[int] = set()
+        for row in self.rows("released", "loading", "loaded", "delivered"):
+            if row.kind == "released":
+                due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
+                order = self.log.orders.get(row.task, "")
+                tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
+            elif row.kind == "loading":
+                loading.add(row.robot)
+            elif row.kind == "loaded":
+                if row.robot in loading:  # else it goes on, from a stop on its way or after a breakdown
+                    loading.remove(row.robot)
+                    tasks[row.task].loaded = row.time
+            else:
+                task = tasks[row.task]
+                task.delivered, task.station = row.time, row.node or ""
+                delivered.append(task)
+        return tasks, delivered
+
+    @property
+    def tasks(self) -> dict[int, TaskHistory]:
+        """All tasks by number, in order of release."""
+        return self._tasks[0]
+
+    @property
+    def delivered(self) -> list[TaskHistory]:
+        """The tasks that were delivered, in order of delivery, the warm-up included."""
+        return self._tasks[1]
+
+    @cached_property
+    def counted_deliveries(self) -> list[TaskHistory]:
+        """The tasks that were delivered in the counted time, in order of delivery."""
+        return [task for task in self.delivered if self.counts(task.delivered)]
+
+    @cached_property
+    def cycle_times(self) -> list[float]:
+        """The cycle times of the counted deliveries, shortest first."""
+        return sorted(task.cycle_time for task in self.counted_deliveries)
+
+    @cached_property
+    def lateness(self) -> list[float]:
+        """Tardiness of each counted delivery with a due time, 0 if it was on time."""
+        return lateness(self.counted_deliveries)
+
+    @cached_property
+    def orders(self) -> list[OrderHistory]:
+        """The orders, in order of release; an order is late by its latest task, None: it was not due."""
+        of: dict[tuple[str, str], list[TaskHistory]] = {}
+        for task in self.tasks.values():
+            if task.order:
+                of.setdefault((task.flow, task.order), []).append(task)
+        return [
+            OrderHistory(
+                flow,
+                order,
+                min(task.released for task in tasks),
+                max(task.delivered for task in tasks),
+                max(lateness(tasks), default=None),
+            )
+            for (flow, order), tasks in of.items()
+        ]
+
+    @cached_property
+    def counted_orders(self) -> list[OrderHistory]:
+        """The orders that were delivered as a whole in the counted time."""
+        return [one for one in self.orders if self.counts(one.delivered) and one.delivered <= self.end]
+
+    def of_flow(self, flow: str) -> FlowHistory:
+        """The tasks of one flow."""
+        return FlowHistory(self, flow)
+
+    @cached_property
+    def assignments(self) -> list[Assignment]:
+        """Which robot had which task when, in order of time."""
+        held: dict[int, tuple[int, float]] = {}
+        found = []
+        for row in self.rows("assigned", "delivered", "returned"):
+            if row.kind == "assigned":
+                held[row.task] = row.robot, row.time
+            elif row.task in held:
+                robot, start = held.pop(row.task)
+                found.append(Assignment(robot, row.task, start, row.time, row.kind))
+        found += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
+        return sorted(found, key=lambda one: (one.start, one.robot))
+
+    @cached_property
+    def trips(self) -> list[Trip]:
+        """What robots did on one trip each, in the order in which the trips ended; tasks given back are in none."""
+        taken: dict[int, list[tuple[int, float]]] = defaultdict(list)
+        left: dict[int, int] = defaultdict(int)
+        found = []
+        for row in self.rows("assigned", "delivered", "returned"):
+            if row.kind == "assigned":
+                taken[row.robot].append((row.task, row.time))
+                left[row.robot] += 1
+            else:
+                left[row.robot] -= 1
+                if not left[row.robot]:
+                    tasks, times = zip(*taken.pop(row.robot), strict=True)
+                    if row.kind == "delivered":
+                        found.append(Trip(row.robot, tasks, times[0], row.time))
+        return found
+
+    # States
+
+    @cached_property
+    def changes(self) -> list[list[StateSpan]]:
+        """For each robot all its states in order of time, also those of zero length; at the start it is idle."""
+        batteries = self.model.battery is not None
+        levels = energy.start_levels(self.model, Streams(self.seed))
+        starts = self.model.fleet.starts(self.layout.bays)
+        now: list[tuple[str, float, int, float | None, str]] = [
+            ("idle", 0.0, NONE, full if batteries else None, stand.node)
+            for full, stand in zip(levels, starts, strict=True)
+        ]
+        found: list[list[StateSpan]] = [[] for _ in now]
+        for row in self.rows(*STATES):
+            state, start, task, level, node = now[row.robot]
+            found[row.robot].append(StateSpan(row.robot, state, start, row.time, task, level, node))
+            now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
+        for robot, (state, start, task, level, node) in enumerate(now):
+            found[robot].append(StateSpan(robot, state, start, self.end, task, level, node))
+        return found
+
+    @cached_property
+    def states(self) -> list[list[StateSpan]]:
+        """For each robot its states in order of time; together they fill the run, none of zero length."""
+        return [[span for span in robot if span.end > span.start] for robot in self.changes]
+
+    @cached_property
+    def recharges(self) -> list[float]:
+        """When robots that had been charged went out again."""
+        return [row.time for row in self.rows("recharged")]
+
+    # Traffic
+
+    @cached_property
+    def waits(self) -> list[Wait]:
+        """All waiting episodes, in the order in which they ended; needs `log: all`."""
+        on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
+        found = []
+        for row in self.rows("drive", "enter", "parked", "docked", "collision", *APART):
+            if row.kind == "collision":
+                stands = on[row.robot] if row.edge is None else row.edge
+                start = row.time - (row.value or 0.0)
+                found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
+            elif row.kind in APART:
+                start, stands = row.time - (row.value or 0.0), on[row.robot]
+                found.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind))
+            else:  # in a bay or station it may wait, too, but on no edge
+                on[row.robot] = row.edge
+        return found
+
+    @property
+    def collisions(self) -> list[Wait]:
+        """The waiting episodes that S counts."""
+        return [wait for wait in self.waits if wait.cause == "waiting"]
+
+    @cached_property
+    def blocked(self) -> list[Blocked]:
+        """When edges were closed or had people in them, in order of time, up to the end of the run."""
+        found = []
+        since: dict[tuple[Edge | None, float | None], LogRow] = {}
+        for row in self.rows("edge_closed", "edge_opened", "person_in", "person_out"):
+            key = row.edge, row.value
+            if row.kind in ("edge_closed", "person_in"):
+                since[key] = row
+            else:
+                found.append(_blocked(since.pop(key), row.time))
+        found += [_blocked(row, self.end) for row in since.values()]
+        return sorted(found, key=attrgetter("start"))
+
+    @cached_property
+    def stays(self) -> list[list[Whereabouts]]:
+        """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
+        starts = self.model.fleet.starts(self.layout.bays)
+        found = [[Whereabouts(0.0, start.edge, start.node)] for start in starts]
+        for row in self.rows("enter", "parked", "docked"):
+            found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
+        return found
+
+    @cached_property
+    def rotations(self) -> list[Rotation]:
+        """The rings of robots that turned."""
+        return [Rotation(*ring) for ring in self.log.rings]
+
+    # Energy
+
+    @cached_property
+    def chargers(self) -> int:
+        """All chargers that robots can stand at."""
+        from desim_warehouse.feasibility.power import chargers_at
+
+        return sum(chargers_at(self.model, self.layout).values())
+
+    @cached_property
+    def chargings(self) -> list[ChargeSpan]:
+        """When robots were at a charger, one robot after the other; without batteries never."""
+        return [
+            ChargeSpan(
+                span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
+            )
+            for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
+            for span, after in zip_longest(spans, spans[1:])
+            if span.state == "charging"
+        ]
+
+    @cached_property
+    def charged(self) -> float:
+        """The energy charged into all batteries together in the counted time."""
+        return math.fsum(
+            one.after - self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)
+        )
+
+    def _level_when_counting_begins(self, one: ChargeSpan) -> float:
+        """A battery's level from which on its charging is counted."""
+        return one.before + self._charged(one.before, max(self.begin - one.start, 0.0))
+
+    @cached_property
+    def lowest_energy(self) -> float:
+        """The lowest energy of any robot in the counted time, whatever the level of the log; nan without batteries.
+
+        Levels only fall between charge cycles, so the lowest is at the beginning of a state, or at an end.
+        """
+        levels = list(self.energy_at_end)
+        levels += [self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)]
+        levels += [
+            span.energy
+            for robot in self.changes
+            for span in robot
+            if span.energy is not None and self.counts(span.start)
+        ]
+        return min(levels, default=math.nan)
+
+    @cached_property
+    def charger_wait(self) -> float:
+        """The counted time that all robots together queued for a charger; their other queueing was for a server."""
+        return math.fsum(
+            self.within(span.start, span.end)
+            for robot in self.changes
+            for span in robot
+            if span.state == "queueing" and span.task == NONE
+        )
+
+    @cached_property
+    def energy_curves(self) -> list[Curve]:
+        """For each robot times and energies between which its battery level is linear; empty without batteries.
+
+        The log has the energy at every change of state. In between it falls at the state's rate; where standing draws
+        another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
+        """
+        if self.model.battery is None:
+            return []
+        waits: dict[int, list[Wait]] = defaultdict(list)
+        if len(set(self._rates.values())) > 1:
+            for wait in self.waits:  # those of a robot one after the other
+                waits[wait.robot].append(wait)
+        curves: list[Curve] = []
+        for robot, changes in enumerate(self.changes):
+            points = [point for span in changes if span.end > span.start for point in self._corners(span, waits[robot])]
+            points.append((self.end, self._level_at_end(changes[-1], waits[robot])))
+            curves.append(([time for time, _ in points], [level for _, level in points]))
+        return curves
+
+    @property
+    def energy_at_end(self) -> list[float]:
+        """The energy left in each robot's battery at the end of the run; empty without batteries."""
+        return self.log.energy or [levels[-1] for _, levels in self.energy_curves]
+
+    @cached_property
+    def _rates(self) -> dict[str, float]:
+        return energy.rates(self.model.battery)
+
+    def _rate(self, span: StateSpan) -> float:
+        """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
+        if span.state == "charging" or (span.state == "queueing" and span.task == NONE):
+            return 0.0
+        if span.state in ("idle", "on_break") and self.layout.bays[span.node].chargers != 0:
+            return 0.0
+        return self._rates[span.state]
+
+    def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
+        """Time and energy at the start of a state, and wherever the rate changes in it."""
+        level = span.energy or 0.0
+        points = [(span.start, level)]
+        if span.state == "charging":
+            if self.model.battery is not None and self.model.battery.taper is not None:
+                step = (span.end - span.start) / _CURVE
+                points += [(span.start + n * step, level + self._charged(level, n * step)) for n in range(1, _CURVE)]
+            return points
+        driving, standing = self._rate(span), self._rates["waiting"]
+        now = span.start
+        for wait in islice(waits, bisect_right(waits, span.start, key=_end_of), None):
+            if wait.start >= span.end:
+                break
+            start, end = max(wait.start, span.start), min(wait.end, span.end)
+            if end > start:
+                at_start = level - driving * (start - now)
+                level, now = at_start - standing * (end - start), end
+                points += [(start, at_start), (end, level)]
+        return points
+
+    def _level_at_end(self, span: StateSpan, waits: list[Wait]) -> float:
+        """The energy left to a robot in its last state, which no row says and version 0.1.0 did not store.
+
+        There, without waits in the log, a robot under way is assumed to have driven since its last change of state.
+        """
+        if self.log.energy:
+            return self.log.energy[span.robot]
+        if span.state == "charging":
+            level = span.energy or 0.0
+            return level + self._charged(level, span.end - span.start)
+        time, level = self._corners(span, waits)[-1]
+        return level - self._rate(span) * (span.end - time)
+
+    def _charged(self, level: float, time: float) -> float:
+        """Energy charged in a time at a charger; a swapped battery is full only at the end of it."""
+        battery = self.model.battery
+        if battery is None or self.model.policies.charging.name == "swap":
+            return 0.0
+        return energy.charge_gain(battery, level, time)

@@ -1,0 +1,218 @@
+"""The output of a run: one row per event, and the tallies, which are the same at every level of detail.
+
+A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nobody else takes rows apart by position:
+`history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its meaning in
+`COLUMNS`, and to the methods of `Log` that write it; a kind of row has a line in `KINDS`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+
+from desim_warehouse import states
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Detail = Literal["all", "moves", "tasks"]
+STATES = tuple(states.STATES)
+"""What a robot is doing; waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
+NONE = -1
+"""No robot, or no task."""
+
+
+class LogRow(NamedTuple):
+    """A row by the names of its columns."""
+
+    time: float
+    kind: str
+    robot: int
+    task: int
+    node: str | None
+    edge: tuple[str, str] | None
+    value: float | None
+    until: float | None
+    other: int
+
+
+COLUMNS = {
+    "time": "when, in the model's time unit",
+    "kind": "what happened: see below",
+    "robot": "number of the robot, from 0; -1: none",
+    "task": "number of the task, in order of release; -1: none",
+    "node": "the node it happened at, or that the robot comes to next",
+    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into",
+    "value": "a number that depends on the kind",
+    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
+    "other": "`collision`: the robot that was waited for; -1: none",
+}
+"""What the columns mean, in their order."""
+
+
+class RowKind(NamedTuple):
+    """The least detailed `level` of the log that has a kind of row, what happened, and what its `value` is."""
+
+    level: Detail
+    meaning: str
+    value: str
+
+
+KINDS = {
+    "released": RowKind("tasks", "a task becomes known", "number of the good; -1: it comes from no storage place"),
+    "assigned": RowKind(
+        "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
+    ),
+    "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
+    "delivered": RowKind("tasks", "a task is unloaded", "energy"),
+    **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
+    "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
+    "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
+    "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),
+    "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
+    "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
+    "drive": RowKind(
+        "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
+    ),
+    "collision": RowKind("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
+    "waiting_closed": RowKind(
+        "all", "a robot has waited before a `node` to enter an `edge` that was closed", "how long"
+    ),
+    "waiting_person": RowKind(
+        "all", "a robot has waited before a `node` to enter an `edge` with a person in it", "how long"
+    ),
+    "edge_closed": RowKind("tasks", "an edge closes by its calendar, up to `until`", "none"),
+    "edge_opened": RowKind("tasks", "it opens again", "none"),
+    "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
+    "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
+}
+"""The kinds of rows (energy: the robot's)."""
+
+
+class _Lane(Protocol):
+    edge: tuple[str, str]
+    length: float
+    out_at: float
+
+
+class _Body(Protocol):
+    number: int
+    task: int
+    lane: Any
+    target: float
+    since: float
+    until: float
+
+
+@dataclass
+class Log:
+    """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
+
+    `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
+    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows`
+    their flows, `orders` their orders, `energy` what the battery of each robot holds at the end; empty without
+    batteries. `people`: visits, their time, and their time shared with robots; empty without people.
+    """
+
+    level: Detail = "all"
+    rows: list[tuple[Any, ...]] = field(default_factory=list)
+    rings: list[tuple[float, tuple[int, ...], tuple[str, ...]]] = field(default_factory=list)
+    robots: list[dict[str, float]] = field(default_factory=list)
+    edges: list[dict[str, Any]] = field(default_factory=list)
+    nodes: list[dict[str, Any]] = field(default_factory=list)
+    due: dict[int, float] = field(default_factory=dict)
+    flows: dict[int, str] = field(default_factory=dict)
+    orders: dict[int, str] = field(default_factory=dict)
+    energy: list[float] = field(default_factory=list)
+    people: dict[str, float] = field(default_factory=dict)
+    begin: float = 0.0
+    end: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Saves the hot path a comparison of strings."""
+        self.moves = self.level != "tasks"
+        self.everything = self.level == "all"
+
+    def event(
+        self,
+        time: float,
+        kind: str,
+        robot: int,
+        task: int,
+        node: str | None,
+        value: float | None,
+        *,
+        edge: tuple[str, str] | None = None,
+        other: int = NONE,
+    ) -> None:
+        """An event of a task or a robot, at the node where it is or comes to next."""
+        self.rows.append((time, kind, robot, task, node, edge, value, None, other))
+
+    def released(self, time: float, task: int, good: int, due: float | None, flow: str = "", order: str = "") -> None:
+        """A task is released."""
+        self.event(time, "released", NONE, task, None, float(good))
+        if due is not None:
+            self.due[task] = due
+        if flow:
+            self.flows[task] = flow
+        if order:
+            self.orders[task] = order
+
+    def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
+        """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
+        rows, number, task, edge = self.rows, robot.number, robot.task, robot.lane.edge
+        if self.everything and lane is not None and lane.out_at > now:
+            rows.append((now, "drive", number, task, None, lane.edge, lane.length, lane.out_at, NONE))
+        rows.append((clear, "enter", number, task, None, edge, None, None, NONE))
+        if self.everything:
+            rows.append((robot.since, "drive", number, task, None, edge, robot.target, robot.until, NONE))
+
+    def enter(self, time: float, robot: _Body) -> None:
+        """A robot's centre leaves a node for the lane it is now on."""
+        self.rows.append((time, "enter", robot.number, robot.task, None, robot.lane.edge, None, None, NONE))
+
+    def drive(self, robot: _Body, since: float) -> None:
+        """A robot sets off at `since`, or drives on from then, for its target."""
+        row = (since, "drive", robot.number, robot.task, None, robot.lane.edge, robot.target, robot.until, NONE)
+        self.rows.append(row)
+
+    def collision(
+        self,
+        now: float,
+        robot: _Body,
+        other: _Body | None,
+        node: str | None,
+        edge: tuple[str, str] | None,
+        waited: float,
+    ) -> None:
+        """A waiting episode that has just ended, before an intersection (`node`) or behind a robot on an `edge`."""
+        whom = NONE if other is None else other.number
+        self.event(now, "collision", robot.number, robot.task, node, waited, edge=edge, other=whom)
+
+    def kept_out(self, now: float, robot: _Body, wait: str, node: str, edge: tuple[str, str], waited: float) -> None:
+        """An episode of waiting before a node has just ended, for an edge that was closed or had a person in it."""
+        self.event(now, wait, robot.number, robot.task, node, waited, edge=edge)
+
+    def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
+        """A full ring of robots, on these edges, that turned by one place."""
+        self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
+        self.rings.append((now, robots, edges))
+
+    def close(self, end: float) -> None:
+        """The run is over: sort rows by time, without those that were only announced for later."""
+        self.end = end
+        self.rows.sort(key=itemgetter(0))
+        del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
+
+    def frame(self) -> pd.DataFrame:
+        """The rows as a table with the columns of `LogRow`; edges as `A>B`, robot, task and other -1 if none."""
+        import pandas as pd
+
+        table = pd.DataFrame.from_records(self.rows, columns=list(LogRow._fields))
+        table["edge"] = [None if edge is None else f"{edge[0]}>{edge[1]}" for edge in table["edge"]]
+        for column in ("time", "value", "until"):
+            table[column] = table[column].astype(float)
+        return table

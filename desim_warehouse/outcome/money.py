@@ -1,0 +1,59 @@
+"""What a run comes to in money: the year's cost, from its prices and what was counted in the run."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.model.schema import Prices
+    from desim_warehouse.outcome.history import History
+
+
+def equipment(prices: Prices, kinds: Sequence[str], chargers: int) -> float:
+    """What robots of these kinds, and so many chargers, cost a year."""
+    return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds) + prices.charger * chargers
+
+
+def annual_cost(history: History) -> float:
+    """The cost of a year of `prices.hours` hours like those counted; nan without prices, or where none were."""
+    prices, hours = history.model.prices, history.counted / history.model.units.hour
+    if prices is None or not hours:
+        return math.nan
+    servers = math.fsum(
+        (station.servers + (spec.workers if spec.work_time is not None else 0))
+        * history.model.hours(spec.hours).share(history.begin, history.end)
+        for node, station in history.layout.stations.items()
+        for spec in (history.model.layout.stations[station.zone],)
+    )
+    by_the_hour = (
+        prices.energy * history.totals["energy"] / hours
+        + prices.station_hour * servers
+        + prices.late_order * late(history) / hours
+    )
+    kinds = history.model.fleet.kinds_of_robots()
+    return equipment(prices, kinds, history.chargers) + by_the_hour * prices.hours
+
+
+def cost_per_task(history: History) -> float:
+    """The year's cost by the tasks that it delivers at the rate counted; nan where there were none."""
+    prices, hours = history.model.prices, history.counted / history.model.units.hour
+    tasks = history.totals["delivered"] / hours if hours else 0.0
+    return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
+
+
+def late(history: History) -> int:
+    """Orders (without any: tasks) delivered late in the counted time, or due in it and not delivered."""
+    if history.log.orders:
+        overdue = {
+            (task.flow, task.order) for task in history.tasks.values() if _is_overdue(history, task.due, task.delivered)
+        }
+        return sum((one.lateness or 0.0) > 0 for one in history.counted_orders) + len(overdue)
+    overdue_tasks = sum(_is_overdue(history, task.due, task.delivered) for task in history.tasks.values())
+    return sum(late > 0 for late in history.lateness) + overdue_tasks
+
+
+def _is_overdue(history: History, due: float | None, delivered: float) -> bool:
+    return due is not None and history.begin <= due < history.end and math.isinf(delivered)

@@ -1,0 +1,114 @@
+"""Stations and chargers: how many of their servers or chargers are in use and how many robots queue, at any time.
+
+Both are read from the account of time, so that utilisation and queues here are the sums of its parts there. A server
+is in use while a robot loads or unloads in the station; needs `log: all`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.outcome.account import pieces
+from desim_warehouse.values.calendars import ALWAYS
+
+if TYPE_CHECKING:
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.values.calendars import Hours
+
+    Steps = tuple[list[float], list[int]]
+
+_USED = {"loading": "station", "unloading": "station", "charging": "chargers"}
+_QUEUED = {"queueing_server": "station", "closed": "station", "queueing_charger": "chargers"}
+
+
+@dataclass(frozen=True)
+class Resource:
+    """The servers of a station, or the chargers of a bay, over a run.
+
+    `number`: of servers or chargers. `busy` and `queue`: times from 0 on, in order, and from each on how many are in
+    use, and how many robots queue, those among them that wait for the station to open. `hours`: when it is open.
+    """
+
+    kind: Literal["station", "chargers"]
+    zone: str
+    node: str
+    number: int
+    busy: Steps
+    queue: Steps
+    hours: Hours = ALWAYS
+
+    def utilisation(self, begin: float, end: float) -> float:
+        """The share of the time of all servers or chargers in use between two times; nan if they are the same.
+
+        Of a station with hours that of the time in which it is open: more than 1 where it finishes what it has begun.
+        """
+        time = (end - begin) * self.hours.share(begin, end)
+        return area(self.busy, begin, end) / (self.number * time) if time > 0 else float("nan")
+
+    def mean_queue(self, begin: float, end: float) -> float:
+        """Robots that queue between two times, on average; nan if they are the same."""
+        return area(self.queue, begin, end) / (end - begin) if end > begin else float("nan")
+
+
+def resources(history: History) -> list[Resource]:
+    """All stations, then the chargers of all bays that have some, if the robots have batteries."""
+    layout = history.layout
+    places: dict[tuple[Literal["station", "chargers"], str], tuple[str, int]] = {
+        ("station", node): (item.zone, item.servers) for node, item in layout.stations.items()
+    }
+    if history.model.battery is not None:
+        for node, number in chargers_at(history.model, layout).items():
+            places["chargers", node] = layout.bays[node].zone, number
+    changes: defaultdict[tuple[str, str, str], list[tuple[float, int]]] = defaultdict(list)
+    for robot in pieces(history):
+        for piece in robot:
+            kind, what = _USED.get(piece.part), "busy"
+            if kind is None:
+                kind, what = _QUEUED.get(piece.part), "queue"
+            if kind is not None and piece.node is not None:
+                changes[kind, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
+    hours = {name: history.model.hours(station.hours) for name, station in history.model.layout.stations.items()}
+    return [
+        Resource(
+            kind,
+            zone,
+            node,
+            number,
+            steps(changes[kind, node, "busy"]),
+            steps(changes[kind, node, "queue"]),
+            hours[zone] if kind == "station" else ALWAYS,
+        )
+        for (kind, node), (zone, number) in places.items()
+    ]
+
+
+def steps(changes: list[tuple[float, int]]) -> Steps:
+    """How many there are over time, from the times at which they get more or fewer; 0 at 0."""
+    change: defaultdict[float, int] = defaultdict(int)
+    for time, by in changes:
+        change[time] += by
+    times, counts, count = [0.0], [0], 0
+    for time in sorted(change):
+        if change[time]:
+            count += change[time]
+            if time <= 0:
+                counts[0] = count
+            else:
+                times.append(time)
+                counts.append(count)
+    return times, counts
+
+
+def area(of: Steps, begin: float, end: float) -> float:
+    """The sum over time between two times: robots times time units."""
+    times, counts = of
+    total, at = 0.0, max(bisect_right(times, begin) - 1, 0)
+    while at < len(times) and times[at] < end:
+        until = times[at + 1] if at + 1 < len(times) else end
+        total += counts[at] * (min(until, end) - max(times[at], begin))
+        at += 1
+    return total

@@ -1,0 +1,192 @@
+"""What is wrong with a run or a design, in words: it cannot keep up, drains its batteries, or is jammed.
+
+The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
+use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.hours import longest_closed
+from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
+from desim_warehouse.outcome.past_knee import (
+    FEWER,
+    LEAST_GAIN,
+    LEAST_WAITING,
+    LEAST_WINDOWS,
+    STANDARD_ERRORS,
+    TASKS_A_WINDOW,
+    past_knee,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import History
+
+ERRORS_OF_ARRIVALS = 3
+"""Standard errors of the number of arrivals by which a backlog must have grown."""
+LEAST_FALL = 0.01
+"""Share of the capacity per hour by which batteries must fall."""
+CHARGERS_BUSY = 0.95
+"""Share of their time from which chargers count as always in use."""
+MOST_WAITING = 0.5
+"""Share of the fleet's time spent waiting in traffic from which it is jammed."""
+
+LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL")
+"""Verdicts on designs that cannot last, whatever their indicators say of the time simulated."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Something wrong with a run or a design: its code (see `RULES`), in words, and how much of it there is."""
+
+    code: str
+    text: str
+    size: float
+
+    def content(self) -> dict[str, str]:
+        """As JSON has it."""
+        return {"code": self.code, "text": self.text}
+
+    @property
+    def mark(self) -> str:
+        """The mark of a design in a table."""
+        return RULES[self.code].mark
+
+
+@dataclass(frozen=True)
+class VerdictRule:
+    """When there is a verdict, in words (`when`) and by `size`: how much is wrong, None: nothing is.
+
+    `mark`: in tables. `text`: the verdict, with the size to be put in as `{}`, `scale` times. Without `size` only the
+    log of a run says it (`judge_run`).
+    """
+
+    mark: str
+    text: str
+    when: str
+    size: Callable[[Mapping[str, float], Model], float | None] | None
+    scale: float = 1.0
+
+
+def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Growth of the backlog per hour.
+
+    If demand just equalled what the fleet can do, the backlog after n arrivals would have moved by about as much as
+    the number of arrivals is off its mean: sqrt(n), the standard deviation of a Poisson count. A stable queue stays
+    below that.
+    """
+    growth, hours = kpis.get("backlog_growth_per_hour", math.nan), _counted(kpis, model) / model.units.hour
+    if not model.tasks.arrive or not math.isfinite(growth):
+        return None
+    grown = growth * hours
+    arrivals = kpis.get("tasks", 0.0) + grown
+    chance = ERRORS_OF_ARRIVALS * math.sqrt(max(arrivals, 0.0))
+    if hours:  # what comes while a station is closed, or robots are off, may still wait at the end
+        chance += arrivals * min(longest_closed(model) / model.units.hour / hours, 1.0)
+    return growth if grown > max(chance, model.fleet.size) else None
+
+
+def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Fall of the mean level per hour, as a share of the capacity."""
+    fall = -kpis.get("energy_drift_per_hour", math.nan)
+    if model.battery is None or not is_lifelong(model) or not fall >= LEAST_FALL:
+        return None
+    if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
+        return fall
+    chargers = sum(chargers_at(model, model.floor).values())
+    gives = chargers * charging_rate(model) * _counted(kpis, model) if chargers else 0.0
+    return fall if kpis.get("energy", 0.0) > gives else None
+
+
+def _jammed(kpis: Mapping[str, float], _: Model) -> float | None:
+    """The share of the fleet's time that is waiting in traffic."""
+    share = kpis.get("share_waiting", math.nan)
+    return share if share >= MOST_WAITING else None
+
+
+def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """How much earlier than the warm-up the run ended."""
+    early = model.run.warm_up - kpis.get("T", math.nan)
+    return early if early > 0 else None
+
+
+def _counted(kpis: Mapping[str, float], model: Model) -> float:
+    """The counted time in the unit of the model; a run that ends before its warm-up does counts as a whole."""
+    end, warm_up = kpis.get("T", math.nan), model.run.warm_up
+    return end - warm_up if end >= warm_up else end
+
+
+RULES = {
+    "CANNOT_KEEP_UP": VerdictRule(
+        "backlog",
+        "cannot keep up: the backlog grows by {} an hour",
+        "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
+        f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
+        "by more than one task a robot; what comes in the longest time outside the hours of a station, or of robots "
+        "on average, does not count",
+        _cannot_keep_up,
+    ),
+    "BATTERIES_FALL": VerdictRule(
+        "batteries",
+        "batteries fall by {} % an hour: not sustainable",
+        f"work never ends, the fleet's mean level falls by at least {100 * LEAST_FALL:g} % of the capacity an hour, "
+        "and the fleet draws more than its chargers could give if they were always in use, or they are in use for "
+        f"{100 * CHARGERS_BUSY:g} % of the time",
+        _batteries_fall,
+        scale=100,
+    ),
+    "JAMMED": VerdictRule(
+        "jammed",
+        "jammed: {} % of the time is waiting",
+        f"the robots wait in traffic for at least {100 * MOST_WAITING:g} % of their time",
+        _jammed,
+        scale=100,
+    ),
+    "PAST_KNEE": VerdictRule(
+        "past the knee",
+        "past the knee: a cap of {} robots under way (traffic.most_out) would do more than {} do",
+        "of a run alone, where its log shows it: in the counted time the number of robots under way changes, and at "
+        f"least {LEAST_WINDOWS} windows of time with fewer of them (up to {10 * FEWER} % of the most) get more done on "
+        f"average than at least {LEAST_WINDOWS} with the most, by {100 * LEAST_GAIN:g} % and {STANDARD_ERRORS} "
+        f"standard errors; a window lasts as long as a robot takes for {TASKS_A_WINDOW} tasks, and the robots wait for "
+        f"at least {100 * LEAST_WAITING:g} % of their time",
+        None,
+    ),
+    "ENDS_IN_WARM_UP": VerdictRule(
+        "warm-up",
+        "over before its warm-up: the indicators count the whole run, its start too",
+        "the work is done before `run.warm_up` is over; nothing is left out then",
+        _ends_in_warm_up,
+    ),
+}
+"""By code, in the order in which verdicts are listed."""
+
+
+def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
+    """The verdicts on a run, from its indicators, or on a design, from the means of its runs."""
+    found = []
+    for code, rule in RULES.items():
+        size = None if rule.size is None else rule.size(kpis, model)
+        if size is not None:
+            found.append(Verdict(code, rule.text.format(_shown(rule.scale * size)), size))
+    return found
+
+
+def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
+    """The verdicts on a run, also those that only its log shows."""
+    found, past = judge(kpis, history.model), past_knee(history)
+    if past is not None:
+        code = "PAST_KNEE"
+        found.append(Verdict(code, RULES[code].text.format(past.cap, past.many), past.gain))
+    return found
+
+
+def _shown(value: float) -> str:
+    """Two significant digits."""
+    return f"{value:,.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0")  # noqa: PLR2004

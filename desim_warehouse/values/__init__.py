@@ -1,0 +1,1 @@
+"""Values of model files: quantities with units, calendars, distributions, and random numbers by purpose."""

@@ -1,0 +1,338 @@
+"""Calendars: when something is open, at work or in force, as a model file says it, and as times of a run.
+
+A calendar is written by the clock and the days of the week, as a pattern that repeats, or as stretches of the run.
+All of them become `Hours`: stretches on the run's own clock, which repeat after a period.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, form, known, wrong
+
+Stretch = tuple[float, float]
+
+Weekday = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
+DAYS: tuple[Weekday, ...] = get_args(Weekday)
+DAY = 86400.0
+"""Seconds in a day."""
+MONDAY = "2026-03-02"
+"""The day on which a run starts that has only a time of day."""
+
+
+_CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
+
+
+def clock_time(text: str) -> float:
+    """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
+
+    Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
+
+    Raises:
+        ValueError: where it is none.
+    """
+    found = _CLOCK.fullmatch(text)
+    hours, minutes, seconds = map(int, found.groups("0")) if found else (25, 0, 0)
+    time = hours * 3600.0 + minutes * 60 + seconds
+    if time > DAY:
+        raise ValueError(text)
+    return time
+
+
+def _span(text: str) -> str:
+    try:
+        begin, end = _ends(text)
+    except ValueError:
+        raise wrong(f"no stretch of a day (got {got(text)}), expected one such as '06:00-14:00'") from None
+    if begin == end:
+        raise wrong(
+            f"it ends when it begins (got {got(text)}), expected one such as '06:00-14:00'; '00:00-24:00': all day"
+        )
+    return text
+
+
+def _ends(span: str) -> Stretch:
+    begin, _, end = span.partition("-")
+    return clock_time(begin.strip()), clock_time(end.strip())
+
+
+Span = Annotated[Name, AfterValidator(_span)]
+"""A stretch of the day, such as `06:00-14:00`; past midnight: `22:00-06:00`."""
+
+
+def _seconds(span: str) -> Stretch:
+    first, last = _ends(span)
+    return first, last if last > first else last + DAY
+
+
+class Shifts(Part):
+    """`open: ["06:00-14:00", "14:30-22:00"]`: by the clock, on some days of the week, breaks taken out."""
+
+    open: tuple[Span, ...] = Field(min_length=1, description="stretches of the day, such as '06:00-14:00'")
+    breaks: tuple[Span, ...] = Field((), description="stretches of the day to take out")
+    days: tuple[Weekday, ...] = Field(
+        DAYS, min_length=1, description="days of the week on which a stretch begins; default: all"
+    )
+
+    def hours(self, start: str, second: float) -> Hours:
+        """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
+        day, _, clock = start.rpartition("T")
+        weekday = dt.date.fromisoformat(day or MONDAY).weekday()
+        phase = weekday * DAY + clock_time(clock)
+        week = [DAYS.index(name) * DAY for name in self.days]
+        open_ones = [(day + a, day + b) for day in week for a, b in map(_seconds, self.open)]
+        breaks = [(day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(_seconds, self.breaks)]
+        left = without(wrapped(open_ones, 7 * DAY), breaks)
+        return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
+
+    def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
+        """It in a few words."""
+        breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
+        days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
+        return f"{', '.join(self.open)}{breaks}{days}"
+
+    @model_validator(mode="after")
+    def _some(self) -> Shifts:
+        if not self.hours(MONDAY + "T00:00", 1.0).stretches:
+            raise wrong("its breaks leave nothing of it, expected some time that is open", "breaks")
+        return self
+
+
+class Pattern(Part):
+    """`every: 8 h, lasts: 30 min`: again and again from the start of the run."""
+
+    every: Duration = Field(description="from the beginning of one to the beginning of the next")
+    lasts: Duration = Field(description="how long each lasts")
+    first: Time = Field(0.0, description="when the first begins, from the start of the run")
+
+    @field_validator("lasts")
+    @classmethod
+    def _within(cls, lasts: float, info: ValidationInfo) -> float:
+        every = info.data.get("every", math.inf)
+        if lasts > every:
+            raise wrong(f"longer than from one to the next (got {got(lasts)}), expected at most every, {got(every)}")
+        return lasts
+
+    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
+        """On the clock of a run."""
+        return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
+
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        first = f", from {self.first:g} on" if self.first else ""
+        return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
+
+
+class Stretches(Part):
+    """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
+
+    between: tuple[tuple[Time, Time], ...] = Field(min_length=1, description="[from, to], from the start of the run")
+
+    @field_validator("between")
+    @classmethod
+    def _forward(cls, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
+        for rank, (begin, end) in enumerate(stretches):
+            if end <= begin:
+                when = "when" if end == begin else "before"
+                raise wrong(f"it ends {when} it begins (got {got((begin, end))}), expected [from, to]", rank)
+        return stretches
+
+    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
+        """On the clock of a run."""
+        return Hours(merged(self.between))
+
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
+
+
+_KINDS: dict[str, type[Part]] = {"open": Shifts, "every": Pattern, "between": Stretches}
+
+
+def _pick(value: Any) -> str | None:
+    keys = type(value).model_fields if isinstance(value, Part) else value
+    return next((f"\0{key}" for key in _KINDS if isinstance(keys, Mapping) and key in keys), None)
+
+
+Calendar = Annotated[
+    Annotated[Shifts, form("open")] | Annotated[Pattern, form("every")] | Annotated[Stretches, form("between")],
+    Forms(
+        "{open: ['06:00-14:00'], days: [...], breaks: [...]}, {every: 8 h, lasts: 30 min} or {between: [[1 h, 2 h]]}",
+        pick=_pick,
+    ),
+]
+"""When something is open, at work or in force."""
+
+
+def _named(name: str, info: ValidationInfo) -> str:
+    there = known(info).calendars
+    if there is not None and name not in there:
+        near = nearest(name, there)
+        hint = f"; did you mean '{near}'?" if near else ""
+        expected = f"one of {spoken(there, 'or')}" if there else "one of calendars, of which there are none"
+        raise wrong(f"no such calendar (got {got(name)}), expected {expected}{hint}")
+    return name
+
+
+def _by_name(value: Any) -> Any:
+    if isinstance(value, SECTION):
+        raise wrong(f"a calendar itself (got {got(value)}), expected the name of one of the section calendars")
+    return value
+
+
+CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named)]
+"""The name of a calendar of the model."""
+
+
+@dataclass(frozen=True)
+class Hours:
+    """Stretches [begin, end) of a run, in order and apart; they repeat after `period`.
+
+    `phase`: where in the period the run starts; `since`: before that time there are none.
+    """
+
+    stretches: list[Stretch]
+    period: float = math.inf
+    phase: float = 0.0
+    since: float = -math.inf
+
+    def is_open(self, time: float) -> bool:
+        """Whether a time is in one of them."""
+        begin, _ = self.following(time)
+        return begin <= time
+
+    def following(self, time: float) -> Stretch:
+        """The stretch that a time is in, or the next one after it; (inf, inf) where there is none.
+
+        Where one touches the next, at the end of a period, it goes on.
+        """
+        begin, end = self._next(time)
+        while math.isfinite(end) and end - begin < self.period:
+            then, later = self._next(end)
+            if then > end:
+                break
+            end = later
+        return (begin, end) if end - begin < self.period else (begin, math.inf)
+
+    def changes(self, time: float) -> float:
+        """When it opens or closes next, after a time; inf: never again."""
+        begin, end = self.following(time)
+        return end if begin <= time else begin
+
+    def open_time(self, time: float) -> float:
+        """How long it has been open from the start of the run to a time."""
+        total, at = 0.0, 0.0
+        if math.isfinite(self.period) and time - max(self.since, 0.0) > self.period:
+            start = max(self.since, 0.0)
+            rounds = math.floor((time - start) / self.period)
+            total = rounds * math.fsum(b - a for a, b in self.stretches)
+            at = start + rounds * self.period
+        while at < time:
+            begin, end = self._next(at)
+            if begin >= time:
+                break
+            total += min(end, time) - max(begin, at)
+            at = end
+        return total
+
+    def when_open(self, amount: float) -> float:
+        """The time by which it has been open for so long since the start of the run; inf: never so long."""
+        at = max(self.since, 0.0)
+        a_period = math.fsum(b - a for a, b in self.stretches)
+        if math.isfinite(self.period) and amount > a_period:
+            rounds = math.ceil(amount / a_period) - 1
+            amount -= rounds * a_period
+            at += rounds * self.period
+        while True:
+            begin, end = self._next(at)
+            if math.isinf(begin):
+                return math.inf
+            here = end - max(begin, at)
+            if amount <= here:
+                return max(begin, at) + amount
+            amount -= here
+            at = end
+
+    def between(self, begin: float, end: float) -> Iterator[Stretch]:
+        """The stretches of a part of the run, cut off at its ends."""
+        at = begin
+        while at < end:
+            first, last = self.following(at)
+            if first >= end:
+                return
+            yield max(first, begin), min(last, end)
+            at = last
+
+    def share(self, begin: float, end: float) -> float:
+        """The part of the time between two times in which it is open.
+
+        If there is no end, of a period; of the time until it closes for good, if it does.
+        """
+        if math.isfinite(end):
+            return (self.open_time(end) - self.open_time(begin)) / (end - begin) if end > begin else 1.0
+        if math.isfinite(self.period):
+            return math.fsum(b - a for a, b in self.stretches) / self.period
+        last = self.stretches[-1][1]
+        return 1.0 if math.isinf(last) else self.share(0.0, last)
+
+    def _next(self, time: float) -> Stretch:
+        """As `following`, but stretches that touch are not joined."""
+        at = max(time, self.since)
+        rounds = math.floor((at + self.phase) / self.period) if math.isfinite(self.period) else 0
+        for extra in (0, 1):
+            base = (rounds + extra) * self.period - self.phase if math.isfinite(self.period) else 0.0
+            for begin, end in self.stretches[max(bisect_right(self.stretches, (at - base, math.inf)) - 1, 0) :]:
+                if base + end > at:
+                    return base + begin, base + end
+            if math.isinf(self.period):
+                break
+        return math.inf, math.inf
+
+
+ALWAYS = Hours([(0.0, math.inf)])
+"""Where there is no calendar."""
+
+# Stretches
+
+
+def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
+    """The same, in order; those that touch or overlap are one."""
+    found: list[Stretch] = []
+    for begin, end in sorted(stretches):
+        if found and begin <= found[-1][1]:
+            found[-1] = found[-1][0], max(found[-1][1], end)
+        else:
+            found.append((begin, end))
+    return found
+
+
+def wrapped(stretches: Iterable[Stretch], period: float) -> list[Stretch]:
+    """Those of one period that end beyond it go on at its beginning."""
+    cut = [(begin, min(end, period)) for begin, end in stretches]
+    return merged([*cut, *((0.0, end - period) for _, end in stretches if end > period)])
+
+
+def without(stretches: Iterable[Stretch], others: Iterable[Stretch]) -> list[Stretch]:
+    """What is left of stretches when others are taken out."""
+    found = []
+    gaps = merged(others)
+    for begin, end in stretches:
+        at = begin
+        for first, last in gaps:
+            if last <= at or first >= end:
+                continue
+            if first > at:
+                found.append((at, first))
+            at = max(at, last)
+        if at < end:
+            found.append((at, end))
+    return found

@@ -1,0 +1,44 @@
+"""What a model says of what goes wrong: breakdowns of robots, outages of chargers, delays at nodes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from desim_warehouse.errors import got
+from desim_warehouse.values.distributions import Varying, mean_of
+from desim_warehouse.values.fields import Part, Share, wrong
+
+
+def _not_at_once(time: Varying) -> Varying:
+    if not mean_of(time) > 0:
+        raise wrong(f"no time at all (got {got(mean_of(time))}), expected a mean above 0")
+    return time
+
+
+Between = Annotated[Varying, AfterValidator(_not_at_once)]
+"""A time from one failure to the next: not always 0, or there would be nothing but failures."""
+
+
+class BreakdownSpec(Part):
+    """How often a robot breaks down, and how long it stands until it is repaired."""
+
+    every: Between = Field(
+        description="time in operation between breakdowns: driving, loading and unloading, waits not counted"
+    )
+    repair: Varying = Field(description="from a breakdown until the robot goes on, where it stands")
+
+
+class OutageSpec(Part):
+    """How often a charger fails, and how long until it is repaired."""
+
+    every: Between = Field(description="from one repair to the next failure of a charger, in use or not")
+    repair: Varying = Field(description="from a failure of a charger until it is repaired")
+
+
+class DelaySpec(Part):
+    """Time that a robot loses at some of the nodes it passes: it slips, plans anew, or has to read a mark again."""
+
+    share: Share = Field(description="the share of the nodes at which it loses time")
+    time: Varying = Field(description="how much it loses there")

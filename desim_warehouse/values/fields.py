@@ -1,0 +1,294 @@
+"""What the sections of model and study files are made of: kinds of values, frozen sections, keys of several forms."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
+
+from desim_warehouse.errors import got
+from desim_warehouse.values.units import EXAMPLES, TABLE, UnitNames, converted
+
+if TYPE_CHECKING:
+    from pydantic import ValidationInfo
+    from pydantic.annotated_handlers import GetCoreSchemaHandler, GetJsonSchemaHandler
+
+Key = TypeVar("Key")
+Value = TypeVar("Value")
+
+LIMITS: dict[str, tuple[int, str]] = {
+    "number": (10**12, "any number"),
+    "robots": (10_000, "robots, and places or chargers at a node"),
+    "nodes": (100_000, "nodes of a layout"),
+    "edges": (400_000, "edges of a layout"),
+    "places": (1_000_000, "storage places"),
+    "tasks": (1_000_000, "tasks: listed, random, or arriving in run.length on average"),
+    "open": (100_000, "tasks open at once (saturated)"),
+    "loads": (1000, "loads of one robot"),
+    "stops": (1000, "stops of one task"),
+    "hourly": (100_000, "tasks arriving per hour (poisson)"),
+    "bytes": (10_000_000, "bytes of a model, study or CSV file"),
+    "json": (100_000_000, "bytes of a layout file (JSON)"),
+    "values": (1_000_000, "values in a file, aliases counted at every use"),
+    "deep": (30, "lists and sections inside one another"),
+}
+"""Upper limits of what a file may hold: far more than a warehouse has, and still read within seconds."""
+SMALLEST = 1e-9
+"""The smallest number where one above 0 is expected."""
+
+
+def wrong(text: str, *below: str | int) -> PydanticCustomError:
+    """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
+    return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
+
+
+TOP = "\0top"
+"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
+
+
+def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
+    """The error that a validator raises where several things are wrong."""
+    return ValidationError.from_exception_data("values", [InitErrorDetails(type=one, input=None) for one in problems])
+
+
+def at_most(limit: str, value: float, *below: str) -> None:
+    """Refuse more than a limit."""
+    most, what = LIMITS[limit]
+    if abs(value) > most:
+        raise wrong(f"too large (got {got(value)}), expected at most {most:,} ({what})", *below)
+
+
+Checked = TypeVar("Checked", int, float)
+
+
+def limited(limit: str = "number") -> AfterValidator:
+    """Keep a number within a limit."""
+
+    def check(value: Checked) -> Checked:
+        at_most(limit, value)
+        return value
+
+    return AfterValidator(check)
+
+
+def _not_tiny(value: float) -> float:
+    if value < SMALLEST:
+        raise wrong(f"too small (got {got(value)}), expected at least {got(SMALLEST)}")
+    return value
+
+
+above_tiny = AfterValidator(_not_tiny)
+
+
+def writable(text: str) -> str:
+    """Refuse lone surrogates, which no file and no terminal can hold."""
+    if not text.isascii() and re.search("[\ud800-\udfff]", text):
+        raise wrong(f"not text (got {got(text)}), expected characters that can be written in UTF-8")
+    return text
+
+
+# Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
+Whole = Annotated[int, Field(strict=True, ge=0), limited()]
+Count = Annotated[int, Field(strict=True, ge=1), limited()]
+Integer = Annotated[int, Field(strict=True), limited()]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), limited()]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), limited(), above_tiny]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), limited()]
+Flag = Annotated[bool, Field(strict=True)]
+Name = Annotated[str, Field(strict=True, min_length=1), AfterValidator(writable)]
+Text = Annotated[str, Field(strict=True), AfterValidator(writable)]
+
+
+class Quantity:
+    """A number that may be written with a unit, as in `8 h`; in the model it is a number in the model's units."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Convert before the number is checked."""
+
+        def convert(value: Any, info: ValidationInfo) -> Any:
+            try:
+                number = converted(value, self.kind, known(info).units) if isinstance(value, str) else None
+            except ValueError as error:
+                raise wrong(str(error)) from None
+            return value if number is None else number
+
+        return core_schema.with_info_before_validator_function(convert, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Text with a unit is as good as a number."""
+        units = "|".join(re.escape(unit) for unit in TABLE[self.kind]).replace("/", " ?/ ?")
+        written = {"type": "string", "pattern": rf"^\s*[+-]?[\d.]+\s*({units})\s*$", "examples": [EXAMPLES[self.kind]]}
+        return {"anyOf": [handler(core), written]}
+
+
+Time = Annotated[NotNegative, Quantity("time")]
+Duration = Annotated[Positive, Quantity("time")]
+Coordinate = Annotated[Number, Quantity("length")]
+Length = Annotated[Positive, Quantity("length")]
+Distance = Annotated[NotNegative, Quantity("length")]
+Speed = Annotated[Positive, Quantity("speed")]
+Acceleration = Annotated[Positive, Quantity("acceleration")]
+Rate = Annotated[Positive, Quantity("rate")]
+Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
+Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
+"""A share that is neither 0 nor 1."""
+
+
+@dataclass
+class Known:
+    """What has been read of a model so far, for checks of what follows; None: not known, or wrong.
+
+    It is the context of pydantic's validators. Sections are read in the order of the schema, so that the floor is
+    known before the fleet and the work on it.
+    """
+
+    units: UnitNames = field(default_factory=UnitNames)
+    calendars: tuple[str, ...] | None = None  # by name
+    blocks: bool = False  # the layout is generated
+    nodes: Mapping[str, Any] | None = None  # positions by name
+    zones: dict[str, dict[str, tuple[str, ...]]] = field(default_factory=dict)  # nodes of bays and stations by name
+    edges: dict[tuple[str, str], float | None] = field(default_factory=dict)  # lengths, if they can be told
+    places: int | None = None  # storage places
+    robots: int | None = None
+    kinds: tuple[str, ...] | None = None  # of robots, by name
+    carries: Mapping[str, tuple[str, ...]] | None = None  # load types by kind of robot; none for ordinary robots: ""
+
+
+def known(info: ValidationInfo) -> Known:
+    """What is known where a value is checked; nothing for a section that is read by itself."""
+    return info.context if isinstance(info.context, Known) else Known()
+
+
+LATER: dict[str, Any] = {"since": "0.2"}
+"""Marks a key that version 0.1.0 did not have: a model that does not use it is still the same model."""
+
+
+class Part(BaseModel):
+    """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    def content(self) -> Any:
+        """What it holds as plain JSON values: defaults too, but of later keys only what differs from them."""
+        return {
+            field.alias or name: as_json(getattr(self, name))
+            for name, field in type(self).model_fields.items()
+            if field.json_schema_extra != LATER or getattr(self, name) != field.default
+        }
+
+
+_EXACT = 2.0**53  # up to here every whole number is a float
+
+
+def as_json(value: Any) -> Any:
+    """A value of a model as JSON knows it; 4.0 as 4, so that both are one."""
+    if isinstance(value, Part):
+        return value.content()
+    if isinstance(value, Mapping):
+        return {key: as_json(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [as_json(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
+        return int(value)
+    return value
+
+
+class FrozenMap(dict[Key, Value]):
+    """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
+
+    _hash: int | None = None
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, FrozenMap):
+            return list(self.items()) == list(other.items())
+        return dict.__eq__(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        if self._hash is None:
+            self._hash = hash(tuple(self.items()))
+        return self._hash
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read and written like a dict."""
+        return core_schema.no_info_after_validator_function(cls, handler.generate_schema(dict[Any, Any]))
+
+    def __reduce__(self) -> tuple[type[FrozenMap[Key, Value]], tuple[dict[Key, Value]]]:
+        return type(self), (dict(self),)
+
+    def __copy__(self) -> FrozenMap[Key, Value]:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenMap[Key, Value]:
+        return self
+
+
+Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
+"""Parts by name, in the order of the file."""
+
+
+class Forms:
+    """What a key with several forms expects, in words, for messages and, as `errorMessage`, for editors.
+
+    Args:
+        text: the words.
+        more: further forms, which reading turns into those of the annotated type.
+        pick: which form a value has, by the tag of `form`; None where it has none of them.
+    """
+
+    def __init__(
+        self, text: str, *more: type[Part] | dict[str, Any], pick: Callable[[Any], str | None] | None = None
+    ) -> None:
+        self.text = text
+        self.more = more
+        self.pick = pick
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A union in which the value's form decides what is wrong with it."""
+        if self.pick is None:
+            return handler(source)
+        choice = Discriminator(self.pick, custom_error_type="form", custom_error_message=f"should be {self.text}")
+        return choice.__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Add the words and the other forms to the schema of the annotated type."""
+        schema = handler(core)
+        more = [
+            copy.deepcopy(form) if isinstance(form, dict) else handler(form.__pydantic_core_schema__)
+            for form in self.more
+        ]
+        return {**({"anyOf": [schema, *more]} if more else schema), "errorMessage": f"expected {self.text}"}
+
+
+def form(tag: str) -> Tag:
+    """Tag one form of a key; the tag is left out of the places of errors."""
+    return Tag(f"\0{tag}")
+
+
+def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
+    """Tell the forms of a key apart by the type of the value; a section may be a mapping, or a Part already."""
+
+    def pick(value: Any) -> str | None:
+        return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)
+
+    return pick
+
+
+NUMBER = (int, float)
+SECTION = (Mapping, Part)

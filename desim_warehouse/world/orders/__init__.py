@@ -1,0 +1,1 @@
+"""Where tasks come from, and which robot is given which."""

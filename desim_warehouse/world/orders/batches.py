@@ -1,0 +1,138 @@
+"""Which tasks go together on a tour: those that wait, and the batching policy asked when there is another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.policies import TaskBatch, WaitingTasks
+from desim_warehouse.world.orders.ask import asked
+from desim_warehouse.world.robots.reach import suits
+from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Mapping
+
+    from simpy import Environment
+    from simpy.events import Event
+
+    from desim_warehouse.model.fleet import Fleet
+    from desim_warehouse.policies import Batching, Task, Travel
+
+    Key = tuple[str, tuple[str, ...]]
+
+
+class Batcher:
+    """Keeps tasks until they are in a batch, and hands each batch on as one task.
+
+    Only tasks of one load type, for the same kinds of robots, go together. `to_come` says of a task whether others of
+    its sort will become known whatever is done; `hand_on` takes a batch.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        policy: Batching,
+        fleet: Fleet,
+        travel: Travel,
+        *,
+        to_come: Callable[[Task], bool],
+        hand_on: Callable[[Task], None],
+    ) -> None:
+        self.env = env
+        self.policy = policy
+        self.travel = travel
+        self.to_come = to_come
+        self.hand_on = hand_on
+        self._robots = set(zip(fleet.kinds_of_robots(), fleet.robots(), strict=True))
+        self._waiting: dict[Key, dict[int, Task]] = {}
+        self._most: dict[Key, int] = {}
+        self._asks_at = math.inf
+
+    @property
+    def waiting(self) -> list[Collection[Task]]:
+        """The tasks that are in no batch yet."""
+        return [tasks.values() for tasks in self._waiting.values()]
+
+    def add(self, task: Task) -> None:
+        """Another task is known."""
+        self._waiting.setdefault((task.load_type, task.kinds), {})[task.number] = task
+        self._ask_at(self.env.now)
+
+    def _ask_at(self, time: float) -> None:
+        if time < self._asks_at:
+            self._asks_at = time
+            end_of_instant(self.env, BATCHES, time - self.env.now).callbacks.append(self._ask)
+
+    def _ask(self, _: Event) -> None:
+        if self._asks_at > self.env.now + EPS:
+            return  # asked meanwhile
+        self._asks_at = math.inf
+        policy, now, then = self.policy, self.env.now, math.inf
+        for key, tasks in self._waiting.items():
+            if not tasks:
+                continue
+            some = list(tasks.values())
+            view = WaitingTasks(now, some, self._loads(key, some[0]), self.to_come(some[0]), self.travel)
+            batches = asked("batching", policy, now, partial(_answer, policy, view))
+            for batch in self._checked(batches, tasks, view.most):
+                if batch.at > now + EPS:
+                    then = min(then, batch.at)
+                else:
+                    self.hand_on(tour_of([tasks.pop(number) for number in batch.tasks]))
+        if then < math.inf:
+            self._ask_at(then)
+
+    def _loads(self, key: Key, task: Task) -> int:
+        """The most that a robot carries of those that may do tasks of a sort, such as this one."""
+        if key not in self._most:
+            able = (robot.capacity for kind, robot in self._robots if suits(task, kind, robot.carries))
+            self._most[key] = max(able, default=1)
+        return self._most[key]
+
+    def _checked(self, batches: Iterable[object], tasks: Mapping[int, Task], most: int) -> list[TaskBatch]:
+        """The answer of the policy, every batch of it."""
+        found: list[TaskBatch] = []
+        seen: set[int] = set()
+        for batch in batches:
+            if not isinstance(batch, TaskBatch) or not isinstance(batch.at, int | float) or math.isnan(batch.at):
+                raise self._fault(f"{shown(batch)} is no TaskBatch of task numbers and a time")
+            if not 1 <= len(batch.tasks) <= most:
+                raise self._fault(f"{len(batch.tasks)} tasks in a batch, expected 1 to {most}, as a robot carries")
+            for number in batch.tasks:
+                if number not in tasks:
+                    raise self._fault(f"task {shown(number)} does not wait")
+                if number in seen:
+                    raise self._fault(f"task {number} is in two batches")
+                seen.add(number)
+            found.append(batch)
+        return found
+
+    def _fault(self, fault: str) -> PolicyError:
+        return PolicyError(f"policies.batching ({type(self.policy).__name__}) at time {self.env.now:g}: {fault}")
+
+
+def _answer(policy: Batching, view: WaitingTasks) -> list[TaskBatch]:
+    return list(policy.batches(view))
+
+
+def tour_of(tasks: list[Task]) -> Task:
+    """Tasks that one robot does on one tour, as one; a task alone is itself."""
+    first = tasks[0]
+    if len(tasks) == 1:
+        return first
+    dues = [task.due for task in tasks if task.due is not None]
+    return replace(
+        first,
+        release=min(task.release for task in tasks),
+        due=min(dues, default=None),
+        priority=max(task.priority for task in tasks),
+        to=(),
+        drop=None,
+        via=(),
+        members=tuple(tasks),
+    )

@@ -1,0 +1,135 @@
+"""Where tasks come from: a list, goods drawn at random, a list that never runs dry, or Poisson arrivals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.model.destinations import own_destinations
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, SaturatedGoods
+from desim_warehouse.policies import Task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.values.streams import Streams
+
+BATCH = 1024
+"""Goods drawn at a time."""
+
+
+class Demand:
+    """Releases tasks; `total` is how many there will be, None if they never end."""
+
+    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+        self.env = env
+        self.storage = layout.storage
+        self.own = own_destinations(model, layout)
+        self.streams = streams
+        assert model.tasks.goods is not None
+        self.goods = model.tasks.goods
+        self.popularity = model.tasks.popularity
+        self.hour = model.units.hour / model.tasks.demand
+        self.hours = model.hours(getattr(self.goods, "hours", None))
+        self.total: int | None = None
+        self._number = self._open = 0
+        self._drawn: list[int] = []
+        self._stream: Any = None
+
+    def start(self, release: Callable[[Task], None]) -> None:
+        """Release what is known at the start to `release`; see to what comes later."""
+        self.release = release
+        goods = self.goods
+        if isinstance(goods, PoissonGoods):
+            self.env.process(self._arrivals(goods))
+        elif isinstance(goods, SaturatedGoods):
+            for _ in range(goods.saturated):
+                self._release(self._draw(), goods.due_within)
+        elif isinstance(goods, RandomGoods):
+            self.total = goods.random
+            for number in self._without_repetition(goods.random):
+                self._release(number)
+        else:
+            self.total = len(goods)
+            for item, to in zip(goods, self.own, strict=True):
+                if isinstance(item, Good):
+                    self._announce(item, to)
+                else:
+                    self._release(item, to=to)
+
+    def taken(self, task: Task) -> None:
+        """A task or tour is in hand: where work never ends another task is released in place of each.
+
+        Not where a robot has given tasks back: there are as many as there should be, then.
+        """
+        self._open -= len(task.tasks)
+        for _ in task.tasks:
+            if isinstance(self.goods, SaturatedGoods) and self._open < self.goods.saturated:
+                self._release(self._draw(), self.goods.due_within)
+
+    def returned(self, task: Task) -> None:
+        """A task or tour is open again."""
+        self._open += len(task.tasks)
+
+    def to_come(self, _: Task) -> bool:
+        """Whether others will become known, whatever is done."""
+        return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
+
+    def _announce(self, good: Good, to: tuple[str, ...]) -> None:
+        def release(_: Event | None = None) -> None:
+            self._put(good.good, good.due, good.priority, to)
+
+        if good.release <= self.env.now:
+            release()
+        else:
+            Timeout(self.env, good.release - self.env.now).callbacks.append(release)
+
+    def _release(self, good: int, due_within: float | None = None, *, to: tuple[str, ...] = ()) -> None:
+        self._put(good, None if due_within is None else self.env.now + due_within, 0, to)
+
+    def _put(self, good: int, due: float | None, priority: int, to: tuple[str, ...]) -> None:
+        place = self.storage[good]
+        task = Task(self._number, good, place.edge, place.offset, self.env.now, due, priority, to)
+        self._number += 1
+        self._open += 1
+        self.release(task)
+
+    def _arrivals(self, goods: PoissonGoods) -> Generator[Event, object, None]:
+        mean = self.hour / goods.poisson
+        gaps = self.streams.stream("arrivals")
+        while True:
+            yield Timeout(self.env, float(gaps.exponential(mean)))
+            if goods.hours is None or self.hours.is_open(self.env.now):
+                self._release(self._draw(), goods.due_within)
+
+    # Which goods
+
+    def _generator(self) -> Any:
+        if self._stream is None:
+            self._stream = self.streams.stream("goods")
+        return self._stream
+
+    def _draw(self) -> int:
+        if not self._drawn:
+            size, weights = len(self.storage), self._weights()
+            self._drawn = self._generator().choice(size, BATCH, p=weights).tolist()
+        return self._drawn.pop()
+
+    def _without_repetition(self, count: int) -> list[int]:
+        """Goods in random order, each at most once until all have been drawn; popular ones tend to come first."""
+        size, weights = len(self.storage), self._weights()
+        goods: list[int] = []
+        while len(goods) < count:
+            some = min(count - len(goods), size if weights is None else int((weights > 0).sum()))
+            goods += self._generator().choice(size, some, replace=False, p=weights).tolist()
+        return goods
+
+    def _weights(self) -> Any:
+        """The share of every storage place in the demand; None: all alike."""
+        return shares(self.popularity, self.storage)

@@ -1,0 +1,376 @@
+"""Who gets which task: open tasks, robots that are free, and the allocation policy asked when either changes."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict, deque
+from typing import TYPE_CHECKING, Any
+
+from simpy.core import StopSimulation
+from simpy.events import Event
+
+from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.world.orders.ask import asked
+from desim_warehouse.world.robots.forecast import busy_view
+from desim_warehouse.world.robots.reach import may_do
+from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.model.policy import Policies
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies import Allocation, RobotView, Situation, Task
+    from desim_warehouse.world.orders.ask import Situations
+    from desim_warehouse.world.orders.batches import Batcher
+    from desim_warehouse.world.orders.departures import Departures
+    from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.stations import Stations
+    from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.robots.robot import Robot
+
+VAIN = 1000
+"""After so many openings in a row at which nobody could be given anything, nobody ever will."""
+RETURNS = 100
+"""A task that is given back so often will never be done."""
+
+
+class Dispatcher:
+    """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
+
+    Robots that become free at the same instant are so seen together, by number; tasks in the order of the list.
+    With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at every
+    decision (`waiting`) until `decide` is told the answer.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        log: Log,
+        policies: Policies,
+        allocation: Allocation | None,
+        *,
+        open_tasks: OrderedDict[int, Task],
+        robots: Sequence[Robot],
+        stations: Stations,
+        bays: Bays,
+        departures: Departures,
+        reach: Reach,
+        situations: Situations,
+        on_assigned: Callable[[Task], None],
+        on_returned: Callable[[Task], None],
+    ) -> None:
+        self.env = env
+        self.log = log
+        self.allocation = allocation
+        self.interval = policies.interval
+        self.charging = policies.charging.name
+        self.robots = robots
+        self.stations = stations
+        self.bays = bays
+        self.departures = departures
+        self.reach = reach
+        self.situations = situations
+        self.on_assigned = on_assigned
+        self.on_returned = on_returned
+        self.batcher: Batcher | None = None
+        self.open = open_tasks
+        self.free: dict[int, tuple[Robot, Event]] = {}
+        self.queues: dict[int, deque[Task]] = {}
+        self.released = 0
+        self.done = 0
+        self.waiting = False
+        self._passing: set[int] = set()
+        self._seen: dict[int, RobotView] = {}
+        self._decides_at = self._looks_at = math.inf
+        self._vain = 0
+
+    # What happens
+
+    def release(self, task: Task) -> None:
+        """A new task is known."""
+        self.released += 1
+        self._vain = 0
+        self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
+        if self.batcher is not None:
+            self.batcher.add(task)
+            return
+        self.open[task.number] = task
+        self.call()
+
+    def put_together(self, task: Task) -> None:
+        """A batch of tasks is made: they are given out as one."""
+        self.open[task.number] = task
+        self.call()
+
+    def wait(self, robot: Robot) -> Event:
+        """A robot in a bay is free: the event is due when it is given a task."""
+        return self._offer(robot)
+
+    def ask(self, robot: Robot) -> Event:
+        """A robot that has just unloaded is free: the event is due at once, with a task or without."""
+        self._passing.add(robot.number)
+        return self._offer(robot, at_once=robot.docked is None)
+
+    def _offer(self, robot: Robot, *, at_once: bool = False) -> Event:
+        event = Event(self.env)
+        self._seen.pop(robot.number, None)
+        self._vain = 0
+        self.free[robot.number] = robot, event
+        self.call(at_once=at_once)
+        return event
+
+    def withdraw(self, robot: Robot) -> None:
+        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
+        self.free.pop(robot.number, None)
+        self._put_back(robot.number)
+
+    def give_back(self, robot: Robot) -> None:
+        """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
+        task = robot.job
+        assert task is not None
+        self._record("returned", robot, task)
+        robot.must_charge = True  # else it would take the task again at once
+        if self.reach.give_back(task) > RETURNS:
+            raise PolicyError(
+                f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
+                f"no battery seems to last for it: {self.reach.why_too_low()}"
+            )
+        self._put_back(robot.number)
+        self._forget(robot)
+        self.open[task.number] = task
+        self.open.move_to_end(task.number, last=False)
+        self.on_returned(task)
+        self.call()
+
+    def delivered(self, robot: Robot, stop: Stop) -> None:
+        """A task is done; with the last of a tour the robot is free."""
+        place = robot.itinerary.place
+        robot.record("delivered", None if place is None else place[0].edge)
+        self.done += 1
+        robot.delivered += 1
+        self.stations.forget(stop.task)
+        if stop is robot.tour.stops[-1]:
+            self._forget(robot)
+        else:
+            self.stations.release((stop,), ())
+
+    def _forget(self, robot: Robot) -> None:
+        self.stations.release(robot.tour.stops, robot.tour.slots)
+        robot.job = robot.itinerary.place = None
+        robot.tour.stops, robot.tour.slots = [], []
+        robot.body.task = -1
+
+    def _record(self, kind: str, robot: Robot, task: Task) -> None:
+        """A row of the log for each task of a tour."""
+        for member in task.tasks:
+            robot.body.task = member.number
+            robot.record(kind)
+
+    def _put_back(self, number: int) -> None:
+        """The tasks of a robot's queue go to the front of the list, in their order."""
+        for task in reversed(self.queues.pop(number, ())):
+            self.open[task.number] = task
+            self.open.move_to_end(task.number, last=False)
+
+    def hours_change(self, robots: Iterable[int]) -> bool:
+        """The hours of some robots begin, or end: then their queues go back to the list. False: it is all in vain."""
+        for number in robots:
+            if not self.departures.duty.has(number):
+                self._put_back(number)
+        if not self.open:
+            return False
+        self.call()
+        self._vain += 1
+        return not self.is_in_vain
+
+    @property
+    def is_in_vain(self) -> bool:
+        """Whether hours have begun so often, and nobody could be given anything, that nobody ever will."""
+        return self._vain > VAIN
+
+    # Decisions
+
+    def call(self, *, at_once: bool = False) -> None:
+        """Have the policy asked at the end of this instant, or of the interval.
+
+        After everything else that happens at the instant: robots that become free together are seen together.
+        `at_once`: for a robot that has unloaded in the lane, where it would hold up others until the interval is over.
+        """
+        now = self.env.now
+        time = now
+        if self.interval and not at_once:
+            time = max(math.ceil(now / self.interval - 1e-9) * self.interval, now)
+        if time < self._decides_at:
+            self._decides_at = time
+            end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
+
+    def _decide(self, _: Event) -> None:
+        self._decides_at = math.inf
+        if self.queues:
+            self._next_of_queues()
+        if not (self.open and self._able()):
+            self._pass()
+        elif self.stations.close and not self.situation().tasks:
+            self.decide(())  # all are held back
+        elif self.allocation is None:
+            self.waiting = True
+            raise StopSimulation(None)
+        else:
+            situation = self.situation()
+            policy = self.allocation
+            self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
+
+    def _look_again(self) -> None:
+        """Decide anew when the first task that was held back, as a station is closed, can be given out."""
+        openings = self.reach.openings
+        due, openings.due = openings.due, math.inf
+        if due < self._looks_at - EPS and not self.is_in_vain:
+            self._looks_at = due
+            end_of_instant(self.env, DECISIONS, due - self.env.now).callbacks.append(self._look)
+
+    def _look(self, event: Event) -> None:
+        self._looks_at = math.inf
+        self._vain += 1
+        self._decide(event)
+
+    def situation(self) -> Situation:
+        """What the allocation policy decides on now."""
+        return self.situations.now([self._view(number) for number in self._able()], self._fleet)
+
+    def _view(self, number: int) -> RobotView:
+        """A free robot; while it rests only its energy can change."""
+        robot, view = self.free[number][0], self._seen.get(number)
+        if view is None or view.energy != robot.battery.level(self.env.now):
+            view = self._seen[number] = robot.view()
+        return view
+
+    def _able(self) -> list[int]:
+        """The free robots in their hours, by number; with as many under way as may be not those in bays."""
+        free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
+        return self.departures.duty.among(sorted(free))
+
+    def _fleet(self) -> list[RobotView]:
+        """All robots that may be given work, by number; those at work where, and about when, they will be free."""
+        now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
+        return [
+            self._view(robot.number) if robot.number in free else busy_view(robot, self.reach, now)
+            for robot in self.robots
+            if (robot.number not in free or may_work(robot.number)) and duty.has(robot.number)
+        ]
+
+    def decide(self, pairs: Iterable[Any]) -> None:
+        """Carry out a decision: pairs of robot number and task number, checked one by one."""
+        self.waiting = False
+        given: set[int] = set()
+        for pair in pairs:
+            try:
+                number, task_number = (int(part) for part in pair)
+            except (TypeError, ValueError, OverflowError):
+                raise self._fault(f"{shown(pair)} is no pair (robot number, task number)") from None
+            if task_number in given:
+                raise self._fault(f"task {task_number} is given out twice")
+            if not 0 <= number < len(self.robots):
+                raise self._fault(f"there is no robot {number}, only 0 to {len(self.robots) - 1}")
+            if task_number not in self.open:
+                raise self._fault(f"task {task_number} is not open")
+            given.add(task_number)
+            if number in self.free:
+                self._assign(number, task_number, first=len(given) == 1)
+            else:
+                self._queue(number, task_number)
+        self._pass()
+        if self.open and self.free and self.reach.batteries:
+            self._charge_the_short()
+        self._look_again()
+
+    def _charge_the_short(self) -> None:
+        """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
+        for number in sorted(self.free):
+            robot, event = self.free[number]
+            if robot.is_charging or robot.must_charge or robot.battery.is_full(self.env.now):
+                continue
+            if not self.reach.must_charge(self._view(number)) or not (robot.at_charger or self.bays.charger_for(robot)):
+                continue
+            del self.free[number]
+            robot.must_charge = True
+            event.succeed()
+
+    def _pass(self) -> None:
+        """Robots that have unloaded go on, with a task or without."""
+        for number in sorted(self._passing):
+            self.free.pop(number)[1].succeed()
+        self._passing.clear()
+
+    def _fault(self, fault: str) -> PolicyError:
+        name = "the answer" if self.allocation is None else type(self.allocation).__name__
+        return PolicyError(f"policies.allocation ({name}) at time {self.env.now:g}: {fault}")
+
+    def _queue(self, number: int, task_number: int) -> None:
+        robot = self.robots[number]
+        if robot.job is None:
+            raise self._fault(f"robot {number} is not free and has no task, it cannot take task {task_number}")
+        if not self.departures.duty.has(number):
+            return  # its hours end before it could begin: the task stays on the list
+        self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
+
+    def _next_of_queues(self) -> None:
+        """Free robots go on with their queues; a queue that its robot may not go on with goes back to the list."""
+        for number in sorted(self.queues.keys() & self.free.keys()):
+            queue = self.queues.pop(number)
+            task = queue.popleft()
+            self.open[task.number] = task
+            self.open.move_to_end(task.number, last=False)
+            if queue:
+                self.queues[number] = queue
+            if self.reach.feasible(self.free[number][0].view(), task) and self.departures.may_work(number):
+                self._assign(number, task.number)
+            elif queue:
+                self._put_back(number)
+                self.open.move_to_end(task.number, last=False)
+
+    def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
+        """Give a free robot a task; `first`: no other pair of this decision has been given a station's slot before."""
+        if not self.departures.may_work(number):
+            return  # as many as may be under way are: robot and task wait for the next decision
+        robot, event = self.free[number]
+        task, view = self.open[task_number], self._view(number)
+        if not may_do(view, task):
+            raise self._fault(f"robot {number} {_unfit(view, task)}")
+        node = self.stations.choose(view, task)
+        if not self.stations.has_room(view, task, node) or not self.reach.openings.in_time(view, task, node):
+            return  # taken by another pair of this decision, or closed: robot and task wait for the next
+        if not self.reach.may_take(view, task, node):
+            if not first:
+                return  # another pair of this decision took the slot at a nearer station
+            raise self._fault(
+                f"robot {number} may not take task {task_number}: its energy, {view.energy:g}, does not let it by "
+                f"policies.charging ({self.charging})"
+            )
+        del self.free[number], self.open[task_number]
+        self._vain = 0
+        self._passing.discard(number)
+        tour = robot.tour
+        tour.stops = self.stations.stops(view, task, node)
+        tour.slots = self.stations.reserve(tour.stops, robot.docked)
+        robot.job = task
+        robot.must_charge = False
+        self.departures.under_way.add(number)
+        self._record("assigned", robot, task)
+        robot.body.task = task.number
+        event.succeed()
+        self.reach.taken(task)
+        self.on_assigned(task)
+
+
+def _unfit(robot: RobotView, task: Task) -> str:
+    """Why a robot may not do a task."""
+    if task.kinds and robot.kind not in task.kinds:
+        return f"is of no kind that does task {task.number}: {', '.join(task.kinds)}"
+    if len(task.members) > robot.loads:
+        return f"carries {robot.loads}, not the {len(task.members)} loads of the tour of task {task.number}"
+    return f"carries {', '.join(robot.carries)}, not the load of task {task.number}: {task.load_type}"

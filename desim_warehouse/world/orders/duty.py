@@ -1,0 +1,64 @@
+"""Shifts and breaks of robots: outside their hours they take up no work.
+
+A robot finishes the task or tour in hand, goes to a bay and rests there in the state `on_break`; it is charged
+meanwhile. The tasks of its queue go back to the list when its hours end. When they begin it is given work at once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.values.calendars import Hours
+    from desim_warehouse.world.traffic.events import Clock
+
+
+def duty_of(clock: Clock, model: Model) -> Duty:
+    """The hours of the robots of a model."""
+    names = model.fleet.hours_of_robots()
+    hours = {name: model.hours(name) for name in dict.fromkeys(names) if name is not None}
+    return Duty(clock, [None if name is None else hours[name] for name in names])
+
+
+class Duty:
+    """The hours of every robot, by number; None: it is always on duty."""
+
+    def __init__(self, clock: Clock, hours: Sequence[Hours | None]) -> None:
+        self.clock = clock
+        self.hours = hours
+        self._all = list({id(one): one for one in hours if one is not None}.values())
+
+    def has(self, number: int) -> bool:
+        """Whether a robot is in its hours now."""
+        hours = self.hours[number]
+        return hours is None or hours.is_open(self.clock.now)
+
+    def among(self, robots: list[int]) -> list[int]:
+        """Those of some robots that are in their hours now."""
+        return [number for number in robots if self.has(number)] if self._all else robots
+
+    def gone(self) -> list[int]:
+        """The robots whose hours are over for good."""
+        now = self.clock.now
+        return [n for n, one in enumerate(self.hours) if one is not None and math.isinf(one.following(now)[0])]
+
+    def watch(self, changed: Callable[[Sequence[int]], bool]) -> None:
+        """Call `changed` with the robots whose hours begin or end, whenever they do, as long as it says that it counts.
+
+        Shifts go on for ever; a run that is otherwise at its end, or stalled, does not.
+        """
+        if not self._all:
+            return
+        now = self.clock.now
+        time = min(one.changes(now) for one in self._all)
+        if math.isfinite(time):
+            concerned = [n for n, one in enumerate(self.hours) if one is not None and one.changes(now) == time]
+            self.clock.tick(time, lambda: self._change(concerned, changed))
+
+    def _change(self, concerned: Sequence[int], changed: Callable[[Sequence[int]], bool]) -> None:
+        if changed(concerned):
+            self.watch(changed)

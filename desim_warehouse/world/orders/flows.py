@@ -1,0 +1,292 @@
+"""Where tasks come from that flow: from where to where they go, and when each becomes known.
+
+Every flow has random streams of its own, for each thing that is drawn: another flow, robot or policy leaves its tasks
+as they are.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.model.flows import (
+    STORAGE,
+    OrdersArrivals,
+    PoissonArrivals,
+    ProfileArrivals,
+    Rates,
+    SaturatedArrivals,
+    ScheduleArrivals,
+    StorageEnd,
+)
+from desim_warehouse.model.orders import OrderLine, Reading, read, resampled, summary
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.policies import StopPlace, Task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterator
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import StoragePlace
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.values.streams import Streams
+
+    End = StorageEnd | tuple[str, ...]
+
+TRIES = 20
+"""Draws of a storage place that is another than the first."""
+BATCH = 1024
+"""Draws taken at a time."""
+
+
+class Flows:
+    """Releases the tasks of all flows; `total` is how many there will be, None if they never end."""
+
+    def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
+        self.env = env
+        self.flows = {name: _Flow(name, flow, model, layout, streams) for name, flow in model.tasks.flows.items()}
+        self.total: int | None = None
+        if not model.tasks.never_end:
+            self.total = sum(flow.scheduled for flow in self.flows.values())
+        self._number = 0
+
+    def start(self, release: Callable[[Task], None]) -> None:
+        """Release what is known at the start to `release`; see to what comes later."""
+        self.release = release
+        for flow in self.flows.values():
+            for _ in range(flow.always_open):
+                self._release(flow)
+            self.env.process(self._arrivals(flow))
+
+    def taken(self, task: Task) -> None:
+        """A task or tour is in hand: where so many are always open another task is released in place of each."""
+        flows = [self.flows[one.flow] for one in task.tasks]
+        for flow in flows:
+            flow.open -= 1
+        for flow in flows:
+            if flow.open < flow.always_open:
+                self._release(flow)
+
+    def returned(self, task: Task) -> None:
+        """A task or tour is open again."""
+        for one in task.tasks:
+            self.flows[one.flow].open += 1
+
+    def _arrivals(self, flow: _Flow) -> Generator[Event, object, None]:
+        for time, line in flow.releases():
+            if time > self.env.now:
+                yield Timeout(self.env, time - self.env.now)
+            for _ in range(1 if line is None else line.quantity):
+                self._release(flow, line)
+        flow.ended = True
+
+    def _release(self, flow: _Flow, line: OrderLine | None = None) -> None:
+        task = flow.task(self._number, self.env.now, line)
+        self._number += 1
+        flow.open += 1
+        self.release(task)
+
+    def to_come(self, task: Task) -> bool:
+        """Whether others that may go with a task on a tour will become known, whatever is done."""
+        return any(
+            not flow.ended and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
+            for flow in self.flows.values()
+        )
+
+
+class _Flow:
+    """The tasks of one flow, one after the other."""
+
+    def __init__(self, name: str, spec: FlowSpec, model: Model, layout: Layout, streams: Streams) -> None:
+        self.name = name
+        self.spec = spec
+        self.when = spec.when
+        self.hours = None if spec.hours is None else model.hours(spec.hours)
+        self.layout = layout
+        self.model = model
+        self.streams = streams
+        self.routes = spec.routes
+        self.released = self.open = 0
+        self.ended = False
+        self.load_type = spec.load_type or ""
+        self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
+        self._how = Reading.of(model, layout)
+        self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
+        self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
+
+    # When
+
+    @property
+    def always_open(self) -> int:
+        """How many tasks are always open; 0 where they arrive."""
+        return self.when.saturated if isinstance(self.when, SaturatedArrivals) else 0
+
+    @property
+    def scheduled(self) -> int:
+        """How many tasks there will be of a flow that ends."""
+        when = self.when
+        if isinstance(when, OrdersArrivals):
+            return summary(when.orders, self._how).tasks
+        assert isinstance(when, ScheduleArrivals)
+        return sum(tasks for _, tasks in when.times(self.model.tasks.demand))
+
+    def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
+        """The times at which tasks become known, in order, and the rows of orders that they come from.
+
+        Outside the hours of the flow none do. Those at random that fall there are left out: within the hours they come
+        as they would without. What a schedule or a file asks for then is released when the hours begin.
+        """
+        hours = self.hours
+        if hours is None:
+            yield from self._asked_for()
+            return
+        at_random = isinstance(self.when, PoissonArrivals | ProfileArrivals)
+        for time, line in self._asked_for():
+            begin, _ = hours.following(time)
+            if math.isinf(begin):
+                return
+            if begin <= time or not at_random:
+                yield max(begin, time), line
+
+    def _asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
+        """The times at which tasks are asked for, in order, and the rows of orders."""
+        when = self.when
+        if isinstance(when, OrdersArrivals):
+            lines = read(when.orders, self._how)
+            width, demand = when.orders.resample, self.model.tasks.demand
+            if width is not None:
+                lines = resampled(lines, width, demand, lambda k: self.streams.stream(f"orders:{self.name}", k))
+            yield from ((line.release, line) for line in lines)
+        else:
+            yield from ((time, None) for time in self.arrivals())
+
+    def arrivals(self) -> Iterator[float]:
+        """The times at which tasks become known, in order.
+
+        At random it is a Poisson process of rate 1, taken through the number of tasks that are expected by a time.
+        """
+        when, hour, demand = self.when, self.model.units.hour, self.model.tasks.demand
+        if isinstance(when, SaturatedArrivals):
+            return
+        if isinstance(when, PoissonArrivals | ProfileArrivals):
+            gaps = self.streams.stream(f"arrivals:{self.name}")
+            rates = Rates(when.profile, hour, demand) if isinstance(when, ProfileArrivals) else None
+            expected = 0.0
+            while True:
+                expected += float(gaps.exponential())
+                if rates is not None:
+                    yield rates.when(expected)
+                elif isinstance(when, PoissonArrivals):
+                    yield expected * hour / (when.poisson * demand)
+        elif isinstance(when, ScheduleArrivals):
+            for time, tasks in when.times(demand):
+                for _ in range(tasks):
+                    yield time
+
+    # What
+
+    def task(self, number: int, now: float, line: OrderLine | None = None) -> Task:
+        """The next task, which becomes known now; what the row of its order does not say is as the flow says."""
+        nth = self.released
+        self.released += 1
+        which = 0 if len(self.routes) == 1 else bisect_left(self._cumulated, self._share("route") * self._cumulated[-1])
+        route = self.routes[which]
+        begins, ends = route.source, route.target
+        source = self._named("from", which, None if line is None else line.source, begins)
+        target = self._named("to", which, None if line is None else line.target, ends)
+        for _ in range(TRIES if line is None or not isinstance(line.target, int) else 0):
+            if source is target:  # both in storage: not from a place to itself, where there are others
+                target = self._place("to", which, ends)
+        if isinstance(source, str):
+            good, edge, offset = -1, (source, source), 0.0
+        else:
+            good, edge, offset = source.number, source.edge, source.offset
+        if isinstance(target, str):
+            named = self.layout.nodes_of(line.target) if line is not None and isinstance(line.target, str) else ends
+            assert isinstance(named, tuple)
+            to, drop = tuple(node for node in named if node != source) or named, None
+        else:
+            to, drop = (target.edge[1],), (target.edge, target.offset)
+        return Task(
+            number,
+            good,
+            edge,
+            offset,
+            now,
+            self._due(now) if line is None or line.due is None else line.due,
+            self._priority() if line is None or line.priority is None else line.priority,
+            to,
+            drop,
+            self.name,
+            nth,
+            self.spec.kinds,
+            "" if line is None else line.order,
+            self.load_type,
+            self._via if line is None or line.via is None else tuple(self._stop(place) for place in line.via),
+        )
+
+    def _stop(self, named: str | int) -> StopPlace:
+        if isinstance(named, str):
+            return StopPlace(self.layout.nodes_of(named))
+        place = self.layout.storage[named]
+        return StopPlace((place.edge[1],), (place.edge, place.offset))
+
+    def _due(self, now: float) -> float | None:
+        if self.spec.due_within is not None:
+            return now + self.spec.due_within
+        return next((time for time in self.spec.due_at if time >= now), None)
+
+    def _priority(self) -> int:
+        given = self.spec.priority
+        if isinstance(given, int):
+            return given
+        drawn, share = self._share("priority"), 0.0
+        for one in given:
+            share += one.share
+            if drawn < share:
+                return one.priority
+        return given[-1].priority
+
+    def _named(self, end: str, which: int, named: str | int | None, places: End) -> str | StoragePlace:
+        """Where the row of an order says, or as the flow does."""
+        if named is None:
+            return self._place(end, which, places)
+        if isinstance(named, int):
+            return self.layout.storage[named]
+        return self._place(end, which, StorageEnd() if named == STORAGE else self.layout.nodes_of(named))
+
+    def _place(self, end: str, which: int, places: End) -> str | StoragePlace:
+        """A storage place, or one of some nodes (of a target any one: which is decided when a robot gets the task)."""
+        if isinstance(places, StorageEnd):
+            return self.layout.storage[self._drawn(end, which, places)]
+        if len(places) == 1 or end == "to":
+            return places[0]
+        return places[self._drawn(end, which, places)]
+
+    # Draws
+
+    def _share(self, what: str) -> float:
+        """A number from 0 to 1 for the present task."""
+        return float(self.streams.stream(f"{what}:{self.name}", self.released).random())
+
+    def _drawn(self, end: str, which: int, places: End) -> int:
+        key = end, which, places
+        if key not in self._draws:
+            self._draws[key] = self._numbers(end, which, places)
+        return next(self._draws[key])
+
+    def _numbers(self, end: str, which: int, places: End) -> Iterator[int]:
+        stream: Any = self.streams.stream(f"{end}:{self.name}", which)
+        if isinstance(places, StorageEnd):
+            popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
+            size, weights = len(self.layout.storage), shares(popularity, self.layout.storage)
+        else:
+            size, weights = len(places), None
+        while True:
+            yield from stream.choice(size, BATCH, p=weights).tolist()

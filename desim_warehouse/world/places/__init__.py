@@ -1,0 +1,1 @@
+"""Where robots stop: stations, bays and their chargers, and how long things take there."""

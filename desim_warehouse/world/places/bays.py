@@ -1,0 +1,148 @@
+"""Bays beside the nodes, where robots park and charge without standing in anybody's way, and who has which slot.
+
+A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every
+robot without one would still find one; so a robot that leaves its work always has somewhere to go, and nobody queues
+in a lane.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from simpy import Event
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from simpy import Environment
+
+    from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+
+
+class Bay:
+    """Slots for robots beside a node; `taken` are those occupied or reserved."""
+
+    def __init__(self, node: str, places: int, chargers: Chargers | FailingChargers | None) -> None:
+        self.node = node
+        self.places = places
+        self.taken = 0
+        self.chargers = chargers
+
+    @property
+    def free(self) -> int:
+        """Slots that nobody is in or on the way to."""
+        return self.places - self.taken
+
+
+class Guest(Protocol):
+    """A robot as its bays know it: the slot it has (in `bay`, or on the way there) and the one it is `leaving`."""
+
+    number: int
+    bay: Bay | None
+    leaving: Bay | None
+
+    @property
+    def is_out(self) -> bool:
+        """Whether it is in no bay."""
+
+
+class Bays:
+    """All bays, and who has which slot.
+
+    `slotless` robots are out without a slot reserved; `seekers` rest where there is no charger and must charge;
+    those in `making_room` leave their slot at a charger to one of them. `keep`: robots that are out keep a slot, as
+    the route that they have declared ends there (see `avoidance`).
+    """
+
+    def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
+        self.env = env
+        self.keep = keep
+        self.by_node = {bay.node: bay for bay in bays}
+        self.free = sum(bay.free for bay in self.by_node.values())
+        self.slotless = 0
+        self._sought: Event | None = None
+        self._left: Event | None = None
+        self.seekers = 0
+        self.making_room: set[int] = set()
+
+    def settle(self, robot: Guest, bay: Bay) -> None:
+        """A robot starts in a bay."""
+        bay.taken += 1
+        self.free -= 1
+        robot.bay = bay
+
+    def may_take(self, robot: Guest, bay: Bay) -> bool:
+        """Whether a robot may reserve a slot in a bay."""
+        if bay is robot.bay:
+            return True
+        if bay.free <= 0:
+            return False
+        # A second slot only if every robot without one would still find one: so whoever leaves its work has somewhere
+        # to go, and nobody queues in a lane.
+        return robot.bay is None or self.free - 1 >= self.slotless
+
+    def take(self, robot: Guest, bay: Bay) -> None:
+        """Reserve a slot, before setting out for it; a robot that stands in a bay keeps that one until it leaves."""
+        if robot.bay is bay:
+            return
+        assert self.may_take(robot, bay)
+        if robot.bay is None:
+            self.slotless -= 1
+        elif robot.is_out:
+            self._free(robot.bay)
+        else:
+            robot.leaving = robot.bay
+        bay.taken += 1
+        self.free -= 1
+        robot.bay = bay
+
+    def leave(self, robot: Guest) -> None:
+        """A robot is out of the bay it stood in; with no slot reserved elsewhere it has none now, or keeps this one."""
+        self.making_room.discard(robot.number)
+        bay = robot.leaving or robot.bay
+        assert bay is not None
+        if robot.leaving is None:
+            if self.keep:
+                return
+            robot.bay = None
+            self.slotless += 1
+        robot.leaving = None
+        self._free(bay)
+
+    def _free(self, bay: Bay) -> None:
+        bay.taken -= 1
+        self.free += 1
+        if self._left is not None:
+            self._left.succeed()
+            self._left = None
+
+    # Where there are fewer slots at chargers than robots
+
+    def chargers_are_scarce(self, robots: int) -> bool:
+        """Whether there are fewer slots at chargers than robots, so that they must make room for each other."""
+        return sum(bay.places for bay in self.by_node.values() if bay.chargers is not None) < robots
+
+    def charger_for(self, robot: Guest) -> bool:
+        """Whether a robot may reserve a slot at a charger now."""
+        return any(bay.chargers is not None and self.may_take(robot, bay) for bay in self.by_node.values())
+
+    def wants_room(self, robot: Guest) -> bool:
+        """Whether a robot that rests at a charger should leave it to one that seeks it, and can."""
+        return self.seekers > len(self.making_room) and any(
+            bay.chargers is None and self.may_take(robot, bay) for bay in self.by_node.values()
+        )
+
+    def seek_charger(self) -> Event:
+        """A robot must charge and finds no slot: those at a charger learn of it; the event is due when one is left."""
+        if self._sought is not None:
+            self._sought.succeed()
+            self._sought = None
+        if self._left is None:
+            self._left = Event(self.env)
+        return self._left
+
+    def charger_sought(self) -> Event:
+        """Due when a robot must charge and finds no slot."""
+        if self._sought is None:
+            self._sought = Event(self.env)
+        return self._sought

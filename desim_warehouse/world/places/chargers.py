@@ -1,0 +1,124 @@
+"""The chargers of a bay: robots in it request one; perhaps they fail now and then, and are repaired.
+
+A charger fails by the calendar, in use or not, at times drawn from a stream of its own. These are drawn only as far as
+a robot wants to be charged, so that outages alone keep no run going. A robot at a charger that fails is first in the
+queue for the next that works, this one or another of the bay.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from simpy import Event, Resource
+
+from desim_warehouse.values.distributions import draws
+from desim_warehouse.world.traffic.events import Arrival
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Self
+
+    from simpy import Environment
+    from simpy.resources.resource import Request
+
+    from desim_warehouse.values.disturbances import OutageSpec
+    from desim_warehouse.values.streams import Streams
+
+
+class Chargers(Resource):
+    """Chargers that never fail, a SimPy resource."""
+
+    def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - nobody loses a charger
+        """A robot's request for one, an event; it is given back at the end of the `with` block."""
+        return self.request()
+
+    def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
+        """Due when the charger of a robot fails; None: it does not."""
+        return None
+
+
+class Turn(Event):
+    """A robot's request for a charger that may fail, due when it has one; `lost` is due when that fails."""
+
+    def __init__(self, chargers: FailingChargers) -> None:
+        super().__init__(chargers.env)
+        self.chargers = chargers
+        self.lost = Event(chargers.env)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.chargers.give_back(self)
+
+
+class FailingCharger:
+    """One charger: from `fails_at` on it is in repair, from `repaired_at` on it works again, and so on."""
+
+    def __init__(self, every: Callable[[], float], repair: Callable[[], float]) -> None:
+        self.user: Turn | None = None
+        self._every, self._repair = every, repair
+        self.fails_at = every()
+        self.repaired_at = self.fails_at + repair()
+
+    def works(self, now: float) -> bool:
+        """Whether it is in order now; what has passed is drawn up to now."""
+        while self.repaired_at <= now:
+            self.fails_at = self.repaired_at + self._every()
+            self.repaired_at = self.fails_at + self._repair()
+        return now < self.fails_at
+
+
+class FailingChargers:
+    """The chargers of a bay, each with outages of its own; `queue` holds the requests that wait, in order."""
+
+    def __init__(self, env: Environment, node: str, number: int, spec: OutageSpec, streams: Streams) -> None:
+        self.env = env
+        self.capacity = number
+        self.queue: list[Turn] = []
+        self._chargers = [
+            FailingCharger(
+                draws(spec.every, streams, f"charger-failure:{node}", rank),
+                draws(spec.repair, streams, f"charger-repair:{node}", rank),
+            )
+            for rank in range(number)
+        ]
+
+    def turn(self, *, first: bool = False) -> Turn:
+        """A robot's request for one, an event; `first`: that of a robot whose charger has failed."""
+        turn = Turn(self)
+        self.queue.insert(0 if first else len(self.queue), turn)
+        self._serve()
+        return turn
+
+    def outage_of(self, turn: Any) -> Event | None:
+        """Due when the charger of a robot fails."""
+        lost: Event = turn.lost
+        return lost
+
+    def give_back(self, turn: Turn) -> None:
+        """The robot wants it no longer, or it has failed."""
+        if turn in self.queue:
+            self.queue.remove(turn)
+        for charger in self._chargers:
+            if charger.user is turn:
+                charger.user = None
+        self._serve()
+
+    def _serve(self, _: Event | None = None) -> None:
+        """Those that wait get the chargers that work; they are looked at again when the next is repaired."""
+        now = self.env.now
+        free = [charger for charger in self._chargers if charger.user is None]
+        for charger in [one for one in free if one.works(now)][: len(self.queue)]:
+            charger.user = turn = self.queue.pop(0)
+            turn.succeed()
+            Arrival(self.env, charger.fails_at).callbacks.append(partial(self._fails, charger, turn))
+        in_repair = [charger.repaired_at for charger in free if charger.user is None]
+        if self.queue and in_repair:
+            Arrival(self.env, min(in_repair)).callbacks.append(self._serve)
+
+    def _fails(self, charger: FailingCharger, turn: Turn, _: Event) -> None:
+        if charger.user is turn:
+            charger.user = None
+            turn.lost.succeed()

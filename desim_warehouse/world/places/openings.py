@@ -1,0 +1,110 @@
+"""Tasks held back at the source while a station is closed: nobody sets out only to wait before its hours.
+
+A robot that went to a station that opens in eight hours would stand there for eight hours, with the load, in a slot
+that others need. So a task is given to a robot only if, driving freely, it finds open every station on its way; else it
+is looked at again when a robot that sets out then comes just as the station opens. Where it cannot be in time for one
+station because another closes meanwhile, it goes: the load has to wait somewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import zip_longest
+from typing import TYPE_CHECKING
+
+from desim_warehouse.world.places.stops import between, time_at
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.policies import Handling, RobotView, Task
+    from desim_warehouse.world.places.stations import Stations
+
+
+KEPT = 100_000
+"""Pairs of robot and task for which it is kept whether they are held back."""
+
+
+class Openings:
+    """Who would come before the hours of a station; `due`: when the first task that was held back may be given out."""
+
+    def __init__(
+        self,
+        env: Environment,
+        stations: Stations,
+        handling: Handling,
+        travel: Callable[[float], FreeTravel],
+        loaded_speed: Callable[[RobotView], float],
+    ) -> None:
+        self.env = env
+        self.stations = stations
+        self.handling = handling
+        self.travel = travel
+        self.loaded_speed = loaded_speed
+        self.due = math.inf
+        self._known: dict[tuple[int, str, float, int, str], tuple[bool, float]] = {}
+        """For a robot where and when it is free whether it is held back, and until when that holds."""
+        self._seen: tuple[frozenset[str], list[tuple[int, str, float]]] = frozenset(), []
+        self._held: dict[int, float] = {}
+        """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
+
+    def in_time(self, robot: RobotView, task: Task, node: str) -> bool:
+        """Whether a robot that sets out for a task to `node` now would wait at no station that is closed."""
+        if not self.stations.close:
+            return True
+        now, key = self.env.now, (robot.number, robot.node, robot.free_in, task.number, node)
+        held, until = self._known.get(key, (False, -math.inf))
+        if now >= until - EPS:
+            if len(self._known) > KEPT:
+                self._known.clear()
+            wait, spare = self._wait(robot, task, node)
+            held, until = self._known[key] = wait > EPS, now + (wait if wait > EPS else spare)
+        if held:
+            self.due = min(self.due, until)
+        return not held
+
+    def for_somebody(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> list[Task]:
+        """The tasks for which any of these robots may set out now."""
+        now, found = self.env.now, []
+        seen = frozenset(self.stations.full), [(robot.number, robot.node, robot.free_in) for robot in robots]
+        if seen != self._seen:
+            self._seen = seen
+            self._held.clear()
+        for task in tasks:
+            until = self._held.get(task.number, -math.inf)
+            if now >= until - EPS:
+                due, self.due = self.due, math.inf
+                if any(self.in_time(robot, task, self.stations.choose(robot, task)) for robot in robots):
+                    found.append(task)
+                    self.due = min(self.due, due)
+                    continue
+                until, self.due = self.due, due
+                self._held[task.number] = until
+            self.due = min(self.due, until)
+        return found
+
+    def _wait(self, robot: RobotView, task: Task, node: str) -> tuple[float, float]:
+        """By how much later it may set out to be at the first station that is closed no later than that opens.
+
+        And by how much later it would still find open all those that it finds open now.
+        """
+        travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
+        stops = self.stations.stops(robot, task, node)
+        first = stops[0]
+        time = self.env.now + robot.free_in + travel.half_turn
+        time += travel.to_edge(robot.node, first.edge) + travel.along(first.edge, first.offset)[0]
+        spare = math.inf
+        for stop, then in zip_longest(stops, stops[1:]):
+            hours = None if stop.station is None else stop.station.hours
+            if hours is not None:
+                opens, closes = hours.following(time)
+                if opens > time:
+                    return (opens - time, spare) if opens - time < spare else (0.0, spare)
+                spare = min(spare, closes - time)
+            if then is not None:
+                time += time_at(self.handling, stop) + between(with_load, stop, then)
+        return 0.0, spare

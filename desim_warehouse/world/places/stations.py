@@ -1,0 +1,284 @@
+"""Stations beside nodes, where load units are handed over: which one a task goes to, and whether there is room.
+
+A slot is reserved before a robot sets out for the good, so a full station holds work back at the source, in a bay,
+and never in a lane. Rejected: reserving on arrival (queues in lanes), driving in circles until a slot is free.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simpy import Resource
+
+from desim_warehouse.world.places.stops import Stop, stops_of_tour
+from desim_warehouse.world.places.workplace import Workplace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Tasks
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies import RobotView, StopPlace, Task
+    from desim_warehouse.values.calendars import Hours
+    from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.places.handling import HandlingTimes
+    from desim_warehouse.world.places.stops import Act
+
+
+class Servers(Resource):
+    """The servers of a station, a SimPy resource: a robot requests one when it is inside."""
+
+
+class Station:
+    """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time.
+
+    Outside its `hours` nothing begins there (None: it is always open); what has begun is finished, or `pauses`. `work`
+    is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        node: str,
+        places: int,
+        servers: int,
+        hours: Hours | None = None,
+        *,
+        pauses: bool = False,
+    ) -> None:
+        self.node = node
+        self.places = places
+        self.taken = 0
+        self.inside: set[int] = set()
+        self.servers = Servers(env, servers)
+        self.full: set[str] = set()
+        self.hours = hours
+        self.pauses = pauses
+        self.work: Workplace | None = None
+
+    @property
+    def free(self) -> int:
+        """Slots that nobody is in or on the way to."""
+        return self.places - self.taken
+
+    def take(self) -> None:
+        """A slot is reserved."""
+        self.taken += 1
+        if self.free <= 0:
+            self.full.add(self.node)
+
+    def give_up(self) -> None:
+        """A slot is free again."""
+        self.taken -= 1
+        if self.free > 0:
+            self.full.discard(self.node)
+
+    def dock(self, robot: int) -> None:
+        """A robot that has a slot reserved comes in."""
+        self.inside.add(robot)
+
+    def leave(self, robot: int, *, keep: bool = False) -> None:
+        """A robot is out again, and its slot free; not if it is to `keep` it, as it comes back."""
+        self.inside.remove(robot)
+        if not keep:
+            self.give_up()
+
+
+def stations_of(
+    env: Environment, model: Model, layout: Layout, handling: HandlingTimes, log: Log
+) -> dict[str, Station]:
+    """The stations of a model by their nodes, with their hours, and the work done there."""
+    found = {}
+    for node, item in layout.stations.items():
+        spec = model.layout.stations[item.zone]
+        hours = None if spec.hours is None else model.hours(spec.hours)
+        pauses = spec.at_close == "pause"
+        station = found[node] = Station(env, node, item.places, item.servers, hours, pauses=pauses)
+        if spec.work_time is not None:
+            station.work = Workplace(
+                env,
+                node,
+                log,
+                places=spec.buffer,
+                workers=spec.workers,
+                hours=hours,
+                pauses=pauses,
+                time=partial(handling.work, node),
+            )
+    return found
+
+
+class Stations:
+    """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane.
+
+    `full` are the nodes of those without a free slot: most often none, and then nothing else need be looked at.
+    """
+
+    def __init__(
+        self, env: Environment, tasks: Tasks, by_node: dict[str, Station], travel: FreeTravel, streams: Streams
+    ) -> None:
+        self.env = env
+        self.nodes = tasks.unload_at
+        self.choice = tasks.station_choice
+        self.full: set[str] = set()
+        self.by_node = by_node
+        for station in by_node.values():
+            station.full = self.full
+        self.close = any(station.hours is not None for station in by_node.values())
+        self._travel = travel
+        self._streams = streams
+        self._drawn: dict[int, str] = {}
+        self._tours: dict[int, list[Stop]] = {}
+        self._bound: Counter[str] = Counter()
+
+    # Which one
+
+    def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
+        """Where a robot would unload a task, by tasks.station_choice; stations that are full are passed over.
+
+        So are those that are closed, for those that open first.
+        Ties go to the nearer one, then to the one named first. `random` draws once for each task, whoever gets it.
+        A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
+        `comes_from`: on a tour; without it, of a tour where it ends.
+        """
+        if comes_from is None and task.is_tour:
+            return self.stops(robot, task)[-1].node
+        nodes, choice = task.to or self.nodes, self.choice
+        if choice == "each" and not task.to:
+            return nodes[robot.number % len(nodes)]
+        if choice == "random":
+            return self._draw(task)
+        if len(nodes) == 1:
+            return nodes[0]
+        nodes = self._travel.by_time(comes_from or task.edge[1], nodes)
+        if self.full or self.close:
+            nodes = self._best(nodes)
+        return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
+
+    def _best(self, nodes: tuple[str, ...]) -> tuple[str, ...]:
+        """Of some nodes those with room, of these those that are open, or open first; all, where none has room."""
+        if self.full:
+            nodes = tuple(node for node in nodes if node not in self.full) or nodes
+        if not self.close or len(nodes) == 1:
+            return nodes
+        opening = [self._opening(node) for node in nodes]
+        first = min(opening)
+        return tuple(node for node, time in zip(nodes, opening, strict=True) if time == first)
+
+    def _opening(self, node: str) -> float:
+        """When the station at a node opens next: now, if it is open."""
+        hours, now = None if node not in self.by_node else self.by_node[node].hours, self.env.now
+        return now if hours is None else max(hours.following(now)[0], now)
+
+    def _draw(self, task: Task) -> str:
+        node = self._drawn.get(task.number)
+        if node is None:
+            nodes = task.to or self.nodes
+            drawn = int(self._streams.stream("station", task.number).integers(len(nodes)))
+            node = self._drawn[task.number] = nodes[drawn]
+        return node
+
+    def at_pick(self, task: Task) -> Station | None:
+        """The station in which a task is loaded; None: it is picked from storage, or standing on a node."""
+        return self.by_node.get(task.edge[0]) if task.good < 0 else None
+
+    def at_drop(self, task: Task, node: str) -> Station | None:
+        """The station beside `node` in which a task is unloaded; None: it is unloaded in the lane."""
+        return self.by_node.get(node) if task.drop is None else None
+
+    def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
+        """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first.
+
+        For a tour there must be a slot in every station of it.
+        """
+        if not self.full:
+            return True
+        if task.is_tour:
+            stations = {stop.station for stop in self.stops(robot, task)} - {None}
+            return all(one is None or one.free > 0 or robot.number in one.inside for one in stations)
+        station = self.at_drop(task, node)
+        if station is not None and station.free <= 0 and robot.number not in station.inside:
+            return False
+        station = self.at_pick(task)
+        return station is None or station.free > 0 or robot.number in station.inside
+
+    # Stops
+
+    def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
+        """What a robot has to do for a task or tour, in order; `node`: where a task by itself is unloaded."""
+        if task.is_tour:
+            return self._stops_of_tour(robot, task)
+        drop, source = task.drop, task.edge
+        edge, offset = ((node, node), 0.0) if drop is None else drop
+        return [
+            Stop(task, "load", source[1], source, task.offset, self.at_pick(task)),
+            Stop(task, "unload", node, edge, offset, self.at_drop(task, node)),
+        ]
+
+    def _stops_of_tour(self, robot: RobotView, tour: Task) -> list[Stop]:
+        """Those of a tour; kept where its places leave no choice, as they are then the same for every robot."""
+        if tour.number in self._tours:
+            return [*self._tours[tour.number]]
+        stops = stops_of_tour(tour, self._travel, partial(self._stop, robot))
+        if self.is_settled(tour):
+            self._tours[tour.number] = [*stops]
+        return stops
+
+    def is_settled(self, tour: Task) -> bool:
+        """Whether the places of a tour leave no choice."""
+        return all(
+            (task.drop is not None or len(task.to or self.nodes) == 1)
+            and all(place.storage is not None or len(place.nodes) == 1 for place in task.via)
+            for task in tour.tasks
+        )
+
+    def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
+        """A stop of a tour; on the way at the nearest of several nodes that has room."""
+        if place.storage is not None:
+            edge, offset = place.storage
+            return Stop(task, act, edge[1], edge, offset, None)
+        if act == "unload":
+            node = self.choose(robot, task, comes_from)
+        else:
+            node = self._best(self._travel.by_time(comes_from, place.nodes))[0]
+        stored = act == "load" and task.good >= 0
+        return Stop(task, act, node, (node, node), 0.0, None if stored else self.by_node.get(node))
+
+    # Tasks in hand
+
+    def reserve(self, stops: Sequence[Stop], docked: Station | None) -> list[Station]:
+        """Reserve a slot in every station of a task or tour that a robot has just been given.
+
+        From the start and all at once, not on arrival: a full station holds work back in the bays, never in a lane, and
+        nobody who has one slot waits for another. A robot that is `docked` where it begins has its slot there.
+        """
+        slots: list[Station] = []
+        first = docked is not None
+        for stop in stops:
+            if stop.act != "load":
+                self._bound[stop.node] += 1
+            first = first and stop.station is docked
+            if stop.station is not None and not first and stop.station not in slots:
+                stop.station.take()
+                slots.append(stop.station)
+        return slots
+
+    def release(self, stops: Sequence[Stop], slots: Sequence[Station]) -> None:
+        """A task is no longer in hand, or a stop of it done; `slots` were reserved and are not needed any more."""
+        for stop in stops:
+            if stop.act != "load":
+                self._bound[stop.node] -= 1
+        for slot in slots:
+            slot.give_up()
+
+    def forget(self, task: Task) -> None:
+        """A task is done: its draw and stops are not needed again."""
+        self._drawn.pop(task.number, None)
+        self._tours.pop(task.number, None)

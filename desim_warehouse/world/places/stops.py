@@ -1,0 +1,103 @@
+"""The stops of a task or tour: where a robot loads, hands over and unloads, in what order, and how long that takes.
+
+All loads of a tour are picked in the order of its members. Then the robot goes each time to the next place that is
+soonest reached, of those that the loads on board are to be brought to next.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+from desim_warehouse.policies.protocols import StopPlace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.policies import Handling, Task
+    from desim_warehouse.world.places.stations import Station
+
+    Act = Literal["load", "visit", "unload"]
+
+
+@dataclass(slots=True, eq=False)
+class Stop:
+    """A stop for a task: it is loaded, handed over on its way (`visit`), or unloaded.
+
+    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, of which `node`
+    is then the end; one at a node has that for both ends of `edge`. `rank`: which visit of its task it is, from 0.
+    `joins`: a robot may come to it from one before it on the same edge, without leaving that.
+    """
+
+    task: Task
+    act: Act
+    node: str
+    edge: tuple[str, str]
+    offset: float
+    station: Station | None
+    rank: int = 0
+    joins: bool = False
+
+
+def stops_of_tour(
+    tour: Task,
+    travel: FreeTravel,
+    at: Callable[[Task, Act, StopPlace, str], Stop],
+) -> list[Stop]:
+    """The stops of a tour in their order; `at` makes one for a place, chosen for a robot that comes from a node."""
+    stops = []
+    for task in tour.tasks:
+        node = task.edge[1]
+        place = StopPlace((node,), None if task.edge[0] == node else (task.edge, task.offset))
+        stops.append(at(task, "load", place, node))
+    ahead = {task.number: [*task.via, StopPlace(task.to, task.drop)] for task in tour.tasks}
+    tasks = {task.number: task for task in tour.tasks}
+    while ahead:
+        last = stops[-1]
+        next_ones = []
+        for number, places in ahead.items():
+            act: Act = "visit" if len(places) > 1 else "unload"
+            stop = at(tasks[number], act, places[0], last.edge[1])
+            stop.rank = len(tasks[number].via) + 1 - len(places)
+            next_ones.append(stop)
+        stops.append(min(next_ones, key=lambda stop: between(travel, stops[-1], stop)))
+        number = stops[-1].task.number
+        del ahead[number][0]
+        if not ahead[number]:
+            del ahead[number]
+    for stop in stops:
+        stop.joins = True
+    return stops
+
+
+# Free driving and handling
+
+
+def between(travel: FreeTravel, last: Stop, stop: Stop) -> float:
+    """Free driving time from one stop of a tour to the next."""
+    before, _ = travel.along(stop.edge, stop.offset)
+    passed, rest = travel.along(last.edge, last.offset)
+    if stop.edge == last.edge and stop.offset >= last.offset:
+        return before - passed + travel.stop_time
+    return rest + travel.from_edge(last.edge, stop.edge[0]) + travel.half_turn + before
+
+
+def driven(travel: FreeTravel, stops: Sequence[Stop]) -> float:
+    """Free driving time from the first of some stops to the end of the edge of the last."""
+    last = stops[-1]
+    return sum(between(travel, one, then) for one, then in pairwise(stops)) + travel.along(last.edge, last.offset)[1]
+
+
+def handled(handling: Handling, stops: Sequence[Stop]) -> float:
+    """Mean handling time at some stops."""
+    return sum(time_at(handling, stop) for stop in stops)
+
+
+def time_at(handling: Handling, stop: Stop) -> float:
+    """Mean handling time at a stop."""
+    if stop.act == "visit":
+        return handling.visits.get(stop.task.flow, 0.0)
+    load, unload = handling.times(stop.task, "" if stop.station is None else stop.node)
+    return load if stop.act == "load" else unload

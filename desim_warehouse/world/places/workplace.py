@@ -1,0 +1,70 @@
+"""Work in a station on the load units that robots put down there, such as packing, and the buffer where they wait.
+
+A load unit has its place in the buffer from the time at which a robot begins to put it down until it has been worked
+on. With no place left the next robot keeps its server and waits: so a buffer that is full holds up the station, as
+blocking after service does in a line of machines.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simpy import Resource
+
+from desim_warehouse.outcome.log import NONE
+from desim_warehouse.world.places.hours import open_time, until_open
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from simpy import Environment
+    from simpy.events import Event
+    from simpy.resources.resource import Request
+
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies import Task
+    from desim_warehouse.values.calendars import Hours
+
+
+class Workplace:
+    """The workers of a station, and its buffer: of so many `places`, or (None) as many as are needed.
+
+    They keep the station's `hours` (None: always at work); what they have begun when these are over is finished, or
+    `pauses`. `time` says how long the work on a task's load unit takes.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        node: str,
+        log: Log,
+        *,
+        places: int | None,
+        workers: int,
+        hours: Hours | None,
+        pauses: bool,
+        time: Callable[[Task], float],
+    ) -> None:
+        self.env = env
+        self.node = node
+        self.log = log
+        self.places = None if places is None else Resource(env, places)
+        self.workers = Resource(env, workers)
+        self.hours = hours
+        self.pauses = pauses
+        self.time = time
+
+    def put(self, task: Task, place: Request | None) -> None:
+        """A load unit has been put down, on a place of the buffer that was reserved for it."""
+        self.env.process(self._work(task, place))
+
+    def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:
+        env, hours, put = self.env, self.hours, self.env.now
+        with self.workers.request() as worker:
+            yield worker
+            if hours is not None:
+                yield from until_open(env, hours)
+            yield from open_time(env, self.time(task), hours if self.pauses else None)
+        self.log.event(env.now, "worked", NONE, task.number, self.node, env.now - put)
+        if self.places is not None and place is not None:
+            self.places.release(place)

@@ -1,0 +1,1 @@
+"""What a robot does all day: its life, its tasks, its battery."""

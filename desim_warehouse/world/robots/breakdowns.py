@@ -1,0 +1,61 @@
+"""Breakdowns of a robot, and delays at the nodes it passes: drawn from streams of its own.
+
+A robot breaks down by its time in operation: driving and handling, neither waiting nor in a bay. A breakdown is due
+when that has reached the sum of the times drawn so far, and takes effect where the robot next looks round. So one that
+is found late does not put off those after it, and of its time in operation and repair it works MTBF / (MTBF + MTTR).
+Were waits counted, robots that wait for a repair would break down as they wait, and work might never end.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.values.distributions import draws
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec
+    from desim_warehouse.values.streams import Streams
+
+
+class Breakdowns:
+    """After which time in operation a robot breaks down next, and for how long; `count` of those so far."""
+
+    def __init__(self, spec: BreakdownSpec, robot: int, streams: Streams) -> None:
+        self.count = 0
+        self._every = draws(spec.every, streams, "breakdown", robot)
+        self._repair = draws(spec.repair, streams, "repair", robot)
+        self._due_after = self._every()
+
+    def least_until_due(self, operated: float) -> float:
+        """The least time until the next is due, after so much in operation: longer if the robot waits meanwhile."""
+        return max(self._due_after - operated, 0.0)
+
+    def is_due(self, operated: float) -> bool:
+        """Whether the next is due after so much time in operation."""
+        return operated >= self._due_after - EPS
+
+    def begin(self) -> float:
+        """It breaks down, as is due; how long the repair takes."""
+        self.count += 1
+        self._due_after += self._every()
+        return self._repair()
+
+
+class NodeDelays:
+    """How long a robot is delayed at the end of each lane that it enters."""
+
+    def __init__(self, spec: DelaySpec, robot: int, streams: Streams) -> None:
+        self._share = spec.share
+        self._chance = streams.stream("delay-share", robot) if 0 < spec.share < 1 else None
+        self._time = draws(spec.time, streams, "delay", robot)
+        self._move = -1
+        self._delay = 0.0
+
+    def at(self, move: int) -> float:
+        """The delay at the end of its so manyth lane (0: where it starts); the same however often it is asked for."""
+        while self._move < move:
+            self._move += 1
+            hit = self._share > 0 if self._chance is None else self._chance.random() < self._share
+            self._delay = self._time() if hit else 0.0
+        return self._delay

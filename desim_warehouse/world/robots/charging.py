@@ -1,0 +1,126 @@
+"""How a robot is charged at one of its bay's chargers: when, how far, and when it is free for work again."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from simpy import Environment
+
+    from desim_warehouse.policies import Levels
+    from desim_warehouse.world.orders.dispatch import Dispatcher
+    from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.robots.robot import Robot
+
+    Steps = Generator[Event, object, None]
+
+LEAST_CHARGE = 0.05
+"""Part of its capacity that a robot which must charge takes up before it is free again."""
+
+
+class ChargingStop:
+    """A robot at the chargers of the bay in which it stands; interrupted by one that fails, it goes on at another."""
+
+    def __init__(self, robot: Robot, env: Environment, *, dispatcher: Dispatcher, reach: Reach, bays: Bays) -> None:
+        self.robot = robot
+        self.env = env
+        self.dispatcher = dispatcher
+        self.reach = reach
+        self.bays = bays
+
+    def charge(self) -> Steps:
+        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one."""
+        robot = self.robot
+        battery, bay = robot.battery, robot.bay
+        assert bay is not None
+        if battery.spec is None or bay.chargers is None:
+            return
+        robot.enter(robot.at_rest)
+        levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
+        if level < levels.full and (levels.top_up or robot.must_charge or level <= levels.good):
+            ready = level >= levels.sufficient and not robot.must_charge
+            robot.offer = yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None)
+
+    def _charge_at(
+        self, chargers: Chargers | FailingChargers, offer: Event | None
+    ) -> Generator[Event, object, Event | None]:
+        """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
+
+        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
+        take the next one, or it would go to and fro between them at one instant.
+        `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
+        """
+        env, robot = self.env, self.robot
+        battery, levels = robot.battery, self.reach.levels.of(robot.view)
+        least = levels.sufficient
+        if robot.must_charge:
+            least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
+        robot.is_charging, robot.must_charge = True, False
+        swap, failed = levels.swap_time, True
+        while failed:
+            with chargers.turn(first=robot.state == "charging") as turn:
+                if not turn.triggered and offer is None:
+                    robot.enter("queueing")
+                elif not turn.triggered and robot.state == "charging":
+                    robot.enter(robot.at_rest)
+                yield turn if offer is None else turn | offer
+                robot.is_charging = robot.job is None
+                if robot.job is not None:
+                    return offer
+                robot.enter("charging")
+                begun, lost = env.now, chargers.outage_of(turn)
+                if swap is None:
+                    offer, failed = yield from self._fill(levels, least, offer, lost)
+                else:
+                    done = Timeout(env, swap)
+                    yield done if lost is None else done | lost
+                    swap, failed = swap - (env.now - begun), not done.processed
+                    if not failed:
+                        battery.unplug(env.now, levels.full)
+                robot.has_charged = robot.has_charged or env.now > begun
+        robot.is_charging = False
+        return offer
+
+    def _fill(
+        self, levels: Levels, least: float, offer: Event | None, lost: Event | None
+    ) -> Generator[Event, object, tuple[Event | None, bool]]:
+        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs.
+
+        True beside the event: the charger has failed (`lost`) before that.
+        """
+        env, robot, battery = self.env, self.robot, self.robot.battery
+        level = battery.level(env.now)
+        battery.plug(env.now)
+        if offer is None:
+            done = Timeout(env, battery.charge_time(level, least))
+            yield done if lost is None else done | lost
+            if not done.processed:
+                battery.unplug(env.now)
+                return None, True
+            level = max(level, least)
+            if level < levels.full:
+                offer = self.dispatcher.wait(robot)
+        while offer is not None and level < levels.full and robot.job is None:
+            goal = self.reach.enough_for_first(robot.view(), levels)
+            goal = goal if level < goal < levels.full else levels.full
+            done = Timeout(env, battery.charge_time(level, goal))
+            due = offer | done | self.bays.charger_sought() if self.reach.scarce else offer | done
+            yield due if lost is None else due | lost
+            level = goal if done.processed else battery.level(env.now)
+            if lost is not None and lost.processed and robot.job is None and not done.processed:
+                battery.unplug(env.now, level)
+                return offer, True
+            able = level >= self.reach.enough_after_parking(robot.view(), levels)
+            if robot.job is None and able and self.bays.wants_room(robot):
+                robot.make_room()
+                offer = None
+            elif done.processed:
+                self.dispatcher.call()
+        battery.unplug(env.now, level)
+        return offer, False

@@ -1,0 +1,83 @@
+"""Where, and about when, a robot at work will be free, and what its task still needs: driving freely, no waiting."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.world.places.stops import driven, handled, time_at
+from desim_warehouse.world.robots.reach import loaded_time
+
+if TYPE_CHECKING:
+    from desim_warehouse.policies import RobotView
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.robots.robot import Robot
+
+
+def time_to_node(robot: Robot, now: float) -> float:
+    """Free driving time to the node it comes to next, its node time included."""
+    body = robot.body
+    if body.lane is None or body.held is not None:
+        return 0.0
+    if body.stretch is not None:
+        return float(max(body.until - now, 0.0) + (body.lane.length - body.target) / body.pace + body.lane.node_time)
+    return float((body.lane.length - body.position(now)) / body.pace + body.lane.node_time)
+
+
+def need_now(robot: Robot, reach: Reach, now: float, charger: str) -> float:
+    """Energy that a robot on the way to its good still needs for the task and the way to a charger after it."""
+    assert robot.job is not None
+    view = robot.view(free_in=time_to_node(robot, now))
+    stops = robot.tour.stops
+    return reach.need(view, robot.job, stops[-1].node, charger, stops)
+
+
+def busy_view(robot: Robot, reach: Reach, now: float) -> RobotView:
+    """What policies see of a robot at work: the node where it will be free, and the time until then."""
+    in_hand = robot.job is not None and robot.job.is_tour
+    node, time = (_end_of_tour if in_hand else _free_at)(robot, reach, now)
+    return robot.view(node=node, free=False, free_in=time)
+
+
+def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
+    speed, job = robot.speed, robot.job
+    travel, with_load = reach.travel(speed), reach.travel(robot.loaded_speed)
+    ways, time = travel.ways, time_to_node(robot, now)
+    if job is None:
+        bay = robot.bay.node if robot.bay is not None else robot.home
+        return bay, time + ways.time(robot.node, bay)
+    since = now - robot.since_state
+    station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job, robot.tour.stops[-1].node)
+    if robot.doing == "unloading" or (robot.doing in ("queueing", "closed") and len(robot.tour.stops) == 1):
+        rest = 0.0 if job.drop is None else with_load.along(*job.drop)[1]
+        return station, max(unload - (since if robot.doing == "unloading" else 0.0), 0.0) + rest
+    if robot.doing == "loaded":
+        if job.drop is None:
+            return station, time + with_load.ways.time(robot.node, station) + unload
+        start = with_load.ways.time(robot.node, job.drop[0][0])
+        return station, time + start + sum(with_load.along(*job.drop)) + unload
+    length = reach.length(job.edge)
+    onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
+    beyond = (length - job.offset) / robot.loaded_speed + onward + unload
+    if robot.doing in ("loading", "queueing", "closed"):
+        return station, max(load - (since if robot.doing == "loading" else 0.0), 0.0) + beyond
+    if robot.body.lane is not None and robot.body.lane.edge == job.edge:
+        to_good = max(time - (length - job.offset) / speed, 0.0)
+    else:
+        to_good = time + ways.time(robot.node, job.edge[0]) + job.offset / speed
+    return station, to_good + load + beyond
+
+
+def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
+    """The node where the tour in hand ends, and the time until then."""
+    travel, stops, handling = reach.travel(robot.speed), robot.tour.stops, reach.handling
+    first, length = stops[0], reach.length(stops[0].edge)
+    rest = time_at(handling, first)
+    if robot.doing in ("loading", "unloading"):
+        rest = max(rest - (now - robot.since_state), 0.0)
+    elif robot.doing not in ("queueing", "closed"):
+        time = time_to_node(robot, now)
+        if robot.body.lane is not None and robot.body.lane.edge == first.edge:
+            rest += max(time - (length - first.offset) / robot.speed, 0.0)
+        else:
+            rest += time + travel.ways.time(robot.node, first.edge[0]) + travel.along(first.edge, first.offset)[0]
+    return stops[-1].node, float(rest + driven(reach.travel(robot.loaded_speed), stops) + handled(handling, stops[1:]))

@@ -1,0 +1,164 @@
+"""Where a robot drives: the legs of its route, to a good, to the station, to a bay.
+
+The routing policy is asked leg by leg, when the robot sets out on one. Where steps are guarded (`avoidance`) all legs
+are declared before it leaves its bay or station, and changed on the way only if that is safe.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.layout.oracle import RouteOracle
+    from desim_warehouse.policies import Task
+    from desim_warehouse.world.orders.routes import Routes
+    from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.traffic.avoidance import Avoidance
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.lane import Lane
+
+    Place: TypeAlias = tuple[Lane, float]
+    Leg: TypeAlias = tuple[list[Lane], Place | None]
+
+
+class Itinerary:
+    """The route of one robot: `legs` are what is left of it, each up to a `place` on its last lane, or to its end.
+
+    `place` is the lane on which the good of its present stop is, and how far along; None where that is at a node or in
+    a station.
+
+    `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        lanes: Mapping[tuple[str, str], Lane],
+        routes: Routes,
+        free: RouteOracle,
+        guard: Avoidance | None,
+    ) -> None:
+        self.body = body
+        self.lanes = lanes
+        self.routes = routes
+        self.free = free
+        self.guard = guard
+        self.place: Place | None = None
+        self.legs: list[Leg] = []
+
+    @property
+    def is_declared(self) -> bool:
+        """Whether others know the route, so that it can be changed only where that is safe."""
+        return self.guard is not None
+
+    def edge_of(self, task: Task) -> tuple[str, str]:
+        """The edge on which it picks a task's good: of a two-way lane the one that it drives."""
+        return task.edge if self.place is None else self.place[0].edge
+
+    def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
+        """From `node` from stop to stop up to the first in a station, and from a last one in the lane to `bay`.
+
+        False: the change is not safe. Out of a station the rest is declared (`onward`).
+        """
+        legs = [self._leg(node, stops, None)] if self.guard is None else self._legs(node, stops, bay)
+        self.place = legs[0][1]
+        return self._set(legs)
+
+    def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
+        """The leg to the next stop, from `node`; out of a station it is declared only now, with those after it."""
+        if self.guard is None:
+            leg = self._leg(node, stops, self.place)
+        else:
+            if not self.body.is_on_lanes:
+                self._set(self._legs(node, stops, bay))
+            leg = self.legs.pop(0)
+        self.place = leg[1]
+        return leg
+
+    def _legs(self, node: str, stops: Sequence[Stop], bay: str | None) -> list[Leg]:
+        """What is declared."""
+        legs: list[Leg] = []
+        place = None
+        for rank, stop in enumerate(stops):
+            leg = self._leg(node, stops[rank:], place)
+            legs.append(leg)
+            place = leg[1]
+            node = stop.node if place is None else place[0].edge[1]
+            if stop.station is not None:
+                return legs
+        if bay is not None:
+            legs.append((self.routes.route(node, bay), None))
+        return legs
+
+    def _leg(self, node: str, stops: Sequence[Stop], last: Place | None) -> Leg:
+        """To the first of some stops, from a `last` one on a lane that leads to `node`, or from `node` itself."""
+        stop = stops[0]
+        if last is not None and stop.joins:
+            lane, offset = last[0], stop.offset
+            if lane.twin is not None and stop.edge == lane.twin.edge:
+                offset = lane.length - offset
+            elif stop.edge != lane.edge:
+                offset = -1.0
+            if offset >= last[1]:
+                return [], (lane, offset)
+        then = stop.node if stop is stops[-1] else stops[1].edge[0]
+        place = self._on_lane(node, stop.edge, stop.offset, then)
+        if place is None:
+            return self.routes.route(node, stop.node), None
+        return [*self.routes.route(node, place[0].edge[0]), place[0]], place
+
+    def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
+        """A storage place's lane, and how far along; a two-way lane is driven from the end that is sooner to `goal`."""
+        if edge[0] == edge[1]:
+            return None
+        lane, times = self.lanes[edge], self.free.time
+        if lane.twin is None:
+            return lane, offset
+
+        def time(way: Place) -> float:
+            start, end = way[0].edge
+            return times(node, start) + times(end, goal)
+
+        return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
+
+    def go(self, node: str, goal: str) -> bool:
+        """Straight from `node` to `goal` instead of what was to come; False: the change is not safe."""
+        return self._set([(self.routes.route(node, goal), None)])
+
+    def _set(self, legs: list[Leg]) -> bool:
+        if self.guard is not None:
+            route = [lane for leg, _ in legs for lane in leg]
+            if not self.body.is_on_lanes:
+                self.guard.declare(self.body, route)
+            elif not self.guard.change(self.body, route):
+                return False
+        self.legs = legs
+        return True
+
+    def start(self, way: Sequence[str]) -> None:
+        """On the lanes at the start of a run: over these nodes to the bay, until there is a task or another bay."""
+        route = [self.lanes[edge] for edge in pairwise(way)]
+        if self.guard is not None:
+            self.guard.declare(self.body, route)
+        self.legs = [(route, None)]
+
+    def leg(self, node: str, goal: str) -> list[Lane]:
+        """The next leg, from `node` to `goal`."""
+        if self.guard is None:
+            return self.routes.route(node, goal)
+        if not self.body.is_on_lanes:
+            self.go(node, goal)
+        return self.legs.pop(0)[0]
+
+    def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another leg for a robot held up before `route[index]`, if the routing policy knows one and it is safe."""
+        other = self.routes.detour(node, route, index, stop)
+        if other is not None and self.guard is not None:
+            rest = [lane for leg, _ in self.legs for lane in leg]
+            if not self.guard.change(self.body, [*other, *rest]):
+                return None
+        return other

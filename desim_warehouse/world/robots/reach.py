@@ -1,0 +1,394 @@
+"""What a battery lets a robot do: which tasks it may take, when it gives one back, when it must charge.
+
+Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy;
+waiting is not foreseen, and of handling times that vary the mean is taken. Energies are in the model's unit,
+consumption by state as in the model's battery section.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.world.places.openings import Openings
+from desim_warehouse.world.places.stops import driven, handled
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import Handling, Levels, RobotView, Task
+    from desim_warehouse.world.orders.ask import ChargingLevels
+    from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.stations import Stations
+    from desim_warehouse.world.places.stops import Stop
+
+
+MORE = 0.05
+"""Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again."""
+
+
+def suits(task: Task, kind: str, carries: Collection[str]) -> bool:
+    """Whether a task, or each of a tour, is for robots of a kind that carry some types of load (none: all types)."""
+    if task.kinds and kind not in task.kinds:
+        return False
+    return not task.load_type or not carries or task.load_type in carries
+
+
+def may_do(robot: RobotView, task: Task) -> bool:
+    """Whether a robot is of a kind that does a task, and carries its load, or all of a tour."""
+    return suits(task, robot.kind, robot.carries) and (not task.members or len(task.members) <= robot.loads)
+
+
+def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
+    """Free driving time from the end of the edge on which a task was picked to where it is free, at `station`."""
+    if task.drop is None:
+        return travel.from_edge(task.edge, station)
+    edge, offset = task.drop
+    return travel.from_edge(task.edge, edge[0]) + travel.half_turn + sum(travel.along(edge, offset))
+
+
+class Reach:
+    """How much energy and time a robot's work will take, and what follows from it.
+
+    `levels` asks the charging policy; `open_tasks` are those of the list, in its order.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        model: Model,
+        layout: Layout,
+        travel: FreeTravel,
+        levels: ChargingLevels,
+        *,
+        rates: dict[str, float],
+        stations: Stations,
+        bays: Bays,
+        open_tasks: Collection[Task],
+        handling: Handling,
+    ) -> None:
+        self.batteries = model.battery is not None
+        self._model, self._layout = model, layout
+        self.tasks = model.tasks
+        self.tours = model.tasks.has_via or model.policies.batching.name != "single"
+        self.kinds = self.tours or any(flow.kinds or flow.load_type for flow in model.tasks.flows.values())
+        self.flows = bool(model.tasks.flows)
+        self.handling = handling
+        self._handled = handling.load_time + handling.unload_time
+        self._several_times = self.flows or bool(handling.stations)
+        self.exit_time = model.fleet.exit_time
+        self.length = layout.length
+        self.levels = levels
+        self.rates = rates
+        self.stations = stations
+        self.open_tasks = open_tasks
+        self.chargers = [bay.node for bay in bays.by_node.values() if bay.chargers is not None]
+        self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
+        self.scarce = bays.chargers_are_scarce(model.fleet.size)
+        self._loaded_speeds = [robot.loaded_speed for robot in model.fleet.robots()]
+        self.openings = Openings(env, stations, handling, self.travel, self.loaded_speed)
+        self._known = travel
+        self._travel = {travel.speed: travel}
+        self._given_back: Counter[int] = Counter()
+        self._to_charger: dict[tuple[str, str, float], float] = {}
+        self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
+
+    def why_too_low(self, started: float | None = None) -> str:
+        """Why batteries run flat or do not last in this model, and what helps; `started`: as in `cause`."""
+        return cause(self._model, self._layout, started)
+
+    # What a robot may take
+
+    def feasible(self, robot: RobotView, task: Task) -> bool:
+        """Whether the station has room and is open in time, and the charging policy lets the robot take the task."""
+        if not may_do(robot, task):
+            return False
+        station = self.stations.choose(robot, task)
+        if not self.stations.has_room(robot, task, station) or not self.openings.in_time(robot, task, station):
+            return False
+        return self.may_take(robot, task, station)
+
+    def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
+        """Whether the charging policy lets the robot take the task and bring it to a station.
+
+        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way; without, as in the
+        paper, a robot above the critical level takes any task.
+        """
+        if not self.batteries:
+            return True
+        levels = self.levels(robot)
+        if levels.margin is None:
+            return robot.energy > levels.critical
+        return robot.energy >= self.enough(robot, task, station, levels) - EPS
+
+    def lasts(self, robot: RobotView, task: Task) -> bool:
+        """Whether the robot may take the task and, driving freely, will not have to give it back on the way."""
+        if not self.batteries:
+            return True
+        return robot.energy >= self.enough(robot, task, self.stations.choose(robot, task), self.levels(robot))
+
+    def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
+        """For all pairs, whether there is room at the station and the energy lasts: a row for each robot."""
+        import numpy as np
+
+        table = np.ones((len(robots), len(tasks)), dtype=bool)
+        if self.kinds:
+            shapes = [(robot.kind, robot.carries, robot.loads) for robot in robots]
+            alike = dict(zip(shapes, robots, strict=True))
+            fit = {shape: [may_do(robot, task) for task in tasks] for shape, robot in alike.items()}
+            table &= np.array([fit[shape] for shape in shapes])
+        levels = [self.levels(robot) for robot in robots] if self.batteries else []
+        stations = self.stations
+        if stations.full or stations.close or any(level.margin is not None for level in levels):
+            chosen = self._stations_of(robots, tasks)
+        else:
+            chosen = [[]] * len(robots)  # nobody looks at them
+        for i, robot in enumerate(robots if stations.full else ()):
+            table[i] &= self._have_room(robot, tasks, chosen[i])
+        for i, robot in enumerate(robots if stations.close else ()):
+            table[i] &= [self.openings.in_time(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
+        if not self.batteries:
+            return table
+        above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
+        if len(above) < len(robots):
+            table[[i for i in range(len(robots)) if robots[i].energy <= levels[i].critical]] = False
+        if above:
+            some = [robots[i] for i in above]
+            least = self._enough_for_all(some, tasks, [chosen[i] for i in above], [levels[i] for i in above])
+            table[above] &= np.array([robot.energy for robot in some])[:, None] >= least
+        return table
+
+    def _have_room(self, robot: RobotView, tasks: Sequence[Task], nodes: Sequence[str]) -> list[bool]:
+        """Whether there is room for each task where it is loaded and unloaded."""
+        full, has_room = self.stations.full, self.stations.has_room
+        return [
+            (node not in full and task.edge[0] not in full and not task.is_tour) or has_room(robot, task, node)
+            for task, node in zip(tasks, nodes, strict=True)
+        ]
+
+    def _first(self, robot: RobotView) -> Task | None:
+        """The first open task that a robot of this kind may do."""
+        if not self.kinds:
+            return next(iter(self.open_tasks), None)
+        return next((task for task in self.open_tasks if may_do(robot, task)), None)
+
+    def _stations_of(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> list[list[str]]:
+        """The station of every pair; robots whose tasks go to the same stations share one list."""
+        each = self.stations.choice == "each" and len(self.stations.nodes) > 1
+        keys = [robot.number % len(self.stations.nodes) if each else 0 for robot in robots]
+        asking = dict(zip(keys, robots, strict=True))
+        chosen = {key: [self.stations.choose(robot, task) for task in tasks] for key, robot in asking.items()}
+        return [chosen[key] for key in keys]
+
+    # When it must charge
+
+    def must_charge(self, robot: RobotView) -> bool:
+        """Whether a robot's energy, below full, does not let it take the first open task."""
+        task = self._first(robot)
+        if task is None or robot.energy >= self.levels(robot).full - EPS * robot.capacity:
+            return False
+        return not self.lasts(robot, task)
+
+    def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
+        task = self._first(robot)
+        return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
+
+    def enough_after_parking(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot at a charger may take the first open task from any bay without one, too.
+
+        With less it would drive there, be too low for the task, and come back.
+        """
+        task = self._first(robot)
+        if task is None:
+            return 0.0
+        station, travel = self.stations.choose(robot, task), self.travel(robot.speed)
+        return max(
+            self.rates["empty"] * (self.exit_time + (travel.ways.time(robot.node, bay) + travel.stop_time))
+            + self.enough(replace(robot, node=bay), task, station, levels)
+            for bay in (robot.node, *self.parking)
+        )
+
+    def rests_until(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that rests without a charger must set out for one."""
+        if levels.margin is None or not self.chargers:
+            return levels.critical
+        return max(levels.critical, self.rates["empty"] * self.out_of(robot.node, robot) + levels.margin)
+
+    def retreats_at(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot that leaves its work goes to a charger."""
+        if levels.margin is None:
+            return levels.good
+        way = self.to_charger(robot.node, robot, levels.charger) + self.travel(robot.speed).stop_time
+        return max(levels.good, self.rates["empty"] * way + levels.margin)
+
+    # Energies of a task
+
+    def need(
+        self, robot: RobotView, task: Task, station: str, choice: str, stops: Sequence[Stop] | None = None
+    ) -> float:
+        """Energy that a task and the way to a charger after it draw from where and when the robot is free.
+
+        `stops`: of a tour in hand; else they are as the robot would make them now.
+        """
+        travel = self.travel(robot.speed)
+        driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
+        return self.rates["empty"] * (
+            robot.free_in + driven + self.to_charger(station, robot, choice)
+        ) + self._from_edge(robot, task, station, stops)
+
+    def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
+        """Energy with which a robot, driving freely, does not have to give the task back on the way."""
+        travel = self.travel(robot.speed)
+        driven = robot.free_in + (travel.half_turn + travel.to_edge(robot.node, task.edge))
+        least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
+        if levels.margin is not None:
+            least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
+        return self._with_more(least, robot, task, levels)
+
+    def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
+        """What looks enough for a task, and more for one that was given back again, up to a full battery."""
+        again = self._given_back[task.number] - 1
+        return least if again <= 0 else max(least, min(least + again * MORE * robot.capacity, levels.full))
+
+    def give_back(self, task: Task) -> int:
+        """A robot gives a task back, which looked possible: how often that has happened now.
+
+        What upset the plan, waits or repairs, does so again; so from the second time on more energy is asked for.
+        """
+        self._given_back[task.number] += 1
+        return self._given_back[task.number]
+
+    def _enough_for_all(
+        self,
+        robots: Sequence[RobotView],
+        tasks: Sequence[Task],
+        stations: Sequence[Sequence[str]],
+        levels: Sequence[Levels],
+    ) -> Any:
+        """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
+        import numpy as np
+
+        empty, edges = self.rates["empty"], [task.edge for task in tasks]
+        driven = np.empty((len(robots), len(tasks)))
+        for speed in dict.fromkeys(robot.speed for robot in robots):
+            these = [i for i, robot in enumerate(robots) if robot.speed == speed]
+            travel = self.travel(speed)
+            driven[these] = travel.half_turn + travel.to_edges([robots[i].node for i in these], edges)
+        driven += np.array([robot.free_in for robot in robots])[:, None]
+        low = np.array([level.critical + EPS * robot.capacity for robot, level in zip(robots, levels, strict=True)])
+        table = empty * driven + low[:, None]
+        rest: dict[tuple[Any, ...], Any] = {}
+        for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
+            if level.margin is None:
+                continue
+            speeds = robot.speed, self.loaded_speed(robot)
+            key = speeds, id(nodes), level.charger, robot.home if level.charger == "own" else ""
+            if key not in rest:
+                rest[key] = np.array(
+                    [
+                        self._from_edge_on(robot, task, node, level.charger)
+                        for task, node in zip(tasks, nodes, strict=True)
+                    ]
+                )
+            table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
+        for j, task in enumerate(tasks if self._given_back else ()):
+            if self._given_back[task.number] > 1:
+                column = zip(table[:, j], robots, levels, strict=True)
+                table[:, j] = [self._with_more(least, robot, task, level) for least, robot, level in column]
+        return table
+
+    def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
+        """Energy from the start of the good's edge to a charger after the task; kept while that is open.
+
+        Not of a tour with a choice of places, which may be others the next time.
+        """
+        known = self._onward.setdefault(task.number, {})
+        key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
+        if key not in known:
+            way = self.to_charger(station, robot, choice)
+            energy = self._from_edge(robot, task, station) + self.rates["empty"] * way
+            if task.is_tour and not self.stations.is_settled(task):
+                return energy
+            known[key] = energy
+        return known[key]
+
+    def taken(self, task: Task) -> None:
+        """A task is no longer open."""
+        self._onward.pop(task.number, None)
+
+    def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
+        """Energy from the start of the good's edge to being clear of the station.
+
+        What it turns where nobody knows how it stands, before it sets out from a place in the lane or from a good at a
+        node, counts as half a turn.
+        """
+        tasks, rates = self.tasks, self.rates
+        travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
+        before, after = travel.along(task.edge, task.offset)[0], with_load.along(task.edge, task.offset)[1]
+        unknown = with_load.half_turn if task.edge[0] == task.edge[1] else with_load.stop_time
+        if task.is_tour:
+            stops = self.stations.stops(robot, task) if stops is None else stops
+            return float(
+                rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
+                + rates["loading"] * handled(self.handling, stops)
+                + rates["loaded"] * (driven(with_load, stops) + unknown)
+            )
+        return float(
+            rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
+            + rates["loading"] * (sum(self.handling.times(task, station)) if self._several_times else self._handled)
+            + rates["loaded"] * (after + (loaded_time(with_load, task, station) + unknown))
+        )
+
+    def tour_time(self, robot: RobotView, task: Task) -> float:
+        """Time of a tour from standing at its first good to where it ends, driving freely."""
+        stops = self.stations.stops(robot, task)
+        return float(driven(self.travel(self.loaded_speed(robot)), stops) + handled(self.handling, stops))
+
+    # Driving times
+
+    def travel(self, speed: float) -> FreeTravel:
+        """Driving times of a robot with a speed."""
+        if speed not in self._travel:
+            self._travel[speed] = self._known.at(speed)
+        return self._travel[speed]
+
+    def loaded_speed(self, robot: RobotView) -> float:
+        """A robot's speed with a load."""
+        return self._loaded_speeds[robot.number]
+
+    def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
+        """Driving time to the charger that a robot would go to; inf where there is none.
+
+        `own`: its home's; `least-loaded`: the farthest one, as it may be any. Where slots at chargers are scarce the
+        way leads over the parking slot from which all are reached soonest, as it may have to wait there first.
+        """
+        target = robot.home if choice == "own" and robot.home in self.chargers else choice
+        key = node, target, robot.speed
+        if key not in self._to_charger:
+            ways = self.travel(robot.speed).ways
+            if target == robot.home:
+                time = ways.time(node, target)
+            else:
+                pick = max if choice == "least-loaded" else min
+                time = pick((ways.time(node, charger) for charger in self.chargers), default=math.inf)
+            if self.scarce and self.chargers:
+                time = max(
+                    time, min((ways.time(node, bay) + self.out_of(bay, robot) for bay in self.parking), default=0)
+                )
+            self._to_charger[key] = time
+        return self._to_charger[key]
+
+    def out_of(self, bay: str, robot: RobotView) -> float:
+        """Time from resting in a parking slot to the charger that is farthest from it."""
+        travel = self.travel(robot.speed)
+        return self.exit_time + max(travel.ways.time(bay, charger) for charger in self.chargers) + travel.stop_time

@@ -1,0 +1,454 @@
+"""A robot's life: wait for a good, fetch it, deliver it, go home, charge. Read this first.
+
+Each robot is a SimPy process. It decides nothing itself: which task, which route, when and where to charge are
+asked of the policies; how it gets along the lanes is traffic's business, for the `body` that it has.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.policies import RobotView
+from desim_warehouse.states import OPERATING
+from desim_warehouse.world.robots.alarms import Alarms
+from desim_warehouse.world.robots.battery import Battery
+from desim_warehouse.world.robots.breakdowns import Breakdowns, NodeDelays
+from desim_warehouse.world.robots.charging import ChargingStop
+from desim_warehouse.world.robots.forecast import time_to_node
+from desim_warehouse.world.robots.itinerary import Itinerary
+from desim_warehouse.world.robots.tour import Tour
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from desim_warehouse.model.fleet import RobotSpec, Start
+    from desim_warehouse.policies import Task
+    from desim_warehouse.world.places.bays import Bay
+    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.robots.itinerary import Place
+    from desim_warehouse.world.traffic.drive import Drive
+    from desim_warehouse.world.traffic.lane import Lane
+    from desim_warehouse.world.traffic.motion import Motion
+    from desim_warehouse.world.world import World
+
+    Steps = Generator[Event, object, None]
+
+FAR = 1e15
+"""A time that never comes: waiting for it would keep a run going that is stalled."""
+
+
+class Rest(Enum):
+    """How a rest in a bay ends."""
+
+    TASK = "it was given a task"
+    CHARGE_HERE = "it must charge, and stands at a charger"
+    SEEK_CHARGER = "it must charge, and leaves for a charger elsewhere"
+    MAKE_ROOM = "it leaves its slot at a charger to a robot that must charge"
+    REST_ON = "it must charge, but the charger that was free is taken again"
+
+
+class Robot:
+    """A robot with a home, a battery and at most one task or tour at hand (`job`), which it does by its `tour`.
+
+    `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
+    elsewhere. `docked` is the station that it is in.
+    `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
+    no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
+    `doing`: its state, or that in which it broke down.
+    """
+
+    def __init__(
+        self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "", motion: Motion | None = None
+    ) -> None:
+        self.world = world
+        self.env = world.env
+        self.number = number
+        self.kind = kind
+        self.speed, self.loaded_speed = shape.speed, shape.loaded_speed
+        self.loads = shape.capacity
+        self.carries = shape.carries
+        self.home = self.parked_at = self.last_bay = home
+        self.body = Body(number, shape.speed, world.traffic.nodes[home], self, motion)
+        self.itinerary = Itinerary(
+            self.body,
+            lanes=world.traffic.lanes,
+            routes=world.routes,
+            free=world.reach.travel(shape.speed).ways,
+            guard=world.traffic.rules.guard,
+        )
+        self.battery = Battery(world.model.battery, world.reach.rates)
+        if shape.delays is not None:
+            self.body.delays = NodeDelays(shape.delays, number, world.streams)
+        self.breakdowns: Breakdowns | None = None
+        if shape.breakdowns is not None:
+            self.breakdowns = Breakdowns(shape.breakdowns, number, world.streams)
+            self.body.halts_at = self.breakdowns.least_until_due(0.0)
+        self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
+        self.bay: Bay | None = None
+        self.leaving: Bay | None = None
+        self.docked: Station | None = None
+        self.job: Task | None = None
+        self.tour = Tour(
+            self,
+            world.env,
+            dispatcher=world.dispatcher,
+            handling=world.handling,
+            departures=world.departures,
+        )
+        self.charging = ChargingStop(self, world.env, dispatcher=world.dispatcher, reach=world.reach, bays=world.bays)
+        self.offer: Event | None = None
+        self.must_charge = self.is_charging = self.has_charged = False
+        self.recharged = self.delivered = 0
+        self.state = self.doing = "idle"
+        self.since_state = 0.0
+        self.waited_before = 0.0
+        self.time_in = dict.fromkeys(world.states, 0.0)
+
+    def stand(self, start: Start) -> None:
+        """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""
+        world = self.world
+        world.traffic.stand(self.body, start)
+        if start.edge is None:
+            self.parked_at = start.node
+        world.bays.leave(self)
+        world.departures.under_way.add(self.number)
+
+    # The story
+
+    def life(self) -> Steps:
+        """Work as long as there is any; rest and charge in a bay in between."""
+        exit_time = self.world.model.fleet.first_exit_time
+        if self.body.is_on_lanes:
+            yield from self.begin_on_lanes()
+            exit_time = self.world.model.fleet.exit_time
+        elif not self.battery.is_full(self.env.now):
+            yield from self.charging.charge()
+        while True:
+            end = yield from self.rest()
+            if end is Rest.REST_ON:
+                continue
+            if end is Rest.CHARGE_HERE:
+                yield from self.charging.charge()
+                continue
+            if end is Rest.TASK:
+                yield from self.go_out(exit_time)
+                yield from self.work()
+                self.reserve_bay()
+            else:
+                self.reserve_bay(away=end is Rest.MAKE_ROOM)
+                yield from self.go_out(exit_time)
+            exit_time = self.world.model.fleet.exit_time
+            yield from self.go_to_bay()
+            yield from self.charging.charge()
+
+    def begin_on_lanes(self) -> Steps:
+        """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
+        yield self.world.dispatcher.ask(self)
+        self.enter("empty" if self.job is not None else "returning")
+        yield from self.work()
+        self.reserve_bay()
+        yield from self.go_to_bay()
+        yield from self.charging.charge()
+
+    def work(self) -> Steps:
+        """Task after task, or tour after tour, until there is none or the battery calls it back."""
+        while self.job is not None and (yield from self.tour.begin()):
+            yield from self.tour.finish()
+            yield from self.ask_for_more()
+
+    def ask_for_more(self) -> Steps:
+        """The next task is given before the robot clears the place where it unloaded."""
+        yield self.world.dispatcher.ask(self)
+        self.enter("empty" if self.job is not None else "returning")
+        yield Timeout(self.env, self.world.model.tasks.clear_time)
+
+    # Parking
+
+    def reserve_bay(self, *, away: bool = False) -> None:
+        """A slot to go to, its own before it sets out; `away`: one without a charger."""
+        world = self.world
+        self.body.recall_at = math.inf
+        if self.is_out:
+            self.enter("returning")
+        view = self.view()
+        if self.is_out and self.battery.spec is not None:
+            self.must_charge = self.must_charge or world.reach.must_charge(view)
+        bays = [bay for bay in world.bays.by_node.values() if world.bays.may_take(self, bay)]
+        if away:
+            bay = world.bay_choice.parking(view, [bay for bay in bays if bay.chargers is None])
+        else:
+            bay = world.bay_choice.choose(view, bays, must_charge=self.must_charge)
+        elsewhere = self.bay is not None and bay is not self.bay
+        if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
+            return  # to the bay where its declared route ends: from there it can go on
+        world.bays.take(self, bay)
+
+    def go_to_bay(self) -> Steps:
+        """Home, or wherever the policies say."""
+        assert self.bay is not None
+        if self.is_out or self.bay.node != self.parked_at:
+            yield from self.drive(self.itinerary.leg(self.node, self.bay.node))
+            self.enter_bay(self.bay.node)
+        self.last_bay = self.bay.node
+        self.record("parked")
+        self.world.came_home(self)
+
+    def go_out(self, exit_time: float) -> Steps:
+        """From the bay to standing at its node."""
+        if self.has_charged and self.job is not None:
+            self.record("recharged")
+            self.has_charged = False
+            self.recharged += 1
+        self.world.departures.under_way.add(self.number)
+        self.enter("empty" if self.job is not None else "returning")
+        yield Timeout(self.env, exit_time)
+
+    # Resting
+
+    def rest(self) -> Generator[Event, object, Rest]:
+        """In a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
+        world = self.world
+        self.enter(self.at_rest)
+        if self.number in world.bays.making_room:  # decided while it charged
+            return Rest.MAKE_ROOM
+        offer = self.offer or world.dispatcher.wait(self)
+        self.offer = None
+        if self.battery.spec is None or (self.at_charger and not world.reach.scarce):
+            if self.job is None:
+                yield offer
+        elif self.at_charger:
+            yield from self._rest_at_scarce_charger(offer)
+        else:
+            yield from self._rest_without_charger(offer)
+        if self.job is not None:
+            return Rest.TASK
+        if self.at_charger:
+            return Rest.CHARGE_HERE if self.must_charge else Rest.MAKE_ROOM
+        return Rest.SEEK_CHARGER if world.bays.charger_for(self) else Rest.REST_ON
+
+    def _rest_at_scarce_charger(self, offer: Event) -> Steps:
+        """Rest until there is a task, or until another robot must charge and finds no slot but this."""
+        bays = self.world.bays
+        while not offer.triggered:
+            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # whoever seeks a charger now is known then
+            if not offer.triggered and bays.wants_room(self):
+                self.make_room()
+                return
+            if not offer.triggered:
+                yield offer | bays.charger_sought()
+
+    def _rest_without_charger(self, offer: Event) -> Steps:
+        """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free."""
+        world, bays = self.world, self.world.bays
+        while not offer.triggered:
+            view = self.view()
+            level = world.reach.rests_until(view, world.reach.levels(view))
+            low = self.battery.lasts_until(self.env.now, level)
+            if low > self.env.now + EPS and not self.must_charge:
+                yield offer | (Timeout(self.env, low - self.env.now) if low < FAR else Event(self.env))
+            elif bays.charger_for(self):
+                self.must_charge = True
+                world.dispatcher.withdraw(self)
+                return
+            else:
+                bays.seekers += 1
+                yield offer | bays.seek_charger()
+                bays.seekers -= 1
+
+    def make_room(self) -> None:
+        """Leave the slot at a charger to a robot that seeks one."""
+        self.world.dispatcher.withdraw(self)
+        self.world.bays.making_room.add(self.number)
+
+    # Where it is and what it is doing
+
+    @property
+    def node(self) -> str:
+        """The node it is at, or comes to next."""
+        lane = self.body.lane
+        return self.parked_at if lane is None else str(lane.edge[1])
+
+    @property
+    def is_out(self) -> bool:
+        """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
+        return self.body.is_on_lanes or self.docked is not None
+
+    @property
+    def at_rest(self) -> str:
+        """Its state in a bay with nothing to do: outside its hours it is on a break."""
+        return "idle" if self.world.departures.duty.has(self.number) else "on_break"
+
+    def hours_change(self) -> None:
+        """Its hours begin or end: if it rests, it does so in another state from now on."""
+        if self.state in ("idle", "on_break") and not self.is_out:
+            self.enter(self.at_rest)
+
+    @property
+    def at_charger(self) -> bool:
+        """Whether it stands in a bay with chargers."""
+        return self.bay is not None and self.bay.chargers is not None and not self.is_out
+
+    @property
+    def is_at_good_edge(self) -> bool:
+        """Whether it is on the edge of its task's good, or stands at the node where that begins.
+
+        Of a good at a node: whether it stands there, or comes there next.
+        """
+        body, job = self.body, self.job
+        assert job is not None
+        edge = self.itinerary.edge_of(job)
+        if edge[0] == edge[1]:
+            return self.node == edge[0]
+        if body.lane is not None and body.lane.edge == edge:
+            return True
+        standing = body.lane is None or (body.held is not None and body.pos >= body.lane.length)
+        return standing and self.node == edge[0]
+
+    def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
+        """What policies see of it: by default as a robot that is free where it is."""
+        spec = self.battery.spec
+        fleet, tasks = self.world.model.fleet, self.world.model.tasks
+        if free_in is None and self.state == "idle" and self.body.is_on_lanes:  # where it stands at the start
+            free_in = time_to_node(self, self.env.now)
+        elif free_in is None:
+            free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
+            if self.job is None and self.body.lane is not None and self.body.held is None:  # it unloaded on an edge
+                free_in += time_to_node(self, self.env.now)
+        return RobotView(
+            self.number,
+            self.node if node is None else node,
+            self.home,
+            self.battery.level(self.env.now),
+            self.battery.capacity,
+            0.0 if spec is None else spec.threshold,
+            self.last_bay,
+            self.speed,
+            free,
+            free_in,
+            tuple(self.world.dispatcher.queues.get(self.number, ())),
+            self.kind,
+            self.loads,
+            self.carries,
+        )
+
+    def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
+        """Drive a route, to a place on its last lane (`yield from`); False: recalled, on the node it came to next."""
+        self.body.detours = self.world.routes.detours
+        return self.world.traffic.drive(self.body, route, None if place is None else place[1])
+
+    def enter_bay(self, node: str) -> None:
+        """From the node it stands on into the bay or station beside it."""
+        self.world.traffic.into_bay(self.body)
+        self.parked_at = node
+
+    def enter(self, state: str) -> None:
+        """Begin something else: the time goes to the old state, the battery draws the new rate."""
+        now = self.env.now
+        waited_by_now = self.body.waited_by(now)
+        waited = waited_by_now - self.waited_before
+        self.time_in[self.state] += now - self.since_state - waited
+        self.waited_before = waited_by_now
+        self.since_state = now
+        if state != self.state:
+            self.state = state
+            if state != "broken":
+                self.doing = state
+            self.record(state)
+        self._draw(state)
+
+    def _draw(self, state: str) -> None:
+        """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
+        resting = state in ("idle", "on_break", "queueing", "charging") and self.at_charger
+        self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
+        self.alarms.watch()
+
+    def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
+        """A row of the log: what it does, with its energy."""
+        now = self.env.now
+        energy = None if self.battery.spec is None else self.battery.level(now)
+        self.world.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
+
+    def tally(self, now: float) -> dict[str, float]:
+        """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
+        body = self.body
+        waited = body.waited_by(now)
+        worked = now - self.since_state - (waited - self.waited_before)
+        waits = self.world.model.waits_apart
+        apart: dict[str, float] = {wait: body.waited_for(wait, now) for wait in waits}
+        return {
+            **self.time_in,
+            self.state: self.time_in[self.state] + worked,
+            "waiting": waited - math.fsum(apart.values()) if apart else waited,
+            **apart,
+            "distance": body.distance(now),
+            "energy": self.battery.drawn(now),
+            "moves": body.moves_by(now),
+            "rear_ends": body.rear_ends_by(now),
+            "crossings": body.crossings,
+            "delivered": self.delivered,
+            "recharged": self.recharged,
+            **({"encounters": body.encounters} if "waiting_person" in waits else {}),
+            **({"breakdowns": self.breakdowns.count if self.breakdowns else 0} if "broken" in self.time_in else {}),
+        }
+
+    # As the driver of its body
+
+    def left_bay(self) -> None:
+        """Out of the bay or station: its slot there is free."""
+        world = self.world
+        if self.docked is not None:
+            self.tour.leaves(self.docked)
+            self.docked = None
+            world.dispatcher.call()
+        else:
+            world.bays.leave(self)
+            if world.reach.scarce:
+                world.dispatcher.call()
+
+    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
+        other = self.itinerary.detour(self.node, route, index, stop)
+        if other is not None:
+            self.body.detours -= 1
+        return other
+
+    def halt(self) -> Steps:
+        """Broken down where it stands, until it is repaired; then what it was `doing` goes on. Never in a bay."""
+        breakdowns = self.breakdowns
+        assert breakdowns is not None
+        while self.is_out and breakdowns.is_due(self.operated()):
+            yield Arrival(self.env, self.body.stands(self.env.now))
+            repair = breakdowns.begin()
+            self.enter("broken")
+            self.body.broken = True
+            yield Timeout(self.env, repair)
+            self.body.broken = False
+            self.enter(self.doing)
+        self.body.halts_at = self.env.now + breakdowns.least_until_due(self.operated())
+
+    def operated(self) -> float:
+        """Time for which it has been in operation: driving and handling, waits not counted."""
+        now = self.env.now
+        waited = self.body.waited_by(now) - self.waited_before
+        present = now - self.since_state - waited if self.state in OPERATING else 0.0
+        return sum(self.time_in[state] for state in OPERATING) + present
+
+    def stands(self, waiting: bool) -> None:
+        """It begins or ends waiting in traffic, where standing may draw less than driving."""
+        if self.battery.varies:
+            self._draw("waiting" if waiting else self.state)
+        elif self.alarms.looks_ahead:
+            self.alarms.watch()
+
+    def will_stand(self, begin: float, end: float) -> None:
+        """It waits for a time that is known beforehand, where standing may draw less than driving."""
+        if self.battery.varies:
+            Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))
+            Arrival(self.env, end).callbacks.append(lambda _: self._draw(self.state))

@@ -1,0 +1,156 @@
+"""How a robot does its task, or several on one tour: from stop to stop, loading and unloading, in stations when served.
+
+Until it has loaded for the first time its battery may call it back; then it goes on to the end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.world.places.service import Service
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from simpy import Environment
+
+    from desim_warehouse.world.orders.departures import Departures
+    from desim_warehouse.world.orders.dispatch import Dispatcher
+    from desim_warehouse.world.places.handling import HandlingTimes
+    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.robot import Robot
+
+    Steps = Generator[Event, object, None]
+
+
+class Tour:
+    """What a robot has in hand: `stops` are those to come, `slots` those reserved in stations where it is not yet.
+
+    A slot is reserved for every station of a tour before the robot sets out, all at once, and kept until it comes out
+    of that station for the last time. So no robot with a load ever waits for a slot, and none waits for another.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        env: Environment,
+        *,
+        dispatcher: Dispatcher,
+        handling: HandlingTimes,
+        departures: Departures,
+    ) -> None:
+        self.robot = robot
+        self.env = env
+        self.dispatcher = dispatcher
+        self.handling = handling
+        self.departures = departures
+        self.stops: list[Stop] = []
+        self.slots: list[Station] = []
+
+    # The story
+
+    def begin(self) -> Generator[Event, object, bool]:
+        """Drive to the first stop and load there; False if the battery sent the robot home before it got there."""
+        robot = self.robot
+        if robot.docked is None or robot.docked is not self.stops[0].station:
+            if not self._declare():
+                # To the bay where its declared route ends: from there it can set out anew.
+                robot.body.recall_at = math.inf
+                robot.enter("returning")
+                yield from robot.go_to_bay()
+                self.departures.under_way.add(robot.number)
+                robot.enter("empty")
+                self._declare()
+            route, place = robot.itinerary.legs.pop(0)
+            drive = robot.drive(route, place)
+            while not (yield from drive):
+                if self._turns_back():
+                    if robot.job is not None:  # it got to the node at the very instant of the alarm
+                        self.dispatcher.give_back(robot)
+                    return False
+                # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
+                robot.body.recall_at = math.nextafter(self.env.now, math.inf)
+                drive = robot.drive(drive.rest, place)
+        robot.body.recall_at = math.inf  # also where it loads in the station in which it stands
+        yield from self._handle(self.stops[0])
+        return True
+
+    def finish(self) -> Steps:
+        """With the load from stop to stop, until all is unloaded."""
+        robot = self.robot
+        while self.stops:
+            stop = self.stops[0]
+            if robot.docked is None or robot.docked is not stop.station:
+                route, place = robot.itinerary.onward(robot.node, self.stops, self._bay_after_it())
+                yield from robot.drive(route, place)
+            yield from self._handle(stop)
+
+    def _handle(self, stop: Stop) -> Steps:
+        """Load or unload where it stands; in a station when it is served."""
+        robot, station, service = self.robot, stop.station, None
+        state, time = "loading" if stop.act == "load" else "unloading", self.handling.time(stop)
+        if station is None:
+            robot.enter(state)
+            yield Timeout(self.env, time)
+        else:
+            if robot.docked is not station:
+                self._dock(station)
+            service = Service(self.env, robot, station, stop)
+            yield from service.begin()
+            yield from service.take(state, time)
+        if stop.act == "unload":
+            self.dispatcher.delivered(robot, stop)
+        elif stop.act == "visit":
+            self.dispatcher.stations.release((stop,), ())
+        del self.stops[:1]
+        robot.body.change_speed(robot.loaded_speed if self.stops else robot.speed)
+        if self.stops:
+            then = self.stops[0].task.number
+            if stop.act == "unload":
+                robot.body.task = then
+            robot.enter("loaded")  # of a load just taken up the row still names its own task
+            robot.body.task = then
+        if service is not None:
+            service.end()
+
+    # Routes
+
+    def _declare(self) -> bool:
+        """Set its route from stop to stop, or not, if the change would not be safe."""
+        robot = self.robot
+        return robot.itinerary.take(robot.node, self.stops, self._bay_after_it())
+
+    def _bay_after_it(self) -> str | None:
+        """The bay to which it goes from a last stop in the lane, if nothing else comes."""
+        bay = self.robot.bay
+        return None if bay is None else bay.node
+
+    def _turns_back(self) -> bool:
+        """Recalled on the way to the first stop: whether it may go to the bay where it has a slot instead."""
+        robot = self.robot
+        if not robot.itinerary.is_declared:
+            return True
+        assert robot.bay is not None
+        return robot.itinerary.go(robot.node, robot.bay.node)
+
+    # Stations
+
+    def _dock(self, station: Station) -> None:
+        """From the node that it stands on into the station beside it, where it has a slot."""
+        robot = self.robot
+        self.slots.remove(station)
+        robot.enter_bay(station.node)
+        robot.docked = station
+        station.dock(robot.number)
+        robot.record("docked")
+
+    def leaves(self, station: Station) -> None:
+        """Out of a station: its slot there is free, unless it comes back on this tour."""
+        comes_back = station not in self.slots and any(stop.station is station for stop in self.stops)
+        if comes_back:
+            self.slots.append(station)
+        station.leave(self.robot.number, keep=comes_back)

@@ -1,0 +1,163 @@
+"""Lanes that are closed or slow at times.
+
+Nobody enters a lane that is closed; who is in what is closed drives on and out of it, and may load there. So a claim
+for room on it waits where the robot stands, holding nothing, and only time keeps it waiting: it blocks no ring.
+
+Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when somebody asks, and a
+robot that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing
+where nobody drives, keep no run going, and hide no stall.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.values.calendars import ALWAYS, Hours
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.states import WaitName
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.people import PeopleSource
+
+    Edge = tuple[str, str]
+
+
+class Closure(Protocol):
+    """Something that keeps robots out of lanes at times: a closure by calendar, or people in an aisle.
+
+    `wait`: what waiting for it is counted as.
+    """
+
+    wait: WaitName
+
+    def closed_until(self, now: float) -> float:
+        """When it opens; not after `now`: it is open; inf: never again."""
+
+    def expected_until(self, time: float, now: float) -> float:
+        """When it is expected at `now` to be open for one that comes at `time`; not after that: it will be open."""
+
+
+class ClosedHours:
+    """A closure by calendar: known for all times."""
+
+    wait: WaitName = "waiting_closed"
+
+    def __init__(self, hours: Hours) -> None:
+        self.hours = hours
+
+    def closed_until(self, now: float) -> float:
+        """When it opens."""
+        begin, end = self.hours.following(now)
+        return end if begin <= now + EPS < end else now
+
+    def expected_until(self, time: float, now: float) -> float:  # noqa: ARG002 - it is known
+        """When it opens for one that comes at `time`."""
+        return self.closed_until(time)
+
+
+class Slowness(NamedTuple):
+    """A speed limit, always or at times."""
+
+    speed: float
+    hours: Hours = ALWAYS
+
+    def limit(self, now: float) -> float:
+        """The limit now; inf: none."""
+        return self.speed if self.hours.is_open(now) else math.inf
+
+
+class Restrictions:
+    """What keeps robots out of lanes or slows them down, by edge."""
+
+    def __init__(self) -> None:
+        self.closures: dict[Edge, list[Closure]] = {}
+        self.slow: dict[Edge, list[Slowness]] = {}
+
+    @property
+    def edges(self) -> set[Edge]:
+        """Edges that are closed or slow at some time."""
+        return self.closures.keys() | self.slow.keys()
+
+    @classmethod
+    def of(cls, model: Model, layout: Layout, people: Iterable[PeopleSource]) -> Restrictions:
+        """Those of a model."""
+        found = cls()
+        for closure in model.traffic.closures.values():
+            found.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
+        for slow in model.traffic.slow.values():
+            if slow.hours is not None:  # the others are limits of the layout
+                found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
+        for source in people:
+            for aisle in source.aisles:
+                found.close(aisle.edges, aisle)
+        return found
+
+    def close(self, edges: Iterable[Edge], closure: Closure) -> None:
+        """Keep robots out of edges."""
+        for edge in edges:
+            self.closures.setdefault(edge, []).append(closure)
+
+    def slow_down(self, edges: Iterable[Edge], slowness: Slowness) -> None:
+        """Limit the speed on edges."""
+        for edge in edges:
+            self.slow.setdefault(edge, []).append(slowness)
+
+
+class RestrictedLane(Lane):
+    """A lane with `closures`, with speed limits at times, or both; its own limit is `usual`.
+
+    A robot has the pace of the moment at which it sets out for the lane as long as it is on it.
+    """
+
+    __slots__ = ("closures", "slow", "usual")
+
+    closures: Sequence[Closure]
+    slow: Sequence[Slowness]
+
+    @property
+    def limit(self) -> float:
+        """The speed limit now."""
+        now: float = self.rules.env._now
+        return min((slowness.limit(now) for slowness in self.slow), default=self.usual)
+
+    @limit.setter
+    def limit(self, limit: float) -> None:
+        self.usual = limit
+        self.closures = self.slow = ()
+
+    def restrict(self, closures: Sequence[Closure], slow: Sequence[Slowness]) -> None:
+        """What holds for it beside its own limit."""
+        self.closures = closures
+        self.slow = (*slow, Slowness(self.usual)) if slow else ()
+
+    def shut_by(self, robot: Body) -> Closure | None:
+        """What keeps a robot out now; nothing one that is in a lane of the same closure."""
+        now: float = self.rules.env._now
+        for closure in self.closures:
+            if closure.closed_until(now) > now and not self._is_reached_within(closure, robot.lane):
+                return closure
+        return None
+
+    def _is_reached_within(self, closure: Closure, lane: Lane | None) -> bool:
+        """Whether a robot on another lane comes here without leaving what is closed; perhaps over a short one."""
+        if lane is None or closure not in lane.closures:
+            return False
+        return lane.end is self.start or any(out.end is self.start and closure in out.closures for out in lane.end.outs)
+
+    def has_room(self, robot: Body) -> bool:
+        """Whether it is open to a robot, which can come to a stand D beyond its start."""
+        return not (self.closures and self.shut_by(robot)) and super().has_room(robot)
+
+
+def wait_at(lane: Lane, after: float, now: float) -> float:
+    """How long a robot is expected to wait before a lane if it comes there `after` from now."""
+    time = now + after
+    return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])

@@ -1,0 +1,472 @@
+"""A drive: a robot on its way over lanes and intersections, as a process and as the one event of its progress.
+
+A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in one
+timeout and looks again. At the stop line, D before an intersection, it claims in one step the intersection and room to
+stand beyond it; as both are then its own until it is through, the same timeout takes it over the intersection and on
+to its next target. So an edge costs one event where nobody is in the way, and the robot's process sleeps meanwhile.
+(Two events an edge, to the stop line and over the node, were measured to cost more: docs/why.md.)
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from heapq import heappush
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import NORMAL, Event
+
+from desim_warehouse.world.traffic.events import Arrival, happened
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.lane import Lane
+    from desim_warehouse.world.traffic.motion import Stretch
+    from desim_warehouse.world.traffic.rules import Rules
+
+    Steps = Generator[Event, object, None]
+
+
+class Departure(Enum):
+    """How a robot came off the intersection that it stood on."""
+
+    UNDER_WAY = "it is on a lane now"
+    THERE = "the route ends here"
+    RECALLED = "it is wanted elsewhere, and stays on the node"
+
+
+class Drive:
+    """A robot's drive along `route` to `stop` on the last lane (None: to its end); `index` lanes are entered.
+
+    It stands on SimPy's queue itself, as an event that has succeeded (SimPy's loop asks only for `callbacks` and
+    `_ok`), and is put there again for every edge: so a drive takes one object. The robot's process sleeps until it is
+    `held_up`: it is there, or has to decide or to wait for something at an intersection.
+    """
+
+    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "slow", "stop", "turn_time")
+
+    def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
+        self._ok = True
+        self.callbacks: Any = None
+        self.rules = rules
+        self.env: Any = rules.env
+        self.turn_time = rules.turn_time
+        self.robot = robot
+        self.route = route
+        self.stop = stop
+        self.index = 0
+        # Crossing takes more than a drive and node time.
+        self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
+        self.held_up: Event
+
+    @property
+    def onward(self) -> Lane | None:
+        """The lane to enter next; None: the robot is on the last."""
+        return self.route[self.index] if self.index < len(self.route) else None
+
+    # The process
+
+    @property
+    def rest(self) -> Sequence[Lane]:
+        """The lanes that are not entered yet."""
+        return self.route[self.index :]
+
+    def __iter__(self) -> Generator[Event, object, bool]:
+        """Drive (`yield from` it); True: it is there, False: recalled, it stands on the node that it came to next."""
+        return self._drive_and_brake() if self.slow else self._drive()
+
+    def _drive_and_brake(self) -> Generator[Event, object, bool]:
+        there = yield from self._drive()
+        if there and (stands := self.robot.stands(self.env._now)) > self.env._now:
+            yield Arrival(self.env, stands)
+        return there
+
+    def _drive(self) -> Generator[Event, object, bool]:
+        robot = self.robot
+        if robot.lane is not None:
+            robot.goal = robot.lane.stop_line
+            if self.stop is not None and not self.route:
+                robot.goal = max(self.stop, robot.pos)
+                if robot.held is not None:
+                    yield from self._along_short(robot.goal)
+                    return True
+        while True:
+            if robot.lane is None or robot.held is not None:
+                outcome = yield from self._from_node()
+                if outcome is not Departure.UNDER_WAY:
+                    return outcome is Departure.THERE
+            yield self._under_way()
+            if robot.halts_at <= self.env._now:
+                yield from self._halt()
+                continue
+            onward = self.onward
+            if onward is None and self.stop is not None:
+                return True
+            # A recall takes effect at the node that it comes to next, never between nodes.
+            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+                yield from self._to_node()
+            elif not robot.detours or not self._takes_detour():
+                yield from self._pass_when_free(onward)
+
+    def _halt(self) -> Steps:
+        """Stand until a breakdown is repaired; it goes no farther meanwhile, whoever makes way for it."""
+        robot = self.robot
+        goal, robot.goal = robot.goal, robot.pos
+        yield from robot.driver.halt()
+        robot.goal = goal
+
+    def _under_way(self) -> Event:
+        """Due when the robot is there, or at an intersection where it cannot just go on."""
+        event = self.held_up = happened(self.env)
+        if self.robot.until > self.env._now:
+            self.due(self.robot.until)
+        else:
+            self.roll()
+        return event
+
+    def _wake(self) -> None:
+        """Let the robot's process go on at once, without a turn of SimPy's queue."""
+        event = self.held_up
+        callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # as SimPy does
+        for callback in callbacks:
+            callback(event)
+
+    def _clear_of_node(self, onward: Lane) -> float:
+        """When a robot that sets out from the stop line now leaves the node."""
+        robot, lane = self.robot, self.robot.lane
+        if robot.stretch is not None:
+            stop = self.stop if self.index + 1 == len(self.route) else None
+            return self._crossing(onward, stop, self.env._now)[2]
+        clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
+        return clear + self._more_time(lane, onward)
+
+    def _more_time(self, lane: Lane, onward: Lane) -> float:
+        """Spent at the end of a lane beside its `node_time`: to turn to the next, and for a delay."""
+        robot = self.robot
+        time = lane.turn_to(onward) if self.turn_time else 0.0
+        return time if robot.delays is None else time + robot.delays.at(robot.moves)
+
+    def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
+        """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
+
+        Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace:
+        whoever follows it can plan by that.
+        """
+        robot, lane = self.robot, self.robot.lane
+        begin, stretch = robot.going_on(now)
+        # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
+        ahead = onward.first_target(stop), min(robot.speed, onward.limit, robot.train_pace), onward.headway
+        if lane is None or robot.pos >= lane.length:
+            more, stretch = stretch.further(*ahead)
+            return now, now, begin + more, stretch
+        rest = lane.length - robot.pos
+        more, stretch = stretch.further(rest, robot.pace)
+        begin += more
+        spent = lane.node_time + self._more_time(lane, onward)
+        if spent:
+            out = begin + rest / robot.pace
+            clear = out + stretch.braking + spent
+            more, stretch = stretch.anew().further(*ahead)
+            return begin, out, clear + more, stretch
+        more, stretch = stretch.further(*ahead)
+        begin += more
+        out = begin + rest / robot.pace
+        return begin, out, out, stretch
+
+    def _takes_detour(self) -> bool:
+        """Whether a robot held up at an intersection takes another route from there."""
+        other = self.robot.driver.detour(self.route, self.index, self.stop)
+        if other is None:
+            return False
+        self.route, self.index = other, 0
+        return True
+
+    def _pass_when_free(self, onward: Lane) -> Steps:
+        """Wait at the stop line for the intersection and room beyond it, and set out; or not, if it is recalled."""
+        robot = self.robot
+        yield from robot.lane.end.claim(robot, onward, robot.lane)
+        clear = self._clear_of_node(onward)
+        if robot.recall_at > clear and robot.granted is onward:
+            self.index += 1
+            self._cross(onward, clear, None if self.onward else self.stop, self.env._now)
+        else:
+            yield from self._to_node()
+
+    # The event: the hot path of every run. Attributes are read once, and SimPy's queue is used directly: its methods
+    # and properties would be a third of the time of a free crossing.
+
+    def due(self, time: float) -> None:
+        """Have it come up at a time."""
+        env = self.env
+        self.callbacks = ROLL
+        heappush(env._queue, (time, NORMAL, next(env._eid), self))
+
+    def roll(self) -> None:
+        """The robot is where it was sure to get to, and drives on if it can.
+
+        Along its lane as far as the robot ahead allows, up to its own stop or the stop line; from there over the
+        intersection, if nobody is in the way: neither at the node nor where it has to stand beyond it.
+        """
+        robot, env = self.robot, self.env
+        lane, now = robot.lane, env._now
+        if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
+            self.due(robot.until)
+            return
+        pos = robot.pos = robot.target
+        if robot.halts_at <= now:
+            self._wake()
+            return
+        if robot.held is not None:
+            if not self._crosses_next_short(now):
+                self._wake()
+            return
+        if robot.goal - pos > EPS:
+            ahead = robot.ahead
+            # Behind the target of the robot ahead, not its position: it is sure to get there, so one timeout will do.
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - lane.headway)
+            if limit - pos <= EPS:
+                robot.wait_behind(self, now)
+                self.rules.gridlock.check(robot)
+                return
+            lane.commit(robot, limit, now)
+        else:
+            index, count = self.index, len(self.route)
+            if index == count:
+                self._wake()
+                return
+            onward, node, guard = self.route[index], lane.end, self.rules.guard
+            # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
+            if self.slow:
+                clear = self._clear_of_node(onward)
+            else:
+                clear = now + (lane.length - pos) / robot.pace + lane.node_time
+            if (
+                onward.short
+                or robot.recall_at <= clear
+                or node.claims  # whoever asked before is served first
+                or not node.is_open(robot, lane, now)
+                or not onward.has_room(robot)  # node and room in one step: nobody stands on a node waiting for room
+                or not (guard is None or guard.admits(robot, node, onward))
+            ):
+                self._wake()
+                return
+            self.index = index = index + 1
+            self._cross(onward, clear, self.stop if index == count else None, now)
+        self.callbacks = ROLL  # as `due` does
+        heappush(env._queue, (robot.until, NORMAL, next(env._eid), self))
+
+    def _cross(self, onward: Lane, clear: float, stop: float | None, now: float) -> None:
+        """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`.
+
+        The order matters. The robot leaves its lane first, as `leave` closes the gap in that queue and notes when and
+        how fast its end is passed; `enter` may put the start off (behind a slower robot), so the node is passed at
+        `robot.since`. Only when the robot is on its new lane do those behind it move up; and the node's claims come
+        last, as rings are looked for there and must be seen as they are then.
+        """
+        robot, node, log = self.robot, onward.start, self.rules.log
+        lane, behind = robot.lane, robot.behind
+        begin = now
+        if self.slow:
+            begin, clear = self._leave(lane, onward, clear, stop, now)
+        elif lane is not None:
+            lane.leave(robot, clear - lane.node_time)
+        onward.enter(robot, clear, stop, now)
+        node.passed(robot, onward, robot.since)
+        if log.moves:
+            log.cross(begin, robot, lane, robot.since)
+        if lane is not None and (behind is not None or lane.wanted):
+            lane.made_room(behind, now)
+        if node.claims:
+            node.freed(now)
+
+    def _leave(
+        self, lane: Lane | None, onward: Lane, clear: float, stop: float | None, now: float
+    ) -> tuple[float, float]:
+        """Off its lane, with the turns, and the time to gather speed: when it sets out, and when it leaves the node."""
+        robot, begin = self.robot, now
+        if robot.stretch is None:
+            if lane is not None:
+                lane.leave(robot, clear - lane.node_time - self._more_time(lane, onward))
+            return now, clear
+        if lane is None or robot.pos >= lane.length:
+            out = now
+            _, _, clear, robot.stretch = self._crossing(onward, stop, clear)
+        else:
+            begin, out, clear, robot.stretch = self._crossing(onward, stop, now)
+            lane.out_since = begin
+        if lane is not None:
+            lane.leave(robot, out)
+        return begin, clear
+
+    # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
+
+    def _rests_beyond(self) -> Lane | None:
+        """The lane on which a robot can next stand clear of the intersection before it, if any."""
+        route = self.route
+        for index in range(self.index, len(route)):
+            lane = route[index]
+            if not lane.inside:
+                return None if lane.short else lane  # below 2 D it stands on the node at the lane's end instead
+        return None
+
+    def _closes_beyond(self) -> Lane | None:
+        """A lane that closes at times, beyond the intersection before the robot, and too short to stand on.
+
+        It waits where it is until that is open, rather than on the node.
+        """
+        lane = next((lane for lane in self.route[self.index :] if not lane.inside), None)
+        return lane if lane is not None and lane.short and lane.closures else None
+
+    def _to_node(self) -> Steps:
+        """From the stop line to stand on the intersection."""
+        robot = self.robot
+        if robot.held is None:
+            if robot.recall_at > self.env._now:
+                yield from robot.lane.end.claim(robot, self._rests_beyond(), robot.lane, self._closes_beyond())
+            else:
+                yield from robot.lane.end.claim(robot, None, robot.lane)
+        yield from self._to_end()
+
+    def _to_end(self) -> Steps:
+        """Along the lane to its end, all of it granted, and the time at the node spent."""
+        robot, lane = self.robot, self.robot.lane
+        lane.commit(robot, lane.length, self.env._now)
+        yield Arrival(self.env, self._after_node_time(lane))
+        robot.pos = lane.length
+
+    def _after_node_time(self, lane: Lane) -> float:
+        """When a robot that drives to its lane's end has spent the time at the node."""
+        robot = self.robot
+        spent = lane.node_time if robot.delays is None else lane.node_time + robot.delays.at(robot.moves)
+        if robot.stretch is not None and spent:
+            return robot.stands(robot.until) + spent
+        return robot.until + spent
+
+    def _along_short(self, stop: float) -> Steps:
+        """Farther along a lane that is too short to stand clear of its nodes; the robot holds its end."""
+        robot = self.robot
+        robot.lane.commit(robot, stop, self.env._now)
+        yield Arrival(self.env, robot.until)
+        robot.pos = stop
+
+    def _from_node(self) -> Generator[Event, object, Departure]:
+        """From a bay or an intersection onto the next lane where the robot can stand."""
+        robot = self.robot
+        if robot.held is None:
+            yield from self._out_of_bay()
+        elif robot.lane is not None and robot.pos < robot.lane.length:
+            yield from self._to_end()
+        while True:
+            if robot.halts_at <= self.env._now:
+                yield from self._halt()
+            if robot.recall_at <= self.env._now and self._may_stay():
+                return Departure.RECALLED
+            onward = self.onward
+            if onward is None:
+                return Departure.THERE
+            self.index += 1
+            halt = None if self.onward else self.stop
+            self._turn(onward)
+            if not onward.short:
+                if robot.granted is not onward:
+                    yield from robot.held.claim(robot, onward, robot.lane)
+                self._cross(onward, max(robot.ready_at, self.env._now), halt, self.env._now)
+                return Departure.UNDER_WAY
+            yield from self._over_short(onward, halt)
+            if halt is not None:
+                return Departure.THERE
+
+    def _out_of_bay(self) -> Steps:
+        """From a bay or station onto the node beside it."""
+        robot = self.robot
+        if robot.halts_at <= self.env._now:
+            yield from self._halt()
+        yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
+        robot.driver.left_bay()
+
+    def _turn(self, onward: Lane) -> None:
+        """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""
+        robot = self.robot
+        if self.turn_time and robot.lane is not None:
+            turning = robot.lane.turn_to(onward)
+            robot.ready_at = (robot.stands(self.env._now) if turning else self.env._now) + turning
+
+    def _over_short(self, onward: Lane, halt: float | None) -> Steps:
+        """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
+
+        And over those beyond it that are as short, as long as nobody is in the way: a grid of cells costs one event
+        a cell.
+        """
+        robot = self.robot
+        if not onward.inside:
+            yield from onward.end.claim(robot, self._rests_beyond(), onward, onward if onward.closures else None)
+        event = self.held_up = happened(self.env)
+        self._set_out_over_short(onward, onward.length if halt is None else halt, self.env._now)
+        yield event
+
+    def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
+        """From the node it holds over a short lane whose end is granted; the drive is due there."""
+        robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
+        turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
+        if robot.lane is not None:
+            robot.lane.leave(robot, now)
+        onward.enter_standing(robot)
+        if turning:
+            robot.entered_at = now + turning
+        if log.moves:
+            log.enter(now + turning, robot)
+        robot.held = onward.end
+        onward.set_off(robot, target, now + turning)
+        if not onward.inside:
+            node.passed(robot, onward, robot.since)
+            if node.claims:
+                node.freed(now)
+        # The time at the node is spent where it gets there: it may stop short of it.
+        there = self._after_node_time(onward) if target == onward.length else robot.until
+        self.callbacks = ROLL  # as `due` does
+        heappush(env._queue, (there, NORMAL, next(env._eid), self))
+
+    def _crosses_next_short(self, now: float) -> bool:
+        """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
+        robot, index = self.robot, self.index
+        if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
+            return False
+        onward = self.route[index]
+        node = onward.end
+        if not onward.short or onward.inside or node.claims or not node.is_open(robot, onward, now):
+            return False
+        if onward.closures and onward.shut_by(robot) is not None:
+            return False
+        self.index = index + 1
+        beyond = self._rests_beyond()
+        guard = self.rules.guard
+        if (beyond is not None and not beyond.has_room(robot)) or not (
+            guard is None or guard.admits(robot, node, beyond)
+        ):
+            self.index = index
+            return False
+        node.grant(robot, beyond)
+        if self.turn_time:
+            self._turn(onward)
+        self._set_out_over_short(onward, onward.length, now)
+        return True
+
+    def _may_stay(self) -> bool:
+        """Whether a recalled robot may stay on the intersection: it leaves the room granted beyond it to others.
+
+        Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
+        That costs energy, never liveness: its declared route ends in a slot that is its own.
+        """
+        robot = self.robot
+        if robot.granted is not None:
+            if self.rules.guard is not None:
+                return False
+            robot.granted.entering = None
+            robot.granted = None
+        return True
+
+
+ROLL = [Drive.roll]
+"""The callbacks of a drive on SimPy's queue: one list for all, as SimPy only reads it."""

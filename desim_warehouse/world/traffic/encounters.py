@@ -1,0 +1,122 @@
+"""What closures and people leave in the log, and how often robots and people meet.
+
+Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when
+somebody came.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.outcome.log import NONE
+from desim_warehouse.values.calendars import merged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.world.traffic.people import PeopleSource, Visit
+
+    Edge = tuple[str, str]
+
+
+def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, list[tuple[float, float]]]:
+    """For each edge that closes by calendar when it is closed, from the start of a run to `end`."""
+    found: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
+    for closure in model.traffic.closures.values():
+        hours = model.hours(closure.hours)
+        stretches = []
+        begin, until = hours.following(0.0)
+        while begin <= end:
+            stretches.append((max(begin, 0.0), until))
+            begin, until = hours.following(until) if math.isfinite(until) else (math.inf, math.inf)
+        for edge in edges_of(layout, closure.members):
+            found[edge] = merged([*found[edge], *stretches])
+    return found
+
+
+def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
+    """A row when an edge closes, and when it opens."""
+    for edge, stretches in closed_stretches(model, layout, end).items():
+        for begin, until in stretches:
+            log.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
+            log.event(until, "edge_opened", NONE, NONE, None, None, edge=edge)
+
+
+def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
+    """A row for each edge of an aisle when a person comes into it, and when they leave; visits in order of time."""
+    for source in people:
+        source.come(end)
+    for number, visit in enumerate(_in_order(people)):
+        for edge in visit.edges:
+            for time, kind in ((visit.begin, "person_in"), (visit.end, "person_out")):
+                log.event(time, kind, NONE, NONE, None, float(number), edge=edge)
+
+
+def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
+    """Add to what robots have counted that people came into an aisle with them, and tally the visits of people.
+
+    `visits` begin in the counted time, of which `time` is the sum for all people and `shared` that with a robot in the
+    same aisle.
+    """
+    stays = _stays(log, starts)
+    visits, time, shared = 0, [0.0], [0.0]
+    for visit in _in_order(people):
+        begin, end = max(visit.begin, log.begin), min(visit.end, log.end)
+        if end < begin:
+            continue
+        counts = visit.begin >= log.begin
+        visits += counts
+        time.append(end - begin)
+        present = []
+        for edge in visit.edges:
+            for robot, since, until in _overlapping(stays[edge], visit.begin, end):
+                if counts and since <= visit.begin < until:
+                    log.robots[robot]["encounters"] += 1
+                if until > begin:
+                    present.append((max(since, begin), min(until, end)))
+        shared += [until - since for since, until in merged(present)]
+    log.people = {"visits": visits, "time": math.fsum(time), "shared": math.fsum(shared)}
+
+
+def _in_order(people: Iterable[PeopleSource]) -> list[Visit]:
+    return sorted((visit for source in people for visit in source.visits), key=lambda visit: visit.begin)
+
+
+Stay = tuple[int, float, float]
+"""A robot on an edge, from when to when."""
+
+
+def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
+    """Who was on each edge, in order; whoever is on it last still is at the end."""
+    where: dict[int, tuple[Edge, float]] = {
+        robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
+    }
+    found: defaultdict[Edge, list[Stay]] = defaultdict(list)
+    for time, kind, robot, _, _, edge, *_ in log.rows:
+        if kind in ("enter", "parked", "docked"):
+            if robot in where:
+                left, since = where.pop(robot)
+                found[left].append((robot, since, time))
+            if kind == "enter":
+                where[robot] = edge, time
+    for robot, (edge, since) in where.items():
+        found[edge].append((robot, since, log.end))
+    for stays in found.values():
+        stays.sort(key=lambda stay: (stay[2], stay[1]))  # nobody overtakes
+    return found
+
+
+def _overlapping(stays: list[Stay], begin: float, end: float) -> Iterator[Stay]:
+    """Those that are there at some time from `begin` to `end`."""
+    for rank in range(bisect_right(stays, begin, key=lambda stay: stay[2]), len(stays)):
+        if stays[rank][1] >= end and stays[rank][1] > begin:
+            return
+        yield stays[rank]

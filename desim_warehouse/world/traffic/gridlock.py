@@ -1,0 +1,168 @@
+"""Never stalled: full rings of waiting robots are found when they close, and turned.
+
+A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection
+it claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work
+can only stop where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they
+do: the ring turns by one place, and each member is nearer to where it is going.
+
+A member whose own stop is less than a place ahead cannot move on by a whole place. It handles its good from where
+it stands; when it is blocked again the ring is complete.
+
+A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto
+the intersection and waits on it; this leaves a gap behind it, and the rings on either side turn one by one.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Literal
+
+from simpy.events import Timeout
+
+from desim_warehouse.errors import GridlockError
+from desim_warehouse.world.traffic.rules import EPS
+
+_NAMED = 6  # robots of a ring that an error names
+
+if TYPE_CHECKING:
+    from simpy import Environment
+    from simpy.events import Event
+
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.world.traffic.body import Body
+
+
+Rule = Literal["rotate", "avoid", "stop"]
+
+
+class Gridlock:
+    """Finds rings and turns them; `stop`: a ring is an error, for fleets that cannot turn; `avoid`: there are none."""
+
+    def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
+        self.env = env
+        self.log = log
+        self.headway = headway
+        self.mixed = mixed
+        self.rule = rule
+        self.rotations = 0
+        self._mark = 0
+
+    def check(self, robot: Body) -> None:
+        """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one.
+
+        A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
+        closes on itself.
+        """
+        if self.rule == "avoid":
+            return
+        self._mark += 1
+        mark = self._mark
+        last, member = robot, robot.blocker
+        robot.mark = mark
+        while member is not None and member.mark != mark:
+            member.mark = mark
+            last, member = member, member.blocker
+        if member is None:
+            if last.claim is not None:  # the chain may be a ring when a lane that is closed opens
+                last.claim.node.wait_for_opening(last.claim, self.env._now)
+            return
+        ring = [member]
+        while (after := ring[-1].blocker) is not member:
+            assert after is not None
+            ring.append(after)
+        if self._is_open(ring):
+            self._turn(ring)
+
+    def _is_open(self, ring: list[Body]) -> bool:
+        """Whether all in the ring can go: no intersection is still closing behind a robot, nobody is turning on one.
+
+        If not, it is looked at again.
+        """
+        now: float = self.env._now
+        for robot in ring:
+            claim = robot.claim
+            if (
+                claim is not None and robot.held is not None and robot.ready_at > now + EPS
+            ):  # it turns on its node first
+                Timeout(self.env, robot.ready_at - now).callbacks.append(partial(self._look_again, robot))
+                return False
+            if claim is None or claim.node.holder is not None:
+                continue
+            if not claim.node.is_open(robot, claim.via, now):
+                claim.node.reopen_later(now)
+                return False
+        return True
+
+    def _look_again(self, robot: Body, _: Event) -> None:
+        self.check(robot)
+
+    def _turn(self, ring: list[Body]) -> None:
+        """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself.
+
+        Each gets nearer to where it is going, so with routes that end all work does.
+        """
+        now = self.env.now
+        if self.rule == "stop":
+            raise GridlockError(_describe(ring, now))
+        near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
+        if near:
+            for robot in near:
+                robot.goal = robot.pos  # it handles its good from here, and the ring is complete when it goes on
+                robot.stop_waiting(now).due(now)
+            return
+        self.rotations += 1
+        edges = tuple("" if robot.lane is None else ">".join(robot.lane.edge) for robot in ring)
+        self.log.rotation(now, tuple(robot.number for robot in ring), edges)
+        claims = [robot.claim for robot in ring if robot.claim is not None]
+        passed = set()
+        for claim in claims:
+            # A figure of eight passes this free node twice. The one that waits on it makes a gap, and the two loops
+            # turn one after the other; sent another way, two full loops would change places for ever.
+            if claim.node.holder is None and claim.node in passed:
+                claim.node.award(claim, None)
+                return
+            passed.add(claim.node)
+        if self.mixed:
+            self._keep_together(ring, now)
+        # Those that wait for room first: what a holder leaves goes to the next in the ring only then.
+        followers = [claim for claim in claims if claim.node.holder not in (None, claim.robot)]
+        for claim in claims:
+            if claim not in followers:
+                claim.node.award(claim, claim.lane)
+        for claim in followers:
+            room = claim.lane is not None and claim.lane.has_room(claim.robot)
+            claim.node.award(claim, claim.lane if room else None)
+
+    def _is_near(self, robot: Body) -> bool:
+        """Whether a robot's own stop is less than a place ahead, so that it would not make room for the next."""
+        return robot.goal - robot.pos < self.headway - EPS
+
+    @staticmethod
+    def _keep_together(ring: list[Body], now: float) -> None:
+        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
+
+        And all of it starts at one time, when the last has braked and gathered speed.
+        """
+        claims = [robot.claim for robot in ring if robot.claim is not None]
+        lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
+        slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))
+        for robot in ring:
+            robot.pace = slowest
+        for claim in claims:
+            claim.robot.train_pace = slowest
+        driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]
+        if driven:
+            begin = max(max(now, robot.until + stretch.braking) for robot, stretch in driven)
+            begin += max(stretch.motion.gathers for _, stretch in driven) * slowest / 2
+            for robot, stretch in driven:
+                robot.until, robot.stretch = begin, stretch.at_speed(slowest)
+
+
+def _describe(ring: list[Body], now: float) -> str:
+    members = "; ".join(f"robot {robot.number} {robot.place(now)}" for robot in ring[:_NAMED])
+    if len(ring) > _NAMED:
+        members += f"; and {len(ring) - _NAMED} more"
+    return (
+        f"gridlock at time {now:g}: {len(ring)} robots wait for each other in a ring ({members}); "
+        "traffic.gridlock: rotate lets such rings turn"
+    )

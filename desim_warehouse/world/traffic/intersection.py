@@ -1,0 +1,310 @@
+"""An intersection: who may cross it, and who is next when it opens.
+
+A robot claims in one step the intersection and room to stand at least D beyond it, never one without the other: so
+no robot stands in an intersection waiting for room. Claims are served first come, first served among those that
+can be granted now; but a claim that only waits for the intersection to clear is not passed over: else a platoon
+that goes straight on, to which the node is never closed, would starve a crossing robot.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.closures import Closure
+    from desim_warehouse.world.traffic.lane import Lane
+    from desim_warehouse.world.traffic.rules import Rules
+
+    Steps = Generator[Event, object, None]
+
+
+class Claim(Event):
+    """A robot's request for an intersection and, with it or not at all, for room on the lane beyond.
+
+    It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone.
+    `via` is the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it
+    drives next. `because` is the closure that the wait is put down to, as it was in the way when it began.
+    """
+
+    def __init__(
+        self, robot: Body, node: Intersection, lane: Lane | None, via: Lane | None, over: Lane | None = None
+    ) -> None:
+        super().__init__(node.rules.env)
+        self.robot = robot
+        self.node = node
+        self.lane = lane
+        self.via = via
+        self.over = over
+        self.because = self.shut_by
+
+    @property
+    def shut_by(self) -> Closure | None:
+        """What keeps the robot out of a lane now, so that only time keeps it waiting."""
+        if self.lane is not None and self.lane.closures and (found := self.lane.shut_by(self.robot)) is not None:
+            return found
+        return None if self.over is None else self.over.shut_by(self.robot)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the lanes beyond are open, with room to stand."""
+        return (self.lane is None or self.lane.has_room(self.robot)) and (
+            self.over is None or self.over.shut_by(self.robot) is None
+        )
+
+
+class Intersection:
+    """One node, or several nodes too close together (nearer than D) to be used at once.
+
+    A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at`
+    (known as soon as it sets out, so often in the future) for the lane `left_on` at a pace; until then it is
+    closed to all others, and afterwards to those whose path would come too close: at most until that one is D beyond.
+    """
+
+    __slots__ = (
+        "blocked",
+        "claims",
+        "holder",
+        "left_at",
+        "left_on",
+        "left_pace",
+        "name",
+        "nodes",
+        "opening",
+        "outs",
+        "reopens",
+        "rules",
+        "user",
+        "waits",
+    )
+
+    def __init__(self, rules: Rules, name: str) -> None:
+        self.rules = rules
+        self.name = name
+        self.nodes = [name]
+        self.holder: Body | None = None
+        self.user: Body | None = None
+        self.claims: list[Claim] = []
+        self.left_at = -math.inf
+        self.left_pace = 1.0
+        self.left_on: Lane | None = None
+        self.reopens = self.opening = math.inf
+        self.outs: list[Lane] = []
+        self.waits = 0
+        self.blocked = 0.0
+
+    @property
+    def passages(self) -> int:
+        """Robots that left it along a lane."""
+        return sum(lane.passages for lane in self.outs)
+
+    # Whether it is open
+
+    def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:
+        """Whether a robot that comes `via` a lane (None: from a bay) may use it now."""
+        holder = self.holder
+        if holder is not None:
+            return holder is robot
+        # No closing distance is longer than D: whoever is D beyond is clear of everybody, without a look at the table.
+        if (now - self.left_at) * self.left_pace >= self.rules.headway:
+            return True
+        return self.opens_at(robot, via) <= now + EPS
+
+    def opens_at(self, robot: Body, via: Lane | None) -> float:
+        """When the robot that passed last is far enough beyond it for one that comes `via` a lane."""
+        left_on = self.left_on
+        if left_on is None:
+            return -math.inf
+        if via is None:  # out of a bay it has no heading yet: D whichever way the other went
+            return self.left_at + self.rules.headway / self.left_pace
+        # Behind a slower robot the gap closes on the way: the distance is larger by the ratio of their speeds.
+        ratio = min(1.0, self.left_pace / _pace_by(robot, via)) if self.rules.mixed else 1.0
+        distance = via.closings.get((left_on, ratio))
+        if distance is None:
+            distance = via.closings[left_on, ratio] = self.rules.closing_distance(via, left_on, ratio)
+        return self.left_at + distance / self.left_pace
+
+    # Claims
+
+    def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
+        """Claim it and room on the lane beyond, in one step, and wait until both are granted."""
+        now: float = self.rules.env._now
+        guard = self.rules.guard
+        if (
+            not self.claims  # whoever asked before is served first
+            and self.is_open(robot, via, now)
+            and (lane is None or lane.has_room(robot))
+            and (over is None or over.shut_by(robot) is None)
+            and (guard is None or guard.admits(robot, self, lane))
+        ):
+            self.grant(robot, lane)
+            return
+        claim = robot.claim = Claim(robot, self, lane, via, over)
+        self.claims.append(claim)
+        if lane is not None:
+            lane.wanted += 1
+        other = self.holder or self.user  # the wait is put down to whoever is in the way as it begins
+        self.serve(now)
+        if robot.claim is not None:
+            self.rules.gridlock.check(robot)
+        robot.waiting_since = since = now
+        if guard is not None and robot.claim is not None:
+            guard.waits(claim)
+        robot.driver.stands(waiting=True)
+        yield claim
+        robot.driver.stands(waiting=False)
+        now = self.rules.env._now
+        if now > since + EPS:
+            self.count_claim(claim, other, now - since, now)
+
+    def grant(self, robot: Body, lane: Lane | None) -> None:
+        """It is the robot's, and with it room on `lane`."""
+        self.holder = robot
+        robot.held = self
+        robot.granted = lane
+        if lane is not None:
+            lane.entering = robot
+
+    def award(self, claim: Claim, lane: Lane | None) -> None:
+        """Grant a waiting claim, with room on `lane`, and wake its robot."""
+        self.claims.remove(claim)
+        claim.robot.claim = None
+        if claim.lane is not None:
+            claim.lane.wanted -= 1
+        self.grant(claim.robot, lane)
+        if self.rules.guard is not None:
+            self.rules.guard.granted(claim)
+        claim.succeed()
+
+    def serve(self, now: float) -> None:
+        """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
+        guard = self.rules.guard
+        for claim in self.claims:  # one that has no room is passed over: the node is for those who have
+            if claim.has_room:
+                if not self.is_open(claim.robot, claim.via, now):
+                    # Only time keeps it waiting, and it is not passed over: to a platoon that goes straight on the
+                    # node is never closed, so a robot that crosses would wait for all of it.
+                    if self.holder is None:
+                        break
+                elif guard is None or guard.admits(claim.robot, self, claim.lane):
+                    self.award(claim, claim.lane)
+                    return
+            else:
+                self.wait_for_opening(claim, now)
+        if self.holder is None:
+            self.reopen_later(now)
+
+    def reopen_later(self, now: float) -> None:
+        """Look at the claims again when the first of them is past the closing time; nobody asks for less."""
+        when = math.inf
+        for claim in self.claims:
+            time = self.opens_at(claim.robot, claim.via)
+            if now + EPS < time < when:
+                when = time
+        if when < self.reopens:
+            self.reopens = when
+            Timeout(self.rules.env, when - now).callbacks.append(self._reopen)
+
+    def _reopen(self, _: Event) -> None:
+        self.reopens = math.inf
+        if self.claims:
+            self.freed(self.rules.env._now)
+
+    def wait_for_opening(self, claim: Claim, now: float) -> None:
+        """If a claim waits for a lane that is closed, look at it again when that opens."""
+        closure = claim.shut_by
+        when = math.inf if closure is None else closure.closed_until(now)
+        if when < self.opening:
+            self.opening = when
+            Arrival(self.rules.env, when).callbacks.append(self._opened)
+
+    def _opened(self, _: Event) -> None:
+        """A lane beyond it has opened: of those that were kept out some may close a ring, whoever is on it."""
+        self.opening = math.inf
+        now: float = self.rules.env._now
+        if self.claims:
+            self.serve(now)
+            for claim in list(self.claims):
+                self.rules.gridlock.check(claim.robot)
+
+    # Leaving it
+
+    def passed(self, robot: Body, onward: Lane, time: float) -> None:
+        """A robot's centre leaves it for a lane at `time`; the last to do so counts."""
+        if self.holder is robot:  # in a rotation it may be the next robot's already
+            self.holder = None
+        if time >= self.left_at:
+            self.user = robot
+            self.left_at = time
+            self.left_on = onward
+            self.left_pace = robot.pace
+
+    def freed(self, now: float) -> None:
+        """It is free and has claims: serve them. Those that now wait for room only may have closed a ring.
+
+        With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
+        """
+        self.serve(now)
+        if self.holder is None and math.isinf(self.reopens):
+            for claim in list(self.claims):
+                self.rules.gridlock.check(claim.robot)
+
+    def count_claim(self, claim: Claim, other: Body | None, duration: float, end: float) -> None:
+        """An episode of waiting for a claim: a collision, or, where a closure was in the way as it began, none."""
+        robot, closure = claim.robot, claim.because
+        if closure is None:
+            self.count_wait(robot, other, duration, end)
+            return
+        robot.kept_out(closure.wait, duration)
+        if self.rules.log.everything:
+            lane = claim.over if claim.over is not None and closure in claim.over.closures else claim.lane
+            assert lane is not None
+            self.rules.log.kept_out(end, robot, closure.wait, self.name, lane.edge, duration)
+
+    def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
+        """One collision: an episode of waiting before this intersection that ends at `end`."""
+        self.waits += 1
+        self.blocked += duration
+        robot.waited += duration
+        robot.crossings += 1
+        if self.rules.log.everything:
+            self.rules.log.collision(end, robot, other, self.name, None, duration)
+
+
+def _pace_by(robot: Body, via: Lane) -> float:
+    """How fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
+    pace = min(robot.speed, via.limit)
+    return max(pace, robot.pace) if robot.lane is via else pace
+
+
+class FreeIntersection(Intersection):
+    """A node at which nobody waits for another: what if it were no bottleneck?
+
+    It is open to all at once; robots still spend their time there and wait for room on the lane beyond it, on which
+    they keep D as everywhere (see `Lane.free_at`, for which such a floor counts as one of mixed speeds).
+    """
+
+    __slots__ = ()
+
+    def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002
+        """Always."""
+        return True
+
+    def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002
+        """It never closes."""
+        return -math.inf
+
+    def grant(self, robot: Body, lane: Lane | None) -> None:
+        """The robot may stand on it, with others, and has room on `lane`."""
+        robot.held = self
+        robot.granted = lane
+        if lane is not None:
+            lane.entering = robot

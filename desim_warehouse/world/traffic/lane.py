@@ -1,0 +1,360 @@
+"""A lane: the one-way edge between two intersections, its queue of robots, and the room on it.
+
+A robot commits to a target on its lane that keeps it a headway behind the target of the robot ahead and drives
+there. Nothing polls: whoever makes way lets those behind come up at once, down the queue, and at the lane's start
+the intersection decides who gets the room (`Intersection.serve`).
+
+The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's place.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.world.traffic.body import Delay
+from desim_warehouse.world.traffic.rules import EPS, turn
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.closures import Closure, Slowness
+    from desim_warehouse.world.traffic.intersection import Intersection
+    from desim_warehouse.world.traffic.rules import Rules
+    from desim_warehouse.world.traffic.zones import ZoneDirection
+
+
+class Lane:
+    """Robots queue on it in order, none overtakes.
+
+    `last` is the robot that entered last and is still on it. `entering` is the robot that was granted
+    room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
+    place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
+    nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
+    next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
+    other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
+    `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
+    left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
+    """
+
+    __slots__ = (
+        "blocked",
+        "closings",
+        "edge",
+        "end",
+        "entering",
+        "head",
+        "heading",
+        "headway",
+        "inside",
+        "last",
+        "length",
+        "limit",
+        "node_time",
+        "out_at",
+        "out_pace",
+        "out_since",
+        "passages",
+        "rules",
+        "short",
+        "start",
+        "stop_line",
+        "tail",
+        "turns",
+        "twin",
+        "waits",
+        "wanted",
+        "zone_direction",
+    )
+
+    closures: Sequence[Closure] = ()
+    slow: Sequence[Slowness] = ()
+    """What keeps robots out at times, and what slows them down; see `closures.RestrictedLane`."""
+
+    def __init__(
+        self,
+        rules: Rules,
+        edge: tuple[str, str],
+        *,
+        length: float,
+        limit: float,
+        heading: float,
+        tail: complex,
+        head: complex,
+        start: Intersection,
+        end: Intersection,
+        node_time: float,
+        inside: bool = False,
+    ) -> None:
+        self.rules = rules
+        self.edge = edge
+        self.tail = tail
+        self.head = head
+        self.length = length
+        self.limit = limit
+        self.heading = heading
+        self.start = start
+        self.end = end
+        self.node_time = node_time
+        self.headway = rules.headway
+        self.short = inside or length < 2 * self.headway
+        self.inside = self.short and start is end
+        self.stop_line = 0.0 if self.short else length - self.headway
+        self.closings: dict[tuple[Lane, float], float] = {}
+        self.turns: dict[Lane, float] = {}
+        self.last: Body | None = None
+        self.entering: Body | None = None
+        self.twin: Lane | None = None
+        self.zone_direction: ZoneDirection | None = None
+        self.wanted = 0
+        self.out_at = self.out_since = -math.inf
+        self.out_pace = 1.0
+        self.passages = self.waits = 0
+        self.blocked = 0.0
+
+    def turn_to(self, onward: Lane) -> float:
+        """How long a robot that comes by this lane turns on the node before it can leave by another."""
+        time = self.turns.get(onward)
+        if time is None:
+            time = self.turns[onward] = self.rules.turn_time * turn(self.heading, onward.heading) / (math.pi / 2)
+        return time
+
+    # Room
+
+    def has_room(self, robot: Body) -> bool:
+        """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
+        # `entering` was granted the room and has not set out yet.
+        if self.entering is not None or (self.twin is not None and not self._is_clear_for(robot)):
+            return False
+        last = self.last
+        return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
+
+    def shut_by(self, robot: Body) -> Closure | None:  # noqa: ARG002 - see RestrictedLane
+        """What keeps a robot out now, if the lane is closed."""
+        return None
+
+    def _is_clear_for(self, robot: Body) -> bool:
+        """Of a two-way lane: whether nobody comes towards a robot; one that turns back at its end meets only itself."""
+        assert self.twin is not None
+        other = self.twin.last
+        return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
+
+    @property
+    def lane_of_both(self) -> Lane:
+        """The same lane for both directions of a two-way one."""
+        return self if self.twin is None or self.edge < self.twin.edge else self.twin
+
+    def clear_stop(self, stop: float) -> float:
+        """Where a robot stops that wants to stop at `stop`: D clear of the nodes.
+
+        Nearer it would keep others off the node while it loads, and a ring could not turn past it.
+        """
+        if self.inside:
+            return stop
+        # Below 2 D both ends cannot be clear: it is D from the start, and holds the end.
+        # Its length may have been rounded down to D or 2 D: a good next to its end is at its end.
+        return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
+
+    def made_room(self, behind: Body | None, now: float) -> None:
+        """There is more room before the robot `behind`, or (None) at the lane's start, for those who wait."""
+        if behind is None:
+            if self.wanted:
+                self.start.serve(now)
+        else:
+            self.move_up(behind, now)
+
+    # The queue
+
+    def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
+        """A robot leaves the node at the lane's start at `clear`, bound for `stop` or the stop line, as the last.
+
+        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower: so it is D behind all the
+        way, and one event still takes it there.
+        """
+        ahead, mixed = self.last, self.rules.mixed
+        pace = robot.pace_on(self) if mixed else robot.speed
+        target = robot.goal = self.stop_line if stop is None else stop
+        if ahead is not None:
+            target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
+            ahead.behind = robot
+        until = clear + target / pace
+        if mixed and (late := self.free_at(ahead, target, pace, clear) - until) > EPS:
+            self._put_off(robot, ahead, pace, clear, late, now + (clear + late - now))
+            clear += late
+            until += late
+        robot.lane = self
+        robot.ahead = ahead
+        robot.held = robot.granted = None
+        robot.pace = pace
+        robot.pos = 0.0
+        robot.target = target
+        robot.since = robot.entered_at = clear
+        robot.until = until
+        robot.moves += 1
+        self.last = robot
+        self.entering = None
+        self.passages += 1
+
+    def first_target(self, stop: float | None) -> float:
+        """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
+        goal = self.stop_line if stop is None else stop
+        last = self.last
+        return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
+
+    def enter_standing(self, robot: Body) -> None:
+        """A robot that stood on the node at the lane's start is on the lane, at 0, and has committed to nothing yet."""
+        robot.ahead = self.last
+        if self.last is not None:
+            self.last.behind = robot
+        self.last = robot
+        self.passages += 1
+        robot.lane = self
+        robot.pos = robot.target = robot.goal = 0.0
+        robot.moves += 1
+        robot.pace = robot.pace_on(self) if self.rules.mixed else robot.speed
+
+    def place(self, robot: Body, position: float) -> None:
+        """A robot stands here at the start of a run, as the last."""
+        robot.ahead = self.last
+        if self.last is not None:
+            self.last.behind = robot
+        self.last = robot
+        robot.lane = self
+        robot.pos = robot.target = robot.goal = position
+        robot.driven = -position
+        robot.pace = robot.pace_on(self)
+
+    def leave(self, robot: Body, out: float) -> None:
+        """Take a robot off the queue; it leaves the lane's end at the time `out`."""
+        front, behind = robot.ahead, robot.behind
+        robot.driven += self.length
+        robot.out_at = out
+        robot.out_pace = robot.pace
+        if self.rules.exits_matter and out > self.out_at:
+            self.out_at = out
+            self.out_pace = robot.pace
+        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
+            front.behind = behind
+        if behind is None:
+            self.last = front
+        else:
+            behind.ahead = front
+            robot.behind = None
+
+    def commit(self, robot: Body, target: float, now: float) -> None:
+        """Let a robot drive on to `target`, and all set off who gain by it."""
+        self.set_off(robot, target, now)
+        self.made_room(robot.behind, now)
+
+    def move_up(self, robot: Body | None, now: float) -> None:
+        """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.
+
+        So the target of every robot is as far as its goal and the robot ahead allow, also while it drives: a platoon
+        flows as one. Each is woken when it is at its new target: a queue moves up by one event a robot.
+        """
+        while robot is not None:
+            ahead = robot.ahead
+            limit = robot.goal if ahead is None else min(robot.goal, ahead.target - self.headway)
+            if limit - robot.target <= EPS:  # in the words of `Drive.roll`, so that no rounding comes between them
+                return
+            if robot.waiting_behind is not None:
+                drive = robot.stop_waiting(now)
+                self.set_off(robot, limit, now)
+                drive.due(robot.until)
+            elif not self._drives_on(robot, limit, now):
+                return
+            robot = robot.behind
+            if robot is None and self.wanted:
+                self.start.serve(now)
+
+    def set_off(self, robot: Body, target: float, now: float) -> None:
+        """Drive to `target` from `now` on; behind a slower robot later, so that it comes no closer on the way."""
+        rules, since = self.rules, now
+        mixed = rules.mixed
+        if mixed and robot.stretch is not None:
+            since = robot.sets_off(target - robot.pos, now)
+        until = since + (target - robot.pos) / robot.pace
+        if mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
+            self._put_off(robot, robot.ahead, robot.pace, since, late, since + late)
+            since += late
+            until += late
+        robot.since = since
+        robot.until = until
+        robot.target = target
+        if rules.log.everything:
+            rules.log.drive(robot, since)
+
+    def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
+        """A robot starts late behind a slower one, or behind one that gathers speed as it has to do itself."""
+        if robot.stretch is not None:
+            part, robot.stretch = robot.stretch.later(late, pace)
+            since, late = since + part, late - part
+            if late <= EPS:
+                return
+        self.count_wait(robot, ahead, late, end)
+        robot.delay = Delay(self, ahead, since, since + late)
+        robot.driver.will_stand(since, since + late)
+
+    def _drives_on(self, robot: Body, target: float, now: float) -> bool:
+        """Let a robot under way drive on to `target` without a stop; or not, if it came too close to a slower one.
+
+        Nor if it still gathers speed: what that takes is spent where it was sure to get to.
+
+        Its drive comes up where it was sure to get to before, and again at the new target.
+        """
+        until = robot.until + (target - robot.target) / robot.pace
+        if robot.until < now or (
+            self.rules.mixed
+            and (
+                self.free_at(robot.ahead, target, robot.pace, now) > until + EPS
+                or not robot.keeps_pace(target - robot.target)
+            )
+        ):
+            return False
+        since, robot.target, robot.until = robot.until, target, until
+        if self.rules.log.everything:
+            self.rules.log.drive(robot, since)
+        return True
+
+    def free_at(self, ahead: Body | None, target: float, pace: float, since: float) -> float:
+        """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
+
+        Coming later than it could counts as waiting.
+        Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
+        if that is after `since`, when it could set off itself.
+        """
+        if ahead is None:
+            beyond = target - (self.length - self.headway)
+            free = self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
+            if self.out_since > since:
+                free = max(free, self.out_since + max(target - (self.stop_line - self.headway), 0.0) / pace)
+            return free
+        free = ahead.passes(target + self.headway)
+        if ahead.since > since:
+            free = max(free, ahead.since + max(target - (ahead.pos - self.headway), 0.0) / pace)
+        return free
+
+    def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
+        """One collision: an episode of waiting behind `other` on this lane that ends at `end`.
+
+        However often a robot would stop and start in small steps meanwhile: counted so, S grows without limit as the
+        steps shrink.
+        """
+        self.waits += 1
+        self.blocked += duration
+        robot.waited += duration
+        robot.rear_ends += 1
+        if self.rules.log.everything:
+            self.rules.log.collision(end, robot, other, None, self.edge, duration)
+
+    def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
+        """The run ends before a delay that was counted is over: what is left of it does not count."""
+        left = robot.delay_after(now)
+        robot.waited -= left
+        self.blocked -= left
+        if delay.begin >= now - EPS:
+            self.waits -= 1
+            robot.rear_ends -= 1
+        elif self.rules.log.everything:
+            self.rules.log.collision(now, robot, delay.other, None, self.edge, now - delay.begin)

@@ -1,0 +1,155 @@
+"""People in the aisles: who comes when, where to, and how long they stay.
+
+They do not look at robots, so all visits could be drawn before a run. They are drawn as far as somebody asks: the times
+of visits from one random stream, and for each visit the aisle and the stay from a stream of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim_warehouse.layout.zones import edges_along
+from desim_warehouse.model.flows import StorageEnd, mean_rate
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import Good
+from desim_warehouse.values.distributions import Distribution
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterator, Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.people import PeopleSpec
+    from desim_warehouse.states import WaitName
+    from desim_warehouse.values.calendars import Hours
+    from desim_warehouse.values.streams import Streams
+
+    Edge = tuple[str, str]
+
+
+class Visit(NamedTuple):
+    """A person in an aisle, on all its edges."""
+
+    begin: float
+    end: float
+    edges: tuple[Edge, ...]
+
+
+class Aisle:
+    """An aisle that people of one source come to: closed to robots while somebody is in it."""
+
+    wait: WaitName = "waiting_person"
+
+    def __init__(self, source: PeopleSource, edges: tuple[Edge, ...]) -> None:
+        self.source = source
+        self.edges = edges
+        self.busy_until = -math.inf
+
+    def closed_until(self, now: float) -> float:
+        """When those who are in it now will all have left."""
+        self.source.come(now)
+        return self.busy_until
+
+    def expected_until(self, time: float, now: float) -> float:
+        """For one who sees somebody in it, and not for how long yet: the mean time that is left of a stay, from now.
+
+        Seen at any instant it is E[S^2] / (2 E[S]), the mean residual time of renewal theory.
+        """
+        return now + self.source.mean_left if self.closed_until(now) > now else time
+
+
+class PeopleSource:
+    """People of one kind; `visits` are those that have come so far."""
+
+    def __init__(
+        self, name: str, spec: PeopleSpec, aisles: Sequence[tuple[Edge, ...]], weights: Sequence[float] | None
+    ) -> None:
+        self.name = name
+        self.spec = spec
+        self.aisles = [Aisle(self, edges) for edges in aisles]
+        self.weights = weights
+        self.visits: list[Visit] = []
+        stay = spec.stay
+        mean, variance = (stay.mean, stay.variance) if isinstance(stay, Distribution) else (stay, 0.0)
+        self.mean_left = (mean + variance / mean) / 2 if mean else 0.0
+        self._arrivals: Iterator[float]
+        self._next = math.inf
+
+    def start(self, streams: Streams, hours: Hours, hour: float) -> None:
+        """With the random streams of a run; `hours`: when people come; `hour`: in its time units."""
+        self._streams = streams
+        self._arrivals = self._times(hours, hour)
+        self._next = next(self._arrivals, math.inf)
+
+    def _times(self, hours: Hours, hour: float) -> Iterator[float]:
+        """The times at which people come; at random a Poisson process in the time that is open to them."""
+        if self.spec.per_hour is None:
+            yield from sorted(self.spec.times)
+            return
+        gaps = self._streams.stream(f"people:{self.name}:arrivals")
+        open_time = 0.0
+        while math.isfinite(open_time):
+            open_time += float(gaps.exponential(hour / self.spec.per_hour))
+            time = hours.when_open(open_time)
+            if math.isinf(time):
+                return
+            yield time
+
+    def come(self, now: float) -> None:
+        """All visits that have begun by now."""
+        while self._next <= now:
+            stream = self._streams.stream(f"people:{self.name}", len(self.visits))
+            which = 0 if len(self.aisles) == 1 else int(stream.choice(len(self.aisles), p=self.weights))
+            stay, aisle = self.spec.stay, self.aisles[which]
+            end = self._next + (stay.draw(stream) if isinstance(stay, Distribution) else stay)
+            self.visits.append(Visit(self._next, end, aisle.edges))
+            aisle.busy_until = max(aisle.busy_until, end)
+            self._next = next(self._arrivals, math.inf)
+
+
+def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[PeopleSource]:
+    """Where the people of a model come from; `inside`: edges that are no aisles, as they lie in an intersection."""
+    found = []
+    for name, spec in model.people.items():
+        if spec.aisles:
+            found.append(PeopleSource(name, spec, [edges_along(layout, line) for line in spec.aisles], None))
+        else:
+            aisles, weights = storage_aisles(model, layout, inside)
+            found.append(PeopleSource(name, spec, aisles, weights))
+    return found
+
+
+def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tuple[list[tuple[Edge, ...]], list[float]]:
+    """The edges with storage places, each an aisle by itself, and the shares of demand there; not those `inside`."""
+    demand = [0.0] * len(layout.storage)
+    for share, weights in _asked_for(model, layout):
+        for number in range(len(demand)):
+            demand[number] += share * (1 / len(demand) if weights is None else float(weights[number]))
+    found: dict[tuple[Edge, ...], float] = {}
+    for place, wanted in zip(layout.storage, demand, strict=True):
+        if place.edge[0] != place.edge[1] and place.edge not in inside:
+            aisle = edges_along(layout, sorted(place.edge))
+            found[aisle] = found.get(aisle, 0.0) + wanted
+    total = math.fsum(found.values())
+    return list(found), [wanted / total if total else 1 / len(found) for wanted in found.values()]
+
+
+def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
+    """How demand is spread over storage places, with weights; None: all alike."""
+    tasks, storage = model.tasks, layout.storage
+    if isinstance(tasks.goods, tuple):
+        listed = [0.0] * len(storage)
+        for good in tasks.goods:
+            listed[good.good if isinstance(good, Good) else good] += 1 / len(tasks.goods)
+        yield 1.0, listed
+    elif tasks.goods is not None:
+        yield 1.0, shares(tasks.popularity, storage)
+    flows = list(tasks.flows.values())
+    rates = [mean_rate(flow, model.run.length or math.inf, model.units.hour) for flow in flows]
+    for flow, rate in zip(flows, rates, strict=True):
+        for route in flow.routes:
+            for end in (route.source, route.target):
+                if isinstance(end, StorageEnd):
+                    share = route.share * (rate if rate is not None and None not in rates else 1.0)
+                    yield share, shares(end.popularity or tasks.popularity, storage)

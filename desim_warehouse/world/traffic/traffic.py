@@ -1,0 +1,177 @@
+"""Collision waiting as contention: the Highways as lanes and intersections that robots reserve.
+
+Read `drive` for how a robot gets along, `lane` for the queue on an edge, `intersection` for who may cross,
+`gridlock` for why it never stalls, `rules` for the distances.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout.zones import closed
+from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.closures import RestrictedLane, Restrictions
+from desim_warehouse.world.traffic.drive import Drive
+from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
+from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.rules import Rules, exact_length
+from desim_warehouse.world.traffic.zones import mark_directions
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Container, Mapping, Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.layout.zones import TrafficZone
+    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.world.traffic.body import Body
+
+
+class Traffic:
+    """The Highways in use: lanes by edge, intersections by node.
+
+    `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
+    `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
+    `rules.guard`, which decides on every step; `patience` is its. For `zones` see there. `node_times`: nodes at which
+    another time than `node_time` is spent; `free`: nodes at which nobody waits. `restrictions`: lanes that are
+    closed or slow at times.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        layout: Layout,
+        log: Log,
+        *,
+        contact: float,
+        theta: float,
+        node_time: float,
+        turn_time: float = 0.0,
+        mixed: bool = True,
+        rule: Rule = "rotate",
+        patience: float = math.inf,
+        zones: Sequence[TrafficZone] = (),
+        node_times: Mapping[str, float] | None = None,
+        free: Collection[str] = (),
+        restrictions: Restrictions | None = None,
+    ) -> None:
+        restrictions = Restrictions() if restrictions is None else restrictions
+        mixed = mixed or bool(free) or bool(restrictions.slow)
+        self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
+        guard = Avoidance(env, patience) if rule == "avoid" else None
+        self.rules = Rules(
+            env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
+        )
+        lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
+        self.nodes = _intersections(layout, self.rules, lengths, zones, free)
+        self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {}, restrictions)
+        if mark_directions(zones, self.lanes):
+            assert guard is not None
+            guard.has_zones = True
+
+    def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
+        """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
+
+        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`); without a route it is
+        on the lane where the robot is.
+        """
+        if stop is not None:
+            stop = (route[-1] if route else robot.lane).clear_stop(stop)
+        return Drive(self.rules, robot, route, stop)
+
+    def stand(self, robot: Body, start: Start) -> None:
+        """Put a robot onto the lanes at the start of a run; on one lane those farther ahead come first."""
+        if start.edge is None:
+            node = self.nodes[start.node]
+            node.grant(robot, None)
+            robot.at = node
+        else:
+            self.lanes[start.edge].place(robot, start.offset)
+
+    def into_bay(self, robot: Body) -> None:
+        """From the node it stands on into the bay beside it: at once, and the node is open to all."""
+        now = self.rules.env._now
+        node, lane = robot.held, robot.lane
+        if lane is not None:
+            lane.leave(robot, now)
+            lane.out_at = -math.inf  # it is in nobody's way any more
+        robot.lane = robot.held = robot.ahead = None
+        robot.at = node
+        if self.rules.guard is not None:
+            self.rules.guard.left(robot)
+        robot.pos = robot.target = 0.0
+        if node.holder is robot:
+            node.holder = None
+        if node.claims:
+            node.freed(now)
+
+
+def _intersections(
+    layout: Layout,
+    rules: Rules,
+    lengths: Mapping[Edge, float],
+    zones: Sequence[TrafficZone],
+    free: Collection[str],
+) -> dict[str, Intersection]:
+    """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one.
+
+    One with a free node among its nodes is free as a whole.
+    """
+    nodes = {name: Intersection(rules, name) for name in layout.graph}
+    together = [edge for edge, length in lengths.items() if length < rules.headway]
+    together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
+    for source, target in together:
+        one, other = nodes[source], nodes[target]
+        if one is not other:
+            one.nodes += other.nodes
+            for name in other.nodes:
+                nodes[name] = one
+    for name in free:
+        closed = nodes[name]
+        if not isinstance(closed, FreeIntersection):
+            found = FreeIntersection(rules, closed.name)
+            found.nodes = closed.nodes
+            nodes.update(dict.fromkeys(closed.nodes, found))
+    return nodes
+
+
+def _lanes(
+    layout: Layout,
+    rules: Rules,
+    nodes: dict[str, Intersection],
+    lengths: Mapping[Edge, float],
+    inside: Container[Edge],
+    node_times: Mapping[str, float],
+    restrictions: Restrictions,
+) -> dict[Edge, Lane]:
+    """By edge."""
+    lanes = {}
+    points, headings, restricted = layout.points, layout.headings, restrictions.edges
+    for edge, _, limit, two_way in layout.edges:
+        source, target = edge
+        lane = (RestrictedLane if edge in restricted else Lane)(
+            rules,
+            edge,
+            length=lengths[edge],
+            limit=limit,
+            heading=headings[edge],
+            tail=points[source],
+            head=points[target],
+            start=nodes[source],
+            end=nodes[target],
+            inside=edge in inside,
+            node_time=node_times.get(target, rules.node_time),
+        )
+        if isinstance(lane, RestrictedLane):
+            lane.restrict(restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ()))
+        lane.start.outs.append(lane)
+        lanes[edge] = lane
+        if two_way and (twin := lanes.get((target, source))) is not None:
+            lane.twin, twin.twin = twin, lane
+    return lanes

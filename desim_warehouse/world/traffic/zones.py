@@ -1,0 +1,59 @@
+"""Zones: intersections of many nodes for one robot at a time, and lines of lanes with one direction at a time.
+
+One robot: nodes and edges of the zone are one intersection, and its edges lie inside: a robot claims all of it together
+with room beyond, so none waits in it for room, and rings turn past it as past a node (`intersection`, `gridlock`).
+One direction: whoever drives a line of two-way lanes the other way stands in the way of those who have it before them
+(`avoidance`).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from desim_warehouse.layout.zones import TrafficZone
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.lane import Lane
+
+
+class Exit:
+    """Where a route leaves a line of lanes: after the node at the end of the last of them that it drives."""
+
+
+class ZoneDirection:
+    """One direction of a line of two-way lanes; `robots` are in it, or were and have not been looked at since."""
+
+    __slots__ = ("exit", "opposite", "robots")
+
+    def __init__(self) -> None:
+        self.exit = Exit()
+        self.opposite: ZoneDirection = self
+        self.robots: dict[Body, None] = {}
+
+    def is_in(self, robot: Body, now: float) -> float | None:
+        """Of a robot that has been granted what lies beyond: when to look whether it has left; None: it has."""
+        lane = robot.lane
+        if lane is None:
+            return None
+        if lane.zone_direction is self:  # about to cross, on the way to the node, or turning on it
+            rules = lane.rules
+            return float(max(robot.until + lane.node_time + 2 * rules.turn_time, now + EPS))
+        return robot.entered_at if robot.entered_at > now + EPS else None
+
+
+def mark_directions(zones: Iterable[TrafficZone], lanes: Mapping[tuple[str, str], Lane]) -> bool:
+    """Tell lanes of which zone's direction they are part; whether there is any."""
+    found = False
+    for zone in zones:
+        if zone.rule == "one-direction":
+            there, back = ZoneDirection(), ZoneDirection()
+            there.opposite, back.opposite = back, there
+            for a, b in pairwise(zone.line):
+                lanes[a, b].zone_direction, lanes[b, a].zone_direction = there, back
+            found = True
+    return found
