@@ -8,18 +8,20 @@ from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
-from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.estimate import estimate, most_loads
-from desim_warehouse.feasibility.flow_mix import FlowMix, always_open, len_of_orders
-from desim_warehouse.feasibility.free_flow import arrival_rate, asked_for, free_flow, least_task, listed
-from desim_warehouse.feasibility.power import chargers_at, is_lifelong, levels, start_energy
+from desim_warehouse.feasibility.flow_mix import FlowMix
+from desim_warehouse.feasibility.free_flow import free_flow, least_task
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
 from desim_warehouse.model.battery import Consumption
+from desim_warehouse.model.charging import chargers_at, levels
+from desim_warehouse.model.demand import always_open, arrival_rate, asked_for, len_of_orders, listed
 from desim_warehouse.model.destinations import destinations, own_destinations
+from desim_warehouse.model.energy import start_energy
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.schema import RandomGoods
+from desim_warehouse.model.stations import own_times
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -130,7 +132,7 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     }
     back_in_time = {(target, source): time for (source, target), time in times.items()}
     begins = ends = list(chargers_at(model, layout))
-    if not begins or not is_lifelong(model):
+    if not begins or not model.tasks.never_end:
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
     out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
     on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
@@ -212,7 +214,7 @@ def holds(model: Model, battery: BatterySpec) -> float:
     known = levels(model)
     if known is None or known.margin is None:
         return battery.capacity + battery.reserve
-    return known.full if is_lifelong(model) else battery.capacity
+    return known.full if model.tasks.never_end else battery.capacity
 
 
 def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
@@ -357,9 +359,9 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
 
 def _lasts(model: Model, layout: Layout, time: float) -> bool:
     """Whether a run surely goes on beyond a time."""
-    if model.run.length is not None and is_lifelong(model):
+    if model.run.length is not None and model.tasks.never_end:
         return model.run.length > time
-    if is_lifelong(model):
+    if model.tasks.never_end:
         return False
     count = _count(model)
     cycle = least_task(model, layout)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
-from desim_warehouse.values.distributions import mean_of
+from desim_warehouse.model.disturbances import occupied, with_storage
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.checks import Use
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.people import PeopleSpec
 
 MOST_OCCUPIED = 0.9
 """An aisle in which people are for a larger share of the time is as good as closed."""
@@ -43,7 +41,7 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
         edges = [edge for line in people.aisles for edge in pairwise(line)]
         yield from _missing(layout, place, edges)
         yield from _inside(place, edges_of(layout, edges), inside)
-        if not people.aisles and not _with_storage(layout) - inside:
+        if not people.aisles and not with_storage(layout) - inside:
             text = "there is no edge with storage places that is long enough to wait before it"
             yield Finding("CLOSURE", place, text, "say which aisles people come to")
     yield from _cut_off(model, layout, use)
@@ -62,22 +60,6 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
             )
 
 
-def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
-    """The share of the time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
-
-    None where they come at times that are given, or nowhere.
-    """
-    aisles = len(people.aisles) or len({frozenset(edge) for edge in _with_storage(layout)})
-    if people.per_hour is None or not aisles:
-        return None
-    return -math.expm1(-people.per_hour / model.units.hour * mean_of(people.stay) / aisles)
-
-
-def _with_storage(layout: Layout) -> set[Edge]:
-    """The edges with storage places; places at nodes are in no aisle."""
-    return {place.edge for place in layout.storage if place.edge[0] != place.edge[1]}
-
-
 def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Finding]:
     for a, b in edges:
         if not edges_of(layout, [(a, b)]):
@@ -93,10 +75,9 @@ def _inside(place: str, edges: Iterable[Edge], inside: Container[Edge]) -> Itera
 
 def _cut_off(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
     """What no robot could get to or leave in the whole run."""
-    length = model.run.length or math.inf
     for name, closure in model.traffic.closures.items():
         begin, end = model.hours(closure.hours).following(0.0)
-        if begin > 0 or end < length:
+        if begin > 0 or end < model.run.end:
             continue
         shut = edges_of(layout, closure.members)
         graph = layout.graph.copy()

@@ -15,17 +15,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.at_stations import open_share, own_times, specs, worked_capacity
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import arrival_rate, free_flow, mean_task
+from desim_warehouse.feasibility.free_flow import free_flow, mean_task
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.peak import peak_rate
-from desim_warehouse.feasibility.power import Power, is_lifelong, power
+from desim_warehouse.feasibility.power import Power, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model.demand import arrival_rate
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.stations import open_share, own_times, specs, worked_capacity
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.free_flow import FreeFlow
@@ -195,7 +196,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     at_work = _at_work(model, layout)
     balance = power(model, layout, cycle, rate, at_work)
     charging = None
-    if balance is not None and balance.charging_rate is not None and is_lifelong(model):
+    if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
         charging = balance.task / balance.charging_rate
     at_duty = on_duty(model)
     total = cycle.time + (charging or 0.0)

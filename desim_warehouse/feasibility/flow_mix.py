@@ -10,13 +10,13 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
+from desim_warehouse.model.demand import flow_rates
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, StorageEnd, mean_rate
-from desim_warehouse.model.orders import Reading, summary
+from desim_warehouse.model.flows import StorageEnd
 from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.stations import own_times
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -265,42 +265,3 @@ def _other_places(picks: Points, drops: Points) -> Any:
     to = np.where(same, 0.0, drops.weights)
     to[~to.any(axis=1)] = drops.weights
     return to / to.sum(axis=1, keepdims=True) if same.any() else to
-
-
-def flow_rates(model: Model) -> dict[str, float]:
-    """Tasks an hour of each flow; 0 for those that are always open, unless all are: then how many of each."""
-    flows, hour = model.tasks.flows, model.units.hour
-    length = model.run.length or _end_of_schedule(model)
-    rates = {
-        name: len_of_orders(model, flow) / length * hour
-        if isinstance(flow.when, OrdersArrivals)
-        else mean_rate(flow, length, hour, model.hours(flow.hours)) or 0.0
-        for name, flow in flows.items()
-    }
-    if any(rates.values()):
-        return {name: rate * model.tasks.demand for name, rate in rates.items()}
-    return {
-        name: float(flow.when.saturated) for name, flow in flows.items() if isinstance(flow.when, SaturatedArrivals)
-    } or dict.fromkeys(flows, 1.0)
-
-
-def always_open(model: Model) -> bool:
-    """Whether some tasks are always open, so that robots never rest."""
-    return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
-
-
-def len_of_orders(model: Model, flow: FlowSpec) -> int:
-    """How many tasks the file of a flow's orders has."""
-    assert isinstance(flow.when, OrdersArrivals)
-    return summary(flow.when.orders, Reading.of(model, model.floor)).tasks
-
-
-def _end_of_schedule(model: Model) -> float:
-    flows = model.tasks.flows.values()
-    times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
-    times += [
-        summary(flow.when.orders, Reading.of(model, model.floor)).last
-        for flow in flows
-        if isinstance(flow.when, OrdersArrivals)
-    ]
-    return max(times, default=0.0) or model.units.hour

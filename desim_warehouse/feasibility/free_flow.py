@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.at_stations import own_times
 from desim_warehouse.feasibility.cycle import Cycle
-from desim_warehouse.feasibility.flow_mix import FlowMix, flow_rates
+from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.travel import free_travel
+from desim_warehouse.model.demand import demand, listed
 from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.flows import SaturatedArrivals
-from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.schema import Good, PoissonGoods
+from desim_warehouse.model.stations import own_times
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -130,39 +127,3 @@ def mean_task(model: Model, layout: Layout, speed: float, loaded_speed: float) -
 def least_task(model: Model, layout: Layout) -> Cycle:
     """The mean task at the fastest, where nothing is lost by starts and stops."""
     return free_flow(model, layout, model.fleet.fastest, at_once=True).cycle()
-
-
-def arrival_rate(model: Model) -> float | None:
-    """Tasks per time unit that arrive on average; None where the work is a list, or as much as can be done."""
-    tasks, hour = model.tasks, model.units.hour
-    if isinstance(tasks.goods, PoissonGoods):
-        length = math.inf if model.run.length is None else model.run.length
-        return tasks.goods.poisson * tasks.demand / hour * model.hours(tasks.goods.hours).share(0.0, length)
-    if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
-        return None
-    return sum(flow_rates(model).values()) / hour
-
-
-def listed(model: Model) -> list[int]:
-    """The storage places of the tasks of the list, in its order; none for drawn goods."""
-    goods = model.tasks.goods
-    return [item.good if isinstance(item, Good) else item for item in goods] if isinstance(goods, tuple) else []
-
-
-def asked_for(model: Model, layout: Layout) -> list[int]:
-    """The storage places that tasks fetch from."""
-    if isinstance(model.tasks.goods, tuple):
-        return list(dict.fromkeys(listed(model)))
-    drawn = shares(model.tasks.popularity, layout.storage)
-    return [place.number for place in layout.storage if drawn is None or drawn[place.number] > 0]
-
-
-def demand(model: Model, layout: Layout) -> Any:
-    """Each storage place's share of all tasks, a numpy array."""
-    import numpy as np
-
-    goods, size = model.tasks.goods, len(layout.storage)
-    if isinstance(goods, tuple):
-        return np.bincount(listed(model), minlength=size) / len(goods)
-    drawn = shares(model.tasks.popularity, layout.storage)
-    return np.full(size, 1 / size) if drawn is None else drawn

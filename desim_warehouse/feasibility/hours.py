@@ -6,11 +6,12 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
+from desim_warehouse.model.hours import STEPS, first_stretches
 from desim_warehouse.model.orders import Reading, summary
+from desim_warehouse.model.stations import specs
 from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.values.calendars import Hours
 
-STEPS = 1000
-"""Times at which a calendar opens or closes that are looked at, to find whether two of them meet."""
-
 
 def on_duty(model: Model) -> float:
     """The part of the run in which a robot can work, on average over the fleet.
@@ -30,7 +28,7 @@ def on_duty(model: Model) -> float:
     It is in its hours then, and of the stations that tasks go to one is open: for those that are closed they are held
     back.
     """
-    layout, end = model.floor, math.inf if model.run.length is None else model.run.length
+    layout, end = model.floor, model.run.end
     of = specs(model, layout)
     stations = [model.hours(of[node].hours) if node in of else ALWAYS for node in destinations(model, layout)]
     names = model.fleet.hours_of_robots()
@@ -54,43 +52,9 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
     return together / at
 
 
-def longest_closed(model: Model) -> float:
-    """The longest time in which a station, or the fleet, is outside its hours, as far as the run goes.
-
-    A fleet of which a part f is off for a time g, and that keeps up all the same, falls back by no more than what
-    comes in f g meanwhile: so of robots it is the mean.
-    """
-    if not (model.layout.has_hours or model.fleet.has_hours):
-        return 0.0
-    stations, robots = [station.hours for station in model.layout.stations.values()], model.fleet.hours_of_robots()
-    end = math.inf if model.run.length is None else model.run.length
-    gap = {name: _longest_gap(model.hours(name), end) for name in {*stations, *robots}}
-    return max(fmean(gap[name] for name in robots), *(gap[name] for name in stations), 0.0)
-
-
-def _longest_gap(hours: Hours, end: float) -> float:
-    found, last = 0.0, 0.0
-    for begin, close in first_stretches(hours, end):
-        found, last = max(found, begin - last), close
-    return max(found, min(end, 1e300) - last if last < end < math.inf else 0.0)
-
-
-def first_stretches(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
-    """The first stretches of a calendar before an end, as many as are looked at."""
-    at = 0.0
-    for _ in range(STEPS):
-        begin, close = hours.following(at)
-        if not begin < end:
-            return
-        yield begin, close
-        if math.isinf(close):
-            return
-        at = close
-
-
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """Calendars that never open where they are used, and those of robots and stations that do not meet."""
-    end = math.inf if model.run.length is None else model.run.length
+    end = model.run.end
     never = {place for place, name in _used(model) if not model.hours(name).following(0.0)[0] < end}
     for place in sorted(never):
         name = dict(_used(model))[place]

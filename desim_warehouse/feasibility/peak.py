@@ -6,9 +6,9 @@ from functools import partial
 from operator import mul
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.flow_mix import flow_rates
-from desim_warehouse.feasibility.hours import first_stretches
+from desim_warehouse.model.demand import flow_rates
 from desim_warehouse.model.flows import PoissonArrivals, ProfileArrivals, Rates
+from desim_warehouse.model.hours import first_stretches
 from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:

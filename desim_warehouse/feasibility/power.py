@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
-from desim_warehouse.model import energy
-from desim_warehouse.model.fleet import SpreadEnergy
-from desim_warehouse.policies import RobotView, create
+from desim_warehouse.model.charging import chargers_at, charging_rate
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.cycle import Cycle
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.policies import Levels
 
 
 @dataclass(frozen=True)
@@ -84,8 +81,9 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
         work = free if rate is None else min(rate * cycle.time, free)
         return work * at_task + max(robots - charging - work, 0.0) * away * draws.standing
 
-    lifelong = is_lifelong(model)
-    needed = bisect_left(range(robots), True, key=lambda k: (k * each if k else 0.0) >= drawn(k)) if lifelong else None
+    needed = None
+    if model.tasks.never_end:
+        needed = bisect_left(range(robots), True, key=lambda k: (k * each if k else 0.0) >= drawn(k))
     return Power(
         task=task,
         share=task / battery.capacity,
@@ -99,44 +97,6 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
     )
 
 
-def is_lifelong(model: Model) -> bool:
-    """Whether work never ends, so that there is a long run."""
-    return model.tasks.never_end
-
-
-def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
-    """Chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
-    home = model.fleet.homes(layout.bays)
-    found = {}
-    for node, bay in layout.bays.items():
-        places = home.count(node) if bay.places is None else bay.places
-        chargers = places if bay.chargers is None else min(bay.chargers, places)
-        if chargers:
-            found[node] = chargers
-    return found
-
-
-def levels(model: Model) -> Levels | None:
-    """The levels of a built-in charging policy for a full robot; None for a policy of the user's, which may differ."""
-    policy, battery = model.policies.charging, model.battery
-    if battery is None or ":" in policy.name:
-        return None
-    view = RobotView(0, "", "", battery.capacity, battery.capacity, battery.threshold)
-    found: Levels = create("charging", policy.name, policy.params).levels(view)
-    return found
-
-
-def charging_rate(model: Model) -> float:
-    """Energy per time unit that a charger gives while a robot is at it."""
-    battery, known = model.battery, levels(model)
-    assert battery is not None
-    low, high = (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
-    if known is not None and known.swap_time is not None:
-        return (high - low) / known.swap_time if known.swap_time else math.inf
-    time = energy.charge_time(battery, low, high)
-    return (high - low) / time if time else battery.charge_rate
-
-
 def idle_away(model: Model, layout: Layout) -> float:
     """The share of idle robots that stand without a charger, and so draw on."""
     with_charger = chargers_at(model, layout)
@@ -144,9 +104,3 @@ def idle_away(model: Model, layout: Layout) -> float:
         home = model.fleet.homes(layout.bays)
         return sum(node not in with_charger for node in home) / len(home)
     return float(any(node not in with_charger for node in layout.bays))
-
-
-def start_energy(model: Model) -> tuple[float, float]:
-    """The range of battery levels at the start, as shares of the capacity."""
-    given = model.fleet.start_energy
-    return given.uniform if isinstance(given, SpreadEnergy) else (given, given)

@@ -6,12 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import batteries, hours, starts
-from desim_warehouse.feasibility.at_stations import specs
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
-from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.model.stations import specs
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -117,7 +116,7 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
         return
     counted = length - model.run.warm_up
     done = counted * min(found.capacity, math.inf if found.rate is None else found.rate)
-    if counted < 3 * found.cycle.time or (done < FEW and is_lifelong(model)):
+    if counted < 3 * found.cycle.time or (done < FEW and model.tasks.never_end):
         warm_up = f", of which {counted:g} are counted" if model.run.warm_up else ""
         yield Finding(
             "SHORT_RUN",

@@ -45,6 +45,12 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
     return [capacity * given] * model.fleet.size
 
 
+def start_energy(model: Model) -> tuple[float, float]:
+    """The range of battery levels at the start, as shares of the capacity."""
+    given = model.fleet.start_energy
+    return given.uniform if isinstance(given, SpreadEnergy) else (given, given)
+
+
 def charge_time(spec: BatterySpec, start: float, end: float) -> float:
     """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
 

@@ -305,6 +305,11 @@ class RunSpec(Part):
     )
     warm_up: Time = Field(0.0, description="indicators count from here on")
 
+    @property
+    def end(self) -> float:
+        """When a run ends at the latest; inf where only its work ends it."""
+        return math.inf if self.length is None else self.length
+
     @field_validator("start")
     @classmethod
     def _a_time(cls, start: str) -> str:

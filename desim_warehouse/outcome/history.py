@@ -17,6 +17,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.model import energy
+from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
 from desim_warehouse.states import APART
 from desim_warehouse.values.streams import Streams
@@ -442,8 +443,6 @@ class History:
     @cached_property
     def chargers(self) -> int:
         """All chargers that robots can stand at."""
-        from desim_warehouse.feasibility.power import chargers_at
-
         return sum(chargers_at(self.model, self.layout).values())
 
     @cached_property

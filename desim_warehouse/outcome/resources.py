@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
 from desim_warehouse.values.calendars import ALWAYS
 

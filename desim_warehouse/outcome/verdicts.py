@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.hours import longest_closed
-from desim_warehouse.feasibility.power import chargers_at, charging_rate, is_lifelong
+from desim_warehouse.model.charging import chargers_at, charging_rate
+from desim_warehouse.model.hours import longest_closed
 from desim_warehouse.outcome.past_knee import (
     FEWER,
     LEAST_GAIN,
@@ -95,7 +95,7 @@ def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
 def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
     """Fall of the mean level per hour, as a share of the capacity."""
     fall = -kpis.get("energy_drift_per_hour", math.nan)
-    if model.battery is None or not is_lifelong(model) or not fall >= LEAST_FALL:
+    if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL:
         return None
     if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
         return fall

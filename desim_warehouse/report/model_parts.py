@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import errors
-from desim_warehouse.feasibility.left_out import disturbances
 from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.disturbances import disturbances
 from desim_warehouse.model.flows import in_words
 from desim_warehouse.report import html
 from desim_warehouse.report.text import words

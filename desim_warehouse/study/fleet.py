@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors, estimate
-from desim_warehouse.feasibility.free_flow import arrival_rate
-from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.model.charging import chargers_at
+from desim_warehouse.model.demand import arrival_rate
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import StorageEnd
 from desim_warehouse.outcome.indicators import find, within
@@ -414,7 +414,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     """
     rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
     model = study.plan.base.replace(point.overrides)
-    counted = model.run.warm_up, math.inf if model.run.length is None else model.run.length
+    counted = model.run.warm_up, model.run.end
     layout = model.floor
     used = [layout.stations[node] for node in destinations(model, layout) if node in layout.stations]
     hours = {name: model.hours(station.hours) for name, station in model.layout.stations.items()}

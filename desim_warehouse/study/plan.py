@@ -138,8 +138,3 @@ def is_deterministic(model: Model) -> bool:
     return not model.policies.own() and not any(
         getattr(find(kind, spec.name), "random", False) for kind, spec in model.policies.specs().items()
     )
-
-
-def is_lifelong(model: Model) -> bool:
-    """Whether work arrives without end, so that T is the length of the run and says nothing."""
-    return model.tasks.never_end

@@ -19,7 +19,7 @@ from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED
 from desim_warehouse.study.file import labels
-from desim_warehouse.study.plan import is_lifelong, models
+from desim_warehouse.study.plan import models
 from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
 from desim_warehouse.study.target import read_target
 
@@ -121,7 +121,7 @@ class Results:
 
     def usual(self, most: int = len(USUAL)) -> list[str]:
         """The usual indicators, as far as all runs have them."""
-        lifelong = any(map(is_lifelong, (self.base, *self.models.values())))
+        lifelong = any(model.tasks.never_end for model in (self.base, *self.models.values()))
         names = USUAL_LIFELONG if lifelong else USUAL[:most]
         return [name for name in names if all(name in row.indicators for row in self.rows if not row.outcome.error)]
 
@@ -163,7 +163,7 @@ class Results:
     @cached_property
     def unsettled(self) -> tuple[str, ...]:
         """With `warm_up: auto`: designs not settled by the middle of their runs, which are counted from there on."""
-        lengths = {design: model.run.length or math.inf for design, model in self.models.items()}
+        lengths = {design: model.run.end for design, model in self.models.items()}
         return tuple(design for design, time in self.warm_ups.items() if 2 * time >= lengths.get(design, math.inf))
 
     @cached_property

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.feasibility.power import is_lifelong
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.outcome.indicators import find
@@ -221,7 +220,7 @@ def usual_indicator(run: Run) -> str:
     tasks = run.model.tasks
     if (tasks.never_end and not tasks.arrive) or overloaded:
         return "throughput_per_hour"
-    return "cycle_time_mean" if is_lifelong(run.model) else "T"
+    return "cycle_time_mean" if run.model.tasks.never_end else "T"
 
 
 def why(

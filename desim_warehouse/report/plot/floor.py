@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
-from desim_warehouse.feasibility.power import chargers_at
+from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import cells

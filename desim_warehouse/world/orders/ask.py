@@ -6,7 +6,7 @@ import traceback
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
-from desim_warehouse.feasibility.at_stations import own_times
+from desim_warehouse.model.stations import own_times
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.world.traffic.rules import EPS

@@ -1,4 +1,4 @@
-"""What stations of their own kind mean for an estimate: handling times of their own, hours, and work on what comes."""
+"""What a model says of its stations: handling times of their own, hours, and work on what comes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from desim_warehouse.values.distributions import mean_of
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Model
     from desim_warehouse.values.distributions import Distribution
 
 
@@ -34,7 +34,7 @@ def _mean(time: float | Distribution | None) -> float | None:
 
 def open_share(model: Model, spec: StationSpec) -> float:
     """The part of a run in which a station is open."""
-    return model.hours(spec.hours).share(0.0, math.inf if model.run.length is None else model.run.length)
+    return model.hours(spec.hours).share(0.0, model.run.end)
 
 
 def worked_capacity(spec: StationSpec) -> float:

@@ -1,0 +1,90 @@
+"""The demand of a model: at which rates tasks arrive, and from which storage places they fetch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.orders import Reading, summary
+from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import Good, PoissonGoods
+
+if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.model.schema import Model
+
+
+def arrival_rate(model: Model) -> float | None:
+    """Tasks per time unit that arrive on average; None where the work is a list, or as much as can be done."""
+    tasks, hour = model.tasks, model.units.hour
+    if isinstance(tasks.goods, PoissonGoods):
+        share = model.hours(tasks.goods.hours).share(0.0, model.run.end)
+        return tasks.goods.poisson * tasks.demand / hour * share
+    if all(isinstance(flow.when, SaturatedArrivals) for flow in tasks.flows.values()):
+        return None
+    return sum(flow_rates(model).values()) / hour
+
+
+def listed(model: Model) -> list[int]:
+    """The storage places of the tasks of the list, in its order; none for drawn goods."""
+    goods = model.tasks.goods
+    return [item.good if isinstance(item, Good) else item for item in goods] if isinstance(goods, tuple) else []
+
+
+def asked_for(model: Model, layout: Layout) -> list[int]:
+    """The storage places that tasks fetch from."""
+    if isinstance(model.tasks.goods, tuple):
+        return list(dict.fromkeys(listed(model)))
+    drawn = shares(model.tasks.popularity, layout.storage)
+    return [place.number for place in layout.storage if drawn is None or drawn[place.number] > 0]
+
+
+def demand(model: Model, layout: Layout) -> Any:
+    """Each storage place's share of all tasks, a numpy array."""
+    import numpy as np
+
+    goods, size = model.tasks.goods, len(layout.storage)
+    if isinstance(goods, tuple):
+        return np.bincount(listed(model), minlength=size) / len(goods)
+    drawn = shares(model.tasks.popularity, layout.storage)
+    return np.full(size, 1 / size) if drawn is None else drawn
+
+
+def flow_rates(model: Model) -> dict[str, float]:
+    """Tasks an hour of each flow; 0 for those that are always open, unless all are: then how many of each."""
+    flows, hour = model.tasks.flows, model.units.hour
+    length = model.run.length or _end_of_schedule(model)
+    rates = {
+        name: len_of_orders(model, flow) / length * hour
+        if isinstance(flow.when, OrdersArrivals)
+        else mean_rate(flow, length, hour, model.hours(flow.hours)) or 0.0
+        for name, flow in flows.items()
+    }
+    if any(rates.values()):
+        return {name: rate * model.tasks.demand for name, rate in rates.items()}
+    return {
+        name: float(flow.when.saturated) for name, flow in flows.items() if isinstance(flow.when, SaturatedArrivals)
+    } or dict.fromkeys(flows, 1.0)
+
+
+def always_open(model: Model) -> bool:
+    """Whether some tasks are always open, so that robots never rest."""
+    return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
+
+
+def len_of_orders(model: Model, flow: FlowSpec) -> int:
+    """How many tasks the file of a flow's orders has."""
+    assert isinstance(flow.when, OrdersArrivals)
+    return summary(flow.when.orders, Reading.of(model, model.floor)).tasks
+
+
+def _end_of_schedule(model: Model) -> float:
+    flows = model.tasks.flows.values()
+    times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
+    times += [
+        summary(flow.when.orders, Reading.of(model, model.floor)).last
+        for flow in flows
+        if isinstance(flow.when, OrdersArrivals)
+    ]
+    return max(times, default=0.0) or model.units.hour

@@ -1,0 +1,98 @@
+"""What keeps robots or chargers of a model from work at times, and how much of their time that takes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.findings import amount
+from desim_warehouse.values.distributions import mean_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model.people import PeopleSpec
+    from desim_warehouse.model.schema import Model
+    from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
+
+
+def disturbances(model: Model, layout: Layout) -> list[str]:
+    """A line for each thing that keeps robots or chargers from work at times."""
+    return [*_failures(model), *_delays(model), *_people(model, layout), *_closures(model)]
+
+
+def _failures(model: Model) -> Iterator[str]:
+    """Which robots and chargers fail, and what is left of their time."""
+    unit, kinds = model.units.time, dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True))
+    failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
+    failing |= {_robots(kind): robot.breakdowns for kind, robot in kinds.items()}
+    failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
+    for name, spec in failing.items():
+        if spec is not None:
+            every, repair = mean_of(spec.every), mean_of(spec.repair)
+            yield (
+                f"{name} fail every {amount(every)} {unit} and take {amount(repair)} {unit} to repair: "
+                f"{amount(100 * every / (every + repair))} % of their time is left"
+            )
+
+
+def _delays(model: Model) -> Iterator[str]:
+    for kind, robot in dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True)).items():
+        if robot.delays is not None and robot.delays.share:
+            time, share = mean_of(robot.delays.time), robot.delays.share
+            yield f"{_robots(kind)} lose {amount(time)} {model.units.time} at {amount(100 * share)} % of the nodes"
+
+
+def _robots(kind: str) -> str:
+    return f"robots of kind {kind}" if kind else "robots"
+
+
+def _people(model: Model, layout: Layout) -> Iterator[str]:
+    for name, people in model.people.items():
+        there = occupied(model, layout, people)
+        if there is not None:
+            share = there * model.hours(people.hours).share(0.0, model.run.end)
+            yield f"people.{name}: an aisle has somebody in it for {amount(100 * share)} % of the time on average"
+        else:
+            yield f"people.{name}: visits at {len(people.times)} times"
+
+
+def _closures(model: Model) -> Iterator[str]:
+    """What is closed or slow at times, if it ever is."""
+    end = model.run.end
+    for place, (what, calendar) in at_times(model).items():
+        hours = model.hours(calendar)
+        if math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
+            yield f"{place} is {what} at times"
+        elif not never_in_run(model, calendar):
+            yield f"{place} is {what} for {amount(100 * hours.share(0.0, end))} % of the time"
+
+
+def at_times(model: Model) -> dict[str, tuple[str, str]]:
+    """Closures, and slow zones with hours: what they are then, and their calendars."""
+    closures, slow = model.traffic.closures.items(), model.traffic.slow.items()
+    found = {f"traffic.closures.{name}": ("closed", spec.hours) for name, spec in closures}
+    return found | {f"traffic.slow.{name}": ("slow", spec.hours) for name, spec in slow if spec.hours is not None}
+
+
+def never_in_run(model: Model, calendar: str) -> bool:
+    """Whether a calendar does not open before the run ends."""
+    return model.hours(calendar).following(0.0)[0] >= model.run.end
+
+
+def occupied(model: Model, layout: Layout, people: PeopleSpec) -> float | None:
+    """The share of the time in which somebody is in an aisle, while people come: by the queue M/G/infinity.
+
+    None where they come at times that are given, or nowhere.
+    """
+    aisles = len(people.aisles) or len({frozenset(edge) for edge in with_storage(layout)})
+    if people.per_hour is None or not aisles:
+        return None
+    return -math.expm1(-people.per_hour / model.units.hour * mean_of(people.stay) / aisles)
+
+
+def with_storage(layout: Layout) -> set[Edge]:
+    """The edges with storage places; places at nodes are in no aisle."""
+    return {place.edge for place in layout.storage if place.edge[0] != place.edge[1]}
