@@ -20,14 +20,13 @@ from desim_warehouse.model.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
     import pandas as pd
     from numpy.random import Generator
 
     from desim_warehouse.layout import Layout
-    from desim_warehouse.model.flows import OrdersFile
-    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.flows import FlowSpec, OrdersFile
 
 CHUNK = 50_000
 """Rows read at a time."""
@@ -64,10 +63,10 @@ class Reading:
     seconds: float
 
     @classmethod
-    def of(cls, model: Model, layout: Layout) -> Reading:
-        """That of a model."""
+    def of(cls, layout: Layout, start: str, seconds: float) -> Reading:
+        """That of a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
-        return cls(frozenset(layout.graph) | zones, len(layout.storage), model.run.start, float(model.units.seconds))
+        return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds))
 
 
 @dataclass(frozen=True)
@@ -130,27 +129,26 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     return Summary(tasks, rows, last, frozenset(name for name in names if isinstance(name, str) and name != STORAGE))
 
 
-def nodes_named(model: Model, layout: Layout) -> tuple[str, ...]:
-    """The nodes that files of orders name; of a file that is not there any more none."""
-    found: dict[str, None] = {}
-    for flow in model.tasks.flows.values():
-        when = flow.when
-        if isinstance(when, OrdersArrivals) and Path(when.orders.file).exists():
-            for name in sorted(summary(when.orders, Reading.of(model, layout)).names):
-                found |= dict.fromkeys(layout.nodes_of(name))
-    return tuple(found)
+def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:
+    """The files of orders that flows name; one that is not there any more is left out."""
+    named = [flow.when.orders for flow in flows.values() if isinstance(flow.when, OrdersArrivals)]
+    return [spec for spec in named if Path(spec.file).exists()]
 
 
-def problems_of(model: Model, layout: Layout) -> list[str]:
-    """What is wrong with the files of orders that a model names; a file that is not there any more is not looked at."""
+def nodes_named(files: Iterable[OrdersFile], how: Reading, layout: Layout) -> tuple[str, ...]:
+    """The nodes that files of orders name."""
+    names = (name for spec in files for name in sorted(summary(spec, how).names))
+    return tuple(dict.fromkeys(node for name in names for node in layout.nodes_of(name)))
+
+
+def problems_of(files: Iterable[OrdersFile], how: Reading) -> list[str]:
+    """What is wrong with files of orders, by row and column."""
     found: list[str] = []
-    for flow in model.tasks.flows.values():
-        when = flow.when
-        if isinstance(when, OrdersArrivals) and Path(when.orders.file).exists():
-            try:
-                summary(when.orders, Reading.of(model, layout))
-            except ModelError as error:
-                found += error.problems
+    for spec in files:
+        try:
+            summary(spec, how)
+        except ModelError as error:
+            found += error.problems
     return found
 
 

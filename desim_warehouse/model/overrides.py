@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.model.messages import Keys, Places, Problem, dotted
-from desim_warehouse.model.parse import plain, read_yaml
+from desim_warehouse.model.messages import Keys, Outline, Places, Problem, dotted
+from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.schema import OUTLINE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,27 +31,26 @@ def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
     return key, document.data
 
 
-def override(data: dict[str, Any], overrides: Mapping[str, Any], places: Places, named: str) -> list[Problem]:
-    """Put overrides into the plain values of a model, sections before what lies in them.
+def override(document: Document, overrides: Mapping[str, Any], outline: Outline, named: str) -> None:
+    """Put overrides into a document, sections before what lies in them.
 
     Args:
-        data: the values; changed in place.
+        document: changed in place: its values, where they stand, and what is wrong with them.
         overrides: dotted keys and values, in any order.
-        places: where values stand; learns what was overridden.
+        outline: the keys that it can have.
         named: how messages call an override.
-
-    Returns:
-        What is wrong with the overrides.
     """
-    problems: list[Problem] = []
+    places, problems = document.places, document.problems
     for text in sorted(overrides, key=_rank):
         keys: Keys = tuple(str(text).split("."))
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
             places.overridden((str(text),), f"{named} {text}")
+        elif outline.known(keys):
+            problems += _put(document.data, keys, overrides[text], places, f"{named} {text}")
         else:
-            problems += _put(data, keys, overrides[text], places, f"{named} {text}")
-    return problems
+            problems.append(outline.unknown_key(keys))
+            places.overridden(keys, f"{named} {text}")
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:
@@ -64,9 +62,6 @@ def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> lis
     """Set one value; returns what is wrong with it, or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
-    if not OUTLINE.known(path):
-        places.overridden(path, said)
-        return [OUTLINE.unknown_key(path)]
     for key in path:
         if isinstance(section, list) and str(key).isdecimal() and int(key) < len(section):
             step: Any = int(key)

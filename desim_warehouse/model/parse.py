@@ -1,13 +1,14 @@
-"""YAML with the place of every key and value: safe, version 1.2, every key once."""
+"""A file or a mapping as a document: plain values, and the place of each; YAML 1.2, safe, every key once."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NoReturn
 
-from desim_warehouse.errors import ModelError, got
+from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.messages import Keys, Place, Places, Problem
 from desim_warehouse.values.fields import LIMITS, Part
 
@@ -20,11 +21,67 @@ _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST}
 
 @dataclass
 class Document:
-    """What a YAML text says: plain values, where each stands, and what is wrong with them."""
+    """What a YAML text says: plain values, where each stands, and what is wrong with them.
+
+    `folder`: where the relative names of files in it start. `unread`: keys of which the file could not be read.
+    """
 
     data: Any
     places: Places
     problems: list[Problem] = field(default_factory=list)
+    folder: Path = Path()
+    unread: set[Keys] = field(default_factory=set)
+
+    @property
+    def kind(self) -> str | None:
+        """What it holds, by its keys: a model, a study, or None where that is unclear."""
+        model, study = {"layout", "fleet", "tasks"} & self.data.keys(), {"model", "factors"} & self.data.keys()
+        return None if bool(model) == bool(study) else "model" if model else "study"
+
+
+def from_mapping(source: Mapping[str, Any], name: str) -> Document:
+    """A mapping of Python as a document; `name`: what messages call it."""
+    problems: list[Problem] = []
+    return Document(plain(source, (), problems), Places(name), problems)
+
+
+def from_file(path: Path, name: str, whole: str) -> Document:
+    """Read a file whose top level is a mapping.
+
+    Args:
+        path: the file.
+        name: what messages call it.
+        whole: what it should hold, such as "a model with layout, fleet and tasks".
+
+    Raises:
+        ModelError: where there is no such file, or it cannot be read.
+    """
+    kind = " ".join(whole.split()[:2])
+    try:
+        with path.open("rb") as file:
+            content = file.read(LIMITS["bytes"][0] + 1)
+    except FileNotFoundError:
+        near = nearest(path.name, sorted(p.name for p in path.parent.glob("*.y*ml")))
+        hint = f"; did you mean '{path.with_name(near)}'?" if near else ""
+        raise ModelError([f"{name}: no such file, expected {kind} file{hint}"]) from None
+    except (OSError, ValueError) as error:
+        raise ModelError([f"{name}: cannot be read ({reason(error)}), expected {kind} file"]) from None
+    if len(content) > LIMITS["bytes"][0]:
+        raise ModelError([f"{name}: too large, expected {kind} file of at most {LIMITS['bytes'][0]:,} bytes"])
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
+        raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
+    document = read_yaml(text, name)
+    if document.data is None:
+        raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
+    if not isinstance(document.data, dict):
+        raise ModelError([f"{document.places.of(()).text}: not a mapping (got {got(document.data)}), expected {whole}"])
+    document.folder = path.parent
+    return document
 
 
 def read_yaml(text: str, source: str, most: int = _MOST) -> Document:

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from desim_warehouse.errors import got
-from desim_warehouse.policies.catalogue import user_source
+from desim_warehouse.model.messages import Problem
+from desim_warehouse.policies import catalogue
 from desim_warehouse.values.fields import LATER, SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 
 
@@ -111,6 +112,15 @@ class Policies(Part):
         """The policies that are the user's own, about whose code nothing is known."""
         return sorted(spec.name for spec in self.specs().values() if spec.own)
 
+    def problems(self, run_code: bool = False) -> list[Problem]:
+        """Whether they can be made with the parameters of the model; the user's own only with `run_code`."""
+        return [
+            Problem(("policies", kind, *([parameter] if parameter else ())), text)
+            for kind, spec in self.specs().items()
+            if run_code or not spec.own
+            for parameter, text in catalogue.problems(kind, spec.name, spec.params)
+        ]
+
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
-        return b"".join(user_source(spec.name) for spec in self.specs().values())
+        return b"".join(catalogue.user_source(spec.name) for spec in self.specs().values())

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got, spoken
+from desim_warehouse.errors import LayoutError, ModelError, got, spoken
 from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
@@ -29,11 +29,16 @@ from desim_warehouse.model.flows import (
     fixed_orders,
     mean_rate,
 )
-from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.messages import Outline, report
+from desim_warehouse.model.orders import Reading, files_of, problems_of
+from desim_warehouse.model.overrides import override
+from desim_warehouse.model.parse import Document, from_mapping
 from desim_warehouse.model.people import PeopleSpec
 from desim_warehouse.model.policy import Policies
 from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.traffic import TrafficSpec
+from desim_warehouse.model.valid import valid
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
@@ -504,9 +509,38 @@ class Model(Part):
         Raises:
             ModelError: with every problem of the changed model.
         """
-        from desim_warehouse.model.read import changed
+        return Model.from_document(from_mapping(self.content(), f"model '{self.name}'"), overrides, run_code=run_code)
 
-        return changed(self, overrides, run_code)
+    @classmethod
+    def from_document(
+        cls, document: Document, overrides: Mapping[str, Any], named: str = "override", *, run_code: bool = False
+    ) -> Model:
+        """The model that a document says with these overrides: all steps of its way, in order.
+
+        Raises:
+            ModelError: with every problem of the values; where they are right, of the policies, and then of the orders.
+        """
+        override(document, overrides, OUTLINE, named)
+        resolve(document, OUTLINE)
+        model = valid(document, cls, OUTLINE)
+        if problems := model.policies.problems(run_code):
+            raise ModelError(report(problems, document.places))
+        model.check_orders()
+        return model
+
+    def reading(self, layout: Layout) -> Reading:
+        """How files of orders are understood on a layout of the model."""
+        return Reading.of(layout, self.run.start, self.units.seconds)
+
+    def check_orders(self) -> None:
+        """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
+        files = files_of(self.tasks.flows)
+        try:
+            found = problems_of(files, self.reading(self.floor)) if files else []
+        except LayoutError:
+            return  # which is said where the layout is checked
+        if found:
+            raise ModelError(found)
 
 
 OUTLINE = Outline(Model)

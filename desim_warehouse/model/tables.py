@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -15,39 +15,58 @@ from desim_warehouse.model import layout_file
 from desim_warehouse.model.flows import MatrixFile
 from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
 from desim_warehouse.model.orders import sha256
+from desim_warehouse.model.policy import KINDS
 from desim_warehouse.model.popularity import WeightsFile
-from desim_warehouse.model.schema import OUTLINE
+from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import ObservedFile
-from desim_warehouse.values.fields import LIMITS, Part
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
+
+    from desim_warehouse.model.messages import Outline
+    from desim_warehouse.model.parse import Document
 
 _LISTED = 12
 """Columns named in a message."""
 STORAGE: Keys = ("layout", "storage")
 
 
-def resolve(data: dict[str, Any], folder: Path, places: Places) -> list[Problem]:
+def resolve(document: Document, outline: Outline) -> None:
     """Read the tables that a model names and put their values in, so that the model is complete by itself.
 
-    Args:
-        data: the plain values of a model; changed in place.
-        folder: where relative names start: the model file's folder.
-        places: where values stand; learns the lines of the tables.
+    The paths of the user's own policies are written in full: the model is then the same wherever it is used.
 
-    Returns:
-        What is wrong with the tables.
+    Args:
+        document: changed in place: its values, the lines of tables where they stand, what is wrong with them.
+        outline: the keys that it can have.
     """
+    data, folder, places = document.data, document.folder, document.places
     problems = _layout(data.get("layout"), folder, places)
     for section, keys, read in _named(data):
         try:
             section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, places)
+        except ValidationError as error:
+            problems += from_pydantic(error, outline, keys)
+            del section[str(keys[-1])]
         except _RefusedError as refused:
             problems += refused.problems
             del section[str(keys[-1])]
-    return problems
+    document.problems += problems
+    document.unread |= {problem.keys[:2] for problem in problems}
+    if LAYOUT in document.unread:
+        document.unread.add(("layout",))
+    _policies(data.get("policies"), folder)
+
+
+def _policies(section: Any, folder: Path) -> None:
+    for kind in KINDS if isinstance(section, dict) else ():
+        named = section.get(kind)
+        if isinstance(named, str):
+            section[kind] = catalogue.resolved(named, folder)
+        elif isinstance(named, dict) and isinstance(named.get("name"), str):
+            named["name"] = catalogue.resolved(named["name"], folder)
 
 
 LAYOUT: Keys = ("layout", "file")
@@ -104,7 +123,7 @@ class _RefusedError(Exception):
 
 
 def _weights(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
-    form = _form(WeightsFile, named, keys)
+    form = WeightsFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), places)
     table.require(form.column, (*keys, "column" if "column" in named else "file"))
     for rank, row in enumerate(table.rows):
@@ -113,7 +132,7 @@ def _weights(named: dict[str, Any], keys: Keys, folder: Path, places: Places) ->
 
 
 def _times(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
-    form = _form(ObservedFile, named, keys)
+    form = ObservedFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), places)
     table.require(form.column, (*keys, "column"))
     rows = [row for row in table.rows if row.cells[form.column]]  # a table may have longer columns beside it
@@ -124,7 +143,7 @@ def _times(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> d
 
 def _pairs(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
     """A from-to matrix: origins in the first column, destinations in the first line."""
-    form = _form(MatrixFile, named, keys)
+    form = MatrixFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), places)
     if len(table.header) < 2:  # noqa: PLR2004 - origins, and a destination
         text = f"no matrix (got '{table.name}'), expected origins in the first column, destinations in line 1"
@@ -142,7 +161,7 @@ def _pairs(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> l
 
 
 def _storage(named: dict[str, Any], _: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
-    form = _form(StorageFile, named, STORAGE)
+    form = StorageFile.model_validate(named)
     table = _Table.read(folder / form.file, (*STORAGE, "file"), places)
     if "node" not in table.header or {"from", "to", "offset"} & set(table.header):
         for column in ("from", "to", "offset"):
@@ -181,15 +200,6 @@ def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Places) -> dict
 Reader = Callable[[dict[str, Any], Keys, "Path", Places], Any]
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
 """How tables are read that are named below tasks, by their key."""
-
-_Form = TypeVar("_Form", bound=Part)
-
-
-def _form(kind: type[_Form], named: dict[str, Any], keys: Keys) -> _Form:
-    try:
-        return kind.model_validate(named)
-    except ValidationError as error:
-        raise _RefusedError(*from_pydantic(error, OUTLINE, keys)) from None
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from desim_warehouse.errors import ModelError
 from desim_warehouse.model.battery import BatterySpec
 from desim_warehouse.model.fleet import RobotSpec
-from desim_warehouse.model.messages import Outline, from_pydantic, report
-from desim_warehouse.model.read import read_document
-from desim_warehouse.values.fields import Known, Part
+from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.parse import from_file
+from desim_warehouse.model.valid import valid
+from desim_warehouse.values.fields import Part
 
 
 class RobotFile(Part):
@@ -34,12 +32,6 @@ def read_robot(path: str | Path) -> dict[str, Any]:
     Raises:
         ModelError: with every problem of the file, in its order.
     """
-    document = read_document(Path(path), str(path), "a robot with robot or battery")
-    problems = document.problems
-    try:
-        RobotFile.model_validate(document.data, context=Known())
-    except ValidationError as error:
-        problems += from_pydantic(error, _OUTLINE)
-    if problems:
-        raise ModelError(report(problems, document.places))
+    document = from_file(Path(path), str(path), "a robot with robot or battery")
+    valid(document, RobotFile, _OUTLINE)
     return {key: value for key, value in document.data.items() if value is not None}

@@ -11,8 +11,7 @@ from pydantic import ValidationError
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
-from desim_warehouse.model.parse import Document, plain
-from desim_warehouse.model.read import kind_of, read_document
+from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import OUTLINE, StudyFile, labels
 from desim_warehouse.study.plan import StudyPlan, models
@@ -33,8 +32,8 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, 
     Raises:
         ModelError: with every problem of the study, its model and its designs.
     """
-    document = read_document(Path(path), str(path), "a study with model and factors")
-    if kind_of(document.data) == "model":
+    document = from_file(Path(path), str(path), "a study with model and factors")
+    if document.kind == "model":
         takers = f"desim run {path} simulates it, desim what-if and desim best vary it with --vary"
         raise ModelError([f"{path}: a model file, expected a study file; {takers}"])
     data, folder = document.data, Path(path).parent

@@ -11,7 +11,6 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
 from desim_warehouse.model.battery import Consumption
 from desim_warehouse.model.messages import dotted
-from desim_warehouse.model.read import check_policies
 from desim_warehouse.model.schema import Good, RandomGoods
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
@@ -169,7 +168,7 @@ def test_policies_are_asked_about_names_and_parameters(monkeypatch):
         return [("", f"no {kind} policy {name}"), ("margin", f"got {params['margin']}")] if params else []
 
     monkeypatch.setattr("desim_warehouse.policies.catalogue.problems", ask)
-    assert [(dotted(problem.keys), problem.text) for problem in check_policies(model)] == [
+    assert [(dotted(problem.keys), problem.text) for problem in model.policies.problems()] == [
         ("policies.charging", "no charging policy thresold"),
         ("policies.charging.margin", "got -1"),
     ]

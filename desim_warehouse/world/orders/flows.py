@@ -22,7 +22,7 @@ from desim_warehouse.model.flows import (
     ScheduleArrivals,
     StorageEnd,
 )
-from desim_warehouse.model.orders import OrderLine, Reading, read, resampled, summary
+from desim_warehouse.model.orders import OrderLine, read, resampled, summary
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.policies import StopPlace, Task
 
@@ -116,7 +116,7 @@ class _Flow:
         self.ended = False
         self.load_type = spec.load_type or ""
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
-        self._how = Reading.of(model, layout)
+        self._how = model.reading(layout)
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
         self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
 
