@@ -54,8 +54,6 @@ def command(
         for path in films:
             click.echo(film(run, path, start=start, end=end, speed=speed, palette=palette))
     if output is not None or not films:
-        from desim_warehouse.report.replay import replay
-
         other = None if beside is None else run_of(beside, (), seed)
-        page = replay(run, output or "replay.html", start=start, end=end, palette=palette, beside=other)
+        page = run.replay(output or "replay.html", start=start, end=end, palette=palette, beside=other)
         click.echo(f"{output or 'replay.html'}: {len(page.html) / 1e6:.1f} MB; open it in a browser")

@@ -2,7 +2,6 @@
 
 from desim_warehouse.policies.catalogue import create, problems
 from desim_warehouse.policies.protocols import (
-    Allocation,
     Batching,
     BayView,
     Charging,
@@ -17,7 +16,7 @@ from desim_warehouse.policies.protocols import (
     Travel,
     WaitingTasks,
 )
-from desim_warehouse.policies.situation import Handling, Situation
+from desim_warehouse.policies.situation import Allocation, Handling, Situation
 
 __all__ = [
     "Allocation",

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     import networkx as nx
 
-    from desim_warehouse.policies.situation import Situation
-
 
 class StopPlace(NamedTuple):
     """Where a task stops on its way: at one of some `nodes`, or at a storage place, an edge and an offset on it.
@@ -213,17 +211,6 @@ class Roads:
     def time_at(self, node: str) -> float:
         """Time spent at a node that is reached: `node_time`, or its own."""
         return self.node_times.get(node, self.node_time)
-
-
-class Allocation(Protocol):
-    """Which free robot takes which open task."""
-
-    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Pairs (robot number, task number); robots and tasks left out stay free and open.
-
-        Break ties by number, never by the order of a set: the same seed must give the same log. A further task for the
-        same robot, or one for a robot at work, is put into that robot's queue.
-        """
 
 
 class Routing(Protocol):

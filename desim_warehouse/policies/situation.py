@@ -1,13 +1,13 @@
-"""What an allocation policy decides on, with the tables that most policies need: times, energies, what is allowed."""
+"""What an allocation policy offers and decides on, with the tables that most policies need: times, energies."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from numpy.random import Generator
 
@@ -136,3 +136,14 @@ class Situation:
         stations = [self.station(robot, task) for task in tasks]
         driven = self.travel.times(stations, [task.edge[0] for task in tasks])
         return driven + np.array([task.offset / robot.speed for task in tasks])
+
+
+class Allocation(Protocol):
+    """Which free robot takes which open task."""
+
+    def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
+        """Pairs (robot number, task number); robots and tasks left out stay free and open.
+
+        Break ties by number, never by the order of a set: the same seed must give the same log. A further task for the
+        same robot, or one for a robot at work, is put into that robot's queue.
+        """

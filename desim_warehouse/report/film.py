@@ -85,7 +85,7 @@ def _kind(path: Path) -> str:
 
 def _moments(run: Run, start: float | None, end: float | None, speed: float | None, rate: int) -> list[float]:
     """The times of the frames, the last one included."""
-    begin, finish = window(run, start, end)
+    begin, finish = window(run.history, start, end)
     real = (finish - begin) * run.model.units.seconds
     if speed is not None and not (math.isfinite(speed) and speed > 0):
         raise ReportError(f"speed: {speed:g}, expected a number above 0")
@@ -111,7 +111,7 @@ class FilmFrame:
         self.axes = axes
         self.run = run
         self.colours = GROUND["light"] | PALETTES[palette]["light"]
-        self.positions = Positions(run)
+        self.positions = Positions(run.history)
         self.history = run.history
         self.radii = np.array(robot_radii(run.model))
         self.state_times = [np.array([span.start for span in changes]) for changes in self.history.changes]

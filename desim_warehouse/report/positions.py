@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.model.fleet import Start
+    from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.log import LogRow
-    from desim_warehouse.run import Run
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
@@ -77,11 +77,11 @@ class Legs:
 class Positions:
     """The positions of all robots during a run; raises ReportError where the log does not hold them."""
 
-    def __init__(self, run: Run) -> None:
-        need_all(run)
-        self.zones = zones(run.model, run.layout)
-        self.edges = _edges(run, self.zones)
-        self.legs = _Follower(run, self.zones, self.edges).legs()
+    def __init__(self, history: History) -> None:
+        need_all(history)
+        self.zones = zones(history.model, history.layout)
+        self.edges = _edges(history, self.zones)
+        self.legs = _Follower(history, self.zones, self.edges).legs()
 
     def at(self, time: float) -> tuple[Ints, Floats]:
         """The edge that each robot is on at a time, and its position along it."""
@@ -105,17 +105,17 @@ class Positions:
         return self.edges.headings(self.at(time)[0])
 
 
-def need_all(run: Run) -> None:
+def need_all(history: History) -> None:
     """Refuse a run whose log does not hold where its robots drove."""
-    if run.record.level != "all":
+    if history.log.level != "all":
         raise ReportError(
-            f"a replay needs log: all (now log: {run.record.level}), run with --set log=all to record "
+            f"a replay needs log: all (now log: {history.log.level}), run with --set log=all to record "
             "where the robots drive"
         )
 
 
-def _edges(run: Run, places: Sequence[Zone]) -> Edges:
-    graph = run.layout.graph
+def _edges(history: History, places: Sequence[Zone]) -> Edges:
+    graph = history.layout.graph
     at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
     source, target = [a for a, _ in graph.edges], [b for _, b in graph.edges]
     start, end = [at[node] for node in source], [at[node] for node in target]
@@ -155,32 +155,32 @@ class _Berths:
 class _Follower:
     """Follows every robot through the rows of a log and notes its legs."""
 
-    def __init__(self, run: Run, places: Sequence[Zone], edges: Edges) -> None:
-        self.run = run
+    def __init__(self, history: History, places: Sequence[Zone], edges: Edges) -> None:
+        self.history = history
         self.edges = edges
-        self.number = {edge: number for number, edge in enumerate(run.layout.graph.edges)}
+        self.number = {edge: number for number, edge in enumerate(history.layout.graph.edges)}
         self.berths: dict[tuple[str, str], _Berths] = {}
         edge = edges.real
         for zone in places:
             self.berths[zone.kind, zone.node] = _Berths(edge, len(zone.places))
             edge += len(zone.places)
-        count = run.model.fleet.size
+        count = history.model.fleet.size
         self.on = [0] * count
         self.position = [0.0] * count
         self.fresh = [False] * count
         self.inside: list[tuple[_Berths, int, str] | None] = [None] * count
         self.resting = [0.0] * count
-        self.exit = [run.model.fleet.first_exit_time] * count
+        self.exit = [history.model.fleet.first_exit_time] * count
         self.rows: list[tuple[int, float, float, int, float, float]] = []
 
     def legs(self) -> Legs:
         """All legs of the run."""
-        for robot, start in enumerate(self.run.model.fleet.starts(self.run.layout.bays)):
+        for robot, start in enumerate(self.history.model.fleet.starts(self.history.layout.bays)):
             if start.on_lanes:
                 self._stand(robot, start)
             else:
                 self._settle(0.0, robot, "bay", start.node)
-        for row in self.run.history.rows("drive", "enter", "parked", "docked", "broken", *IN_PLACE):
+        for row in self.history.rows("drive", "enter", "parked", "docked", "broken", *IN_PLACE):
             if row.kind == "drive":
                 self._drive(row)
             elif row.kind == "broken":
@@ -189,17 +189,17 @@ class _Follower:
                 self._enter(row)
             elif row.kind == "parked":
                 self._settle(row.time, row.robot, "bay", row.node)
-                self.exit[row.robot] = self.run.model.fleet.exit_time
+                self.exit[row.robot] = self.history.model.fleet.exit_time
             elif row.kind == "docked":
                 self._settle(row.time, row.robot, "station", row.node)
-                self.exit[row.robot] = self.run.model.tasks.clear_time
+                self.exit[row.robot] = self.history.model.tasks.clear_time
             else:
                 self.resting[row.robot] = row.time
         return self._sorted()
 
     def _stand(self, robot: int, start: Start) -> None:
         """A robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
-        edge = start.edge or next(iter(self.run.layout.graph.out_edges(start.node)))
+        edge = start.edge or next(iter(self.history.layout.graph.out_edges(start.node)))
         self.on[robot], self.position[robot] = self.number[edge], start.offset
         self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
 

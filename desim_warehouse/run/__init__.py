@@ -161,7 +161,8 @@ class Run:
         """
         from desim_warehouse.report.replay import replay
 
-        return replay(self, path, start=start, end=end, palette=palette, beside=beside)
+        other = None if beside is None else beside.history
+        return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def __repr__(self) -> str:
         """The three numbers of the paper."""

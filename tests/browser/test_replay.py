@@ -57,7 +57,7 @@ def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser: An
 @pytest.mark.parametrize("name", RUNS)
 def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser: Any, tmp_path: Path, name: str) -> None:
     run = RUNS[name]()
-    page, where = Page(browser, run, tmp_path), Positions(run)
+    page, where = Page(browser, run, tmp_path), Positions(run.history)
     scale = page.ask("page.scale()")
     for time in np.random.default_rng(20).uniform(0, run.record.end, 20):
         expected = where.points(float(time))
@@ -89,7 +89,7 @@ def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -
     radius = 12.5 * page.ask("page.scale()")
     for time in (200, 300, 560, 800):
         page.seek(time)
-        headings = Positions(page.run).headings(time)
+        headings = Positions(page.run.history).headings(time)
         for (x, y), state, heading in zip(page.ask("page.drawn()"), page.ask("page.states()"), headings, strict=True):
             if state in colours:
                 beside = 0.77 * radius  # clear of number, square, head and rim
@@ -101,7 +101,7 @@ def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -
 
 def test_a_two_way_lane_is_one_line_with_its_present_direction(browser: Any, tmp_path: Path) -> None:
     run = spurs_run()
-    page, where = Page(browser, run, tmp_path), Positions(run)
+    page, where = Page(browser, run, tmp_path), Positions(run.history)
     # those of the trunk, not the two lanes side by side
     pairs = [[where.edges.source[edge] for edge in pair] for pair in page.ask("page.header.two_way")]
     assert sorted(pairs) == [["a", "b"], ["b", "c"], ["b", "shelf"], ["c", "pack"]]
@@ -338,7 +338,7 @@ def test_two_runs_play_side_by_side_on_one_clock(browser: Any, tmp_path: Path) -
     assert captions == ["A: fleet.size = 6", "B: fleet.size = 3"]
     for time in (150.0, 700.0):
         for who, one in (("page", run), ("page.beside", other)):
-            off = np.array(page.ask(f"{who}.positions(arguments[0])", time)) - Positions(one).points(time)
+            off = np.array(page.ask(f"{who}.positions(arguments[0])", time)) - Positions(one.history).points(time)
             assert np.abs(off).max() * page.ask("page.scale()") < 1
     assert other.T > run.T
     page.seek(1e9)  # the shorter run stands at its end
@@ -374,7 +374,7 @@ def test_a_picture_is_saved_as_it_is_on_the_screen(browser: Any, tmp_path: Path)
         assert picture.width == round(2 * (box["width"] + 2 * 14))  # 14: its edges
         assert picture.height > 2 * box["height"]
         robot = page.ask("page.states()").index("empty")
-        (x, y), heading = page.ask("page.drawn()")[robot], Positions(page.run).headings(300)[robot]
+        (x, y), heading = page.ask("page.drawn()")[robot], Positions(page.run.history).headings(300)[robot]
         beside = 0.77 * 12.5 * page.ask("page.scale()")
         point = (2 * (14 + x - beside * math.sin(heading)), 2 * (50 + y + beside * math.cos(heading)))
         colour = picture.convert("RGB").getpixel((round(point[0]), round(point[1])))
@@ -385,7 +385,7 @@ def test_a_picture_is_saved_as_it_is_on_the_screen(browser: Any, tmp_path: Path)
 
 def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser: Any, tmp_path: Path) -> None:
     run = busy_run()
-    page, where = Page(browser, run, tmp_path), Positions(run)
+    page, where = Page(browser, run, tmp_path), Positions(run.history)
     page.enlarge(500, 500)
     page.seek(300)
     on_lanes = where.at(300.0)[0] < where.edges.real
@@ -398,7 +398,7 @@ def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser: Any, tmp_
 
 def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) -> None:
     run = busy_run()
-    page, where = Page(browser, run, tmp_path, start=300, end=420), Positions(run)
+    page, where = Page(browser, run, tmp_path, start=300, end=420), Positions(run.history)
     for time in (300, 333.3, 420):
         page.seek(time)
         assert page.ask("page.time()") == pytest.approx(time, abs=0.01)
@@ -414,7 +414,7 @@ def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> N
     page = Page(browser, paper_run(), tmp_path, palette="paper")
     page.enlarge(2000, 1600)
     page.seek(300)
-    radius, headings = 12.5 * page.ask("page.scale()"), Positions(page.run).headings(300)
+    radius, headings = 12.5 * page.ask("page.scale()"), Positions(page.run.history).headings(300)
     robot = page.ask("page.states()").index("empty")
     (x, y), heading = page.ask("page.drawn()")[robot], headings[robot]
     beside = 0.77 * radius

@@ -23,7 +23,7 @@ def run() -> dw.Run:
 
 
 def test_a_thousand_robots_are_drawn_where_they_are(browser: Any, tmp_path: Path, run: dw.Run) -> None:
-    page, where = Page(browser, run, tmp_path), Positions(run)
+    page, where = Page(browser, run, tmp_path), Positions(run.history)
     for time in np.random.default_rng(7).uniform(0, 600, 5):
         off = np.array(page.ask("page.positions(arguments[0])", float(time))) - where.points(float(time))
         assert len(off) == 1000

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("run", [paper_run(), busy_run()], ids=["paper", "busy"])
 def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.Run) -> None:
-    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run)
+    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run.history)
     colours = PALETTES["safe"]["light"]
     for row in [row for row in run.record.rows if row[1] == "collision" and row[6] > 1][:5]:
         time = row[0] - row[6] / 2
@@ -43,7 +43,7 @@ def test_a_picture_has_robots_goods_and_waiting_where_the_log_has_them(run: dw.R
 
 def test_a_two_way_lane_has_an_arrow_in_its_present_direction() -> None:
     run = spurs_run()
-    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run)
+    picture, where = FilmFrame(Figure().add_subplot(), run), Positions(run.history)
     edges, graph = list(run.layout.graph.edges), run.layout.graph
     counts = set()
     for time in np.linspace(20, run.record.end, 40):

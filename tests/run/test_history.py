@@ -65,7 +65,7 @@ def test_figure_and_replay_end_at_the_batteries_own_levels(length, taper, consum
 
 def replayed(run: dw.Run) -> list[float]:
     """The last level of every robot on the replay page, in its steps of a full battery."""
-    _, columns = payload(run, 0.0, run.record.end)
+    _, columns = payload(run.history, 0.0, run.record.end)
     levels = np.split(np.cumsum(columns["energy"]), np.cumsum(columns["energy_count"])[:-1])
     return [int(robot[-1]) for robot in levels]
 

@@ -48,7 +48,7 @@ def test_each_robot_draws_its_own_and_more_robots_leave_it_as_it_is():
 def test_the_replay_shows_the_same_levels():
     # the first of the columns that the page is sent: energy in steps, of which a battery has ENERGY
     run = dw.simulate(tutorial({"fleet.start_energy": 0.4}))
-    _, columns = payload(run, 0.0, run.record.end)
+    _, columns = payload(run.history, 0.0, run.record.end)
     counts = np.cumsum([0, *columns["energy_count"][:-1]])
     energies = np.cumsum(columns["energy"])
     assert [energies[first] / ENERGY for first in counts] == [0.4, 0.4, 0.4]

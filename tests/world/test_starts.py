@@ -57,7 +57,7 @@ def test_a_decision_shows_them_where_they_come_to_next():
 
 def test_figures_and_history_begin_where_they_stand():
     run = simulated(on_edge("AB", 4), {"node": "D"})
-    at = Positions(run)
+    at = Positions(run.history)
     assert at.points(0).tolist() == [[4, 0], [0, 10]]
     assert at.points(2).tolist() == [[6, 0], [0, 8]]
     assert [stays[0].edge for stays in run.history.stays] == [("A", "B"), None]

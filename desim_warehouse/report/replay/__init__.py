@@ -12,7 +12,7 @@ from desim_warehouse.report.web import WebPage
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from desim_warehouse.run import Run
+    from desim_warehouse.outcome.history import History
 
 
 class Replay(WebPage):
@@ -22,23 +22,23 @@ class Replay(WebPage):
 
 
 def replay(
-    run: Run,
+    history: History,
     path: str | Path | None = None,
     *,
     start: float | None = None,
     end: float | None = None,
     palette: str = "safe",
-    beside: Run | None = None,
+    beside: History | None = None,
 ) -> Replay:
     """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
 
     Args:
-        run: a run with `log: all`.
+        history: of a run with `log: all`.
         path: where to write the page; None: nowhere yet.
         start: first moment shown, in the model's time unit; default: the start of the run.
         end: last moment shown; default: the end of the run.
         palette: `safe` for colour-blind people, or `paper`, the paper's blue, red and green.
-        beside: another run with `log: all`, shown at the same moments, counted from the start of either.
+        beside: that of another run with `log: all`, shown at the same moments, counted from the start of either.
 
     Raises:
         ReportError: for a run without the rows that are needed, an empty window, or an unknown palette.
@@ -46,29 +46,29 @@ def replay(
     from desim_warehouse.report.positions import need_all
     from desim_warehouse.report.replay.page import page
 
-    runs = [run] if beside is None else [run, beside]
+    runs = [history] if beside is None else [history, beside]
     for one in runs:
         need_all(one)
     if palette not in PALETTES:
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
-    windows = [window(run, start, end)]
+    windows = [window(history, start, end)]
     if beside is not None:
-        part = run.model.units.seconds / beside.model.units.seconds
+        part = history.model.units.seconds / beside.model.units.seconds
         windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
-    result = Replay(f"{run.model.name}: replay", page(runs, windows, palette))
+    result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)
     return result
 
 
-def window(run: Run, start: float | None, end: float | None) -> tuple[float, float]:
+def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:
     """The part of a run between two times; raises ReportError if there is none."""
-    last = float(run.record.end)
+    last = float(history.log.end)
     begin = 0.0 if start is None else float(start)
     finish = last if end is None else float(end)
     if not (math.isfinite(begin) and math.isfinite(finish)) or begin < 0 or begin >= finish or begin >= last:
         raise ReportError(
             f"a replay from {begin:g} to {finish:g} shows nothing: the run lasts from 0 to {last:g} "
-            f"{run.model.units.time}"
+            f"{history.model.units.time}"
         )
     return begin, min(finish, last)

@@ -15,7 +15,7 @@ from desim_warehouse.report.web import joined, safe_json
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from desim_warehouse.run import Run
+    from desim_warehouse.outcome.history import History
 
 _KEYS = 3
 """The most keys that name a run beside another."""
@@ -23,34 +23,34 @@ _LONGEST = 40
 """A value longer than this is cut."""
 
 
-def page(runs: Sequence[Run], windows: Sequence[tuple[float, float]], palette: str) -> str:
+def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palette: str) -> str:
     """One self-contained HTML page that replays a window of each run, one or two; it needs no network."""
     headers, texts = [], []
-    for run, (start, end), label in zip(runs, windows, labels(runs), strict=True):
-        header, columns = payload(run, start, end)
+    for history, (start, end), label in zip(runs, windows, labels(runs), strict=True):
+        header, columns = payload(history, start, end)
         index, text = pack(columns)
         headers.append({**header, "label": label, "columns": index})
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
     parts = {
-        "title": html.escape(f"{' and '.join(dict.fromkeys(run.model.name for run in runs))}: replay"),
+        "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
         "header": safe_json({"palette": palette, "colours": _colours(), "runs": headers}),
         "columns": "\n".join(texts),
     }
     return joined("desim_warehouse.report.replay", parts)
 
 
-def labels(runs: Sequence[Run]) -> list[str]:
+def labels(runs: Sequence[History]) -> list[str]:
     """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed."""
-    contents = [dict(_flat(run.model.content())) for run in runs]
+    contents = [dict(_flat(history.model.content())) for history in runs]
     keys = dict.fromkeys(key for content in contents for key in content)
     differ = [key for key in keys if key != "name" and len({_text(content.get(key)) for content in contents}) > 1]
     found = []
-    for run, content in zip(runs, contents, strict=True):
+    for history, content in zip(runs, contents, strict=True):
         parts = [f"{key} = {_text(content.get(key))}" for key in differ[:_KEYS]]
         if len(differ) > _KEYS:
             parts.append("...")
-        if not differ or len({run.seed for run in runs}) > 1:
-            parts.append(f"seed {run.seed}")
+        if not differ or len({history.seed for history in runs}) > 1:
+            parts.append(f"seed {history.seed}")
         found.append(", ".join(parts))
     return found
 

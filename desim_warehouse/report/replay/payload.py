@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.resources import Resource
     from desim_warehouse.report.replay.scale import Scale
     from desim_warehouse.report.replay.tiles import Tile
-    from desim_warehouse.run import Run
     from desim_warehouse.states import State
 
 ENERGY = 1000
@@ -41,35 +40,37 @@ SAME, OTHER, ONWARD = 0, 1, 2
 Columns = dict[str, Any]
 
 
-def payload(run: Run, start: float, end: float) -> tuple[dict[str, Any], Columns]:
+def payload(history: History, start: float, end: float) -> tuple[dict[str, Any], Columns]:
     """Header and columns of the page for a window of a run."""
-    positions = Positions(run)
-    scale = scale_of(run, start, end)
-    history, shown, places = run.history, tiles(run), resources(run.history)
+    positions = Positions(history)
+    scale = scale_of(history, start, end)
+    shown, places = tiles(history), resources(history)
     columns = {
         **_leg_columns(positions, scale),
         **_state_columns(history, scale),
         **_energy_columns(history, scale),
-        **_task_columns(run, scale),
-        **_wait_columns(run, scale),
+        **_task_columns(history, scale),
+        **_wait_columns(history, scale),
         **_blocked_columns(history, scale),
-        **_delivery_columns(run, scale),
+        **_delivery_columns(history, scale),
         **tile_columns(shown, scale),
         **resource_columns(places, scale),
-        **_storage_columns(run, scale),
+        **_storage_columns(history, scale),
     }
-    return _header(run, positions, shown, places, scale), columns
+    return _header(history, positions, shown, places, scale), columns
 
 
-def _header(run: Run, positions: Positions, shown: list[Tile], places: list[Resource], scale: Scale) -> dict[str, Any]:
-    model, layout, edges, history = run.model, run.layout, positions.edges, run.history
+def _header(
+    history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: Scale
+) -> dict[str, Any]:
+    model, layout, edges = history.model, history.layout, positions.edges
     nodes = list(layout.graph.nodes)
     number = {node: i for i, node in enumerate(nodes)}
     blocks = model.layout.blocks
     return {
         "name": model.name,
         "description": model.description,
-        "seed": run.seed,
+        "seed": history.seed,
         "day": _seconds_of_day(model.run.start),
         "units": {"length": model.units.length, "time": model.units.time, "seconds": model.units.seconds},
         "grain": scale.grain,
@@ -91,7 +92,7 @@ def _header(run: Run, positions: Positions, shown: list[Tile], places: list[Reso
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
-        "worst": worst(run, edges, places, scale),
+        "worst": worst(history, edges, places, scale),
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
@@ -212,7 +213,7 @@ def _shown(model: Model) -> list[State]:
     return [*(seen(name, task=0) for name in STATES if name not in no), FOR_CHARGER]
 
 
-def _task_columns(run: Run, scale: Scale) -> Columns:
+def _task_columns(history: History, scale: Scale) -> Columns:
     """Tasks that are open at some time of the window; those never loaded or delivered are, until the end and longer.
 
     `task_good`: -1 if it does not lie in storage. `task_due`: 1 more than the ticks from release to due time; 0: none.
@@ -220,10 +221,10 @@ def _task_columns(run: Run, scale: Scale) -> Columns:
     """
     shown = [
         (number, task)
-        for number, task in sorted(run.history.tasks.items())
+        for number, task in sorted(history.tasks.items())
         if task.released <= scale.end and task.delivered > scale.start
     ]
-    node = {name: i for i, name in enumerate(run.layout.graph.nodes)}
+    node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
     after = scale.end + (scale.end - scale.start) + 1.0
     loaded = [min(task.loaded, after) for _, task in shown]
     longest = scale.tick * (LARGEST // 2)  # what is due later fits, and is due later than any run lasts
@@ -238,10 +239,10 @@ def _task_columns(run: Run, scale: Scale) -> Columns:
     }
 
 
-def _wait_columns(run: Run, scale: Scale) -> Columns:
+def _wait_columns(history: History, scale: Scale) -> Columns:
     """Waits that are counted or under way in the window, in the order in which they end and are counted."""
-    number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
-    shown = [wait for wait in run.history.waits if wait.end >= scale.start and wait.start <= scale.end]
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    shown = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
     end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
     return {
         "wait_time": _steps(end),
@@ -273,21 +274,21 @@ def _blocked_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _delivery_columns(run: Run, scale: Scale) -> Columns:
+def _delivery_columns(history: History, scale: Scale) -> Columns:
     """Counted deliveries by node, also those before the window."""
-    number = {node: i for i, node in enumerate(run.layout.graph.nodes)}
-    done = [task for task in run.history.counted_deliveries if task.delivered <= scale.end]
+    number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
+    done = [task for task in history.counted_deliveries if task.delivered <= scale.end]
     return {
         "done_time": _steps(scale.times([task.delivered for task in done])),
         "done_node": [number[task.station] for task in done],
     }
 
 
-def _storage_columns(run: Run, scale: Scale) -> Columns:
+def _storage_columns(history: History, scale: Scale) -> Columns:
     """The storage places: their middle, and the edge from which they are served; -1 - i is the node of number i."""
-    number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
-    number.update({(node, node): -1 - i for i, node in enumerate(run.layout.graph)})
-    storage = run.layout.storage
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    number.update({(node, node): -1 - i for i, node in enumerate(history.layout.graph)})
+    storage = history.layout.storage
     return {
         "storage_x": _steps(scale.lengths([place.x for place in storage])),
         "storage_y": _steps(scale.lengths([place.y for place in storage])),

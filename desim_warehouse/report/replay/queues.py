@@ -11,10 +11,10 @@ import numpy as np
 from desim_warehouse.outcome.resources import steps
 
 if TYPE_CHECKING:
+    from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource, Steps
     from desim_warehouse.report.positions import Edges
     from desim_warehouse.report.replay.scale import Scale
-    from desim_warehouse.run import Run
 
 MOST = 12
 """Queues that can be jumped to."""
@@ -32,14 +32,14 @@ def resource_columns(found: list[Resource], scale: Scale) -> dict[str, Any]:
     return columns
 
 
-def worst(run: Run, edges: Edges, found: list[Resource], scale: Scale) -> list[dict[str, Any]]:
+def worst(history: History, edges: Edges, found: list[Resource], scale: Scale) -> list[dict[str, Any]]:
     """The longest queue of each place in the window, the longest place first.
 
     `what`: `station`, `chargers` or `lane`; `number`: of the resource, or of the lane's first edge; `robots`: how many
     queue there in the middle of the longest time with so many, which is `time`.
     """
     queues: list[tuple[str, int, Steps]] = [(one.kind, i, one.queue) for i, one in enumerate(found)]
-    queues += [("lane", edge, queue) for edge, queue in _lanes(run, edges).items()]
+    queues += [("lane", edge, queue) for edge, queue in _lanes(history, edges).items()]
     longest = []
     for what, number, queue in queues:
         robots, time, lasts = _longest(queue, scale)
@@ -49,11 +49,11 @@ def worst(run: Run, edges: Edges, found: list[Resource], scale: Scale) -> list[d
     return [item for _, _, item in longest[:MOST]]
 
 
-def _lanes(run: Run, edges: Edges) -> dict[int, Steps]:
+def _lanes(history: History, edges: Edges) -> dict[int, Steps]:
     """For each lane, by the number of its first edge, how many robots that are on it wait in traffic."""
-    number = {edge: i for i, edge in enumerate(run.layout.graph.edges)}
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
     changes: defaultdict[int, list[tuple[float, int]]] = defaultdict(list)
-    for wait in run.history.waits:
+    for wait in history.waits:
         if wait.on is None:
             continue
         edge = number[wait.on]

@@ -13,7 +13,7 @@ from desim_warehouse.report.zones import robot_radii
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.run import Run
+    from desim_warehouse.outcome.history import History
 
 FINENESS = 100
 """Grains in the radius of the smallest robot."""
@@ -37,8 +37,8 @@ class Scale:
         return np.rint(np.asarray(values, dtype=float) / self.grain).astype(np.int64)
 
 
-def scale_of(run: Run, start: float, end: float) -> Scale:
+def scale_of(history: History, start: float, end: float) -> Scale:
     """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
-    grain = min(robot_radii(run.model)) / FINENESS
-    longest = max(end - start, run.record.end)
-    return Scale(grain, max(grain / run.model.fleet.fastest, 4 * longest / LARGEST), start, end)
+    grain = min(robot_radii(history.model)) / FINENESS
+    longest = max(end - start, history.log.end)
+    return Scale(grain, max(grain / history.model.fleet.fastest, 4 * longest / LARGEST), start, end)

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.model.schema import SaturatedGoods
-from desim_warehouse.outcome.indicators import INDICATORS, quantile
+from desim_warehouse.outcome.indicators import INDICATORS, kpis, quantile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from desim_warehouse.outcome.history import History
     from desim_warehouse.report.replay.scale import Scale
-    from desim_warehouse.run import Run
 
 SHARE = 1_000_000
 """Steps in a share of 1."""
@@ -45,10 +44,9 @@ class Tile:
     curve: Curve = ((), ())  # type: ignore[assignment]  # none
 
 
-def tiles(run: Run) -> list[Tile]:
+def tiles(history: History) -> list[Tile]:
     """The tiles of a run, the most important first."""
-    history, kpis = run.history, run.kpis
-    tasks = run.model.tasks
+    has, tasks = kpis(history), history.model.tasks
     ends = not tasks.never_end
     saturated = isinstance(tasks.goods, SaturatedGoods)
     since = " since the warm-up" if history.begin else ""
@@ -59,17 +57,17 @@ def tiles(run: Run) -> list[Tile]:
         Tile("tasks", f"Delivered{since}", "count", _count(history, (task.delivered for task in history.delivered))),
         Tile("throughput_per_hour", "Delivered an hour", "rate"),
     ]
-    if "on_time" in kpis:
+    if "on_time" in has:
         found.append(Tile("on_time", INDICATORS["on_time"].title, "share", _on_time(history)))
     if (tasks.flows or not ends) and history.cycle_times:
         found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
         found.append(Tile("T", "Time T", "clock"))
     found.append(Tile("S", "Waits in traffic, S", "count", _count(history, (wait.end for wait in history.collisions))))
-    if run.model.battery is not None:
+    if history.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
         found.append(Tile("battery", "Battery (lowest)", "battery"))
-    if "charger_utilisation" in kpis:
+    if "charger_utilisation" in has:
         found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
     return found
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def read(run: dw.Run, start: float, end: float) -> tuple[dict[str, Any], dict[str, Any]]:
-    header, columns = payload(run, start, end)
+    header, columns = payload(run.history, start, end)
     return json.loads(safe_json(header)), unpack(*pack(columns))
 
 
@@ -64,7 +64,7 @@ def test_legs_read_back_put_robots_where_the_log_has_them(name: str, window: tup
     run = RUNS[name]()
     start, end = (part * run.record.end for part in window)
     header, columns = read(run, start, end)
-    where, robots = Positions(run), legs_of(header, columns)
+    where, robots = Positions(run.history), legs_of(header, columns)
     near = 0.03 * run.model.fleet.robot.radius  # far less than a pixel
     for time in np.random.default_rng(5).uniform(start, end, 25):
         on, at = where.at(float(time))
@@ -107,7 +107,7 @@ def test_tiles_end_with_the_run_s_own_indicators(name: str) -> None:
 
 def test_tiles_depend_on_the_kind_of_run() -> None:
     def keys(run: dw.Run) -> list[str]:
-        return [tile.key for tile in tiles(run)]
+        return [tile.key for tile in tiles(run.history)]
 
     assert keys(paper_run())[:4] == ["backlog", "tasks", "throughput_per_hour", "T"]
     # so many open tasks as there always are; not due
@@ -193,16 +193,16 @@ def test_the_worst_queues_are_those_that_the_log_has() -> None:
 def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     few, many = (dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": size})) for size in (3, 5))
     again = dw.simulate(few.model, seed=9)
-    assert labels([few, many]) == ["fleet.size = 3", "fleet.size = 5"]
-    assert labels([few, again]) == ["seed 0", "seed 9"]
-    assert labels([many, again]) == ["fleet.size = 5, seed 0", "fleet.size = 3, seed 9"]
-    assert labels([few]) == ["seed 0"]
+    assert labels([few.history, many.history]) == ["fleet.size = 3", "fleet.size = 5"]
+    assert labels([few.history, again.history]) == ["seed 0", "seed 9"]
+    assert labels([many.history, again.history]) == ["fleet.size = 5, seed 0", "fleet.size = 3, seed 9"]
+    assert labels([few.history]) == ["seed 0"]
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_robot_that_waits_on_a_lane_stands_still(name: str) -> None:
     run = RUNS[name]()
-    where = Positions(run)
+    where = Positions(run.history)
     stood = 0
     for wait in run.history.waits:
         if wait.end - wait.start > 0.5 and wait.end <= run.record.end:
@@ -224,7 +224,7 @@ def test_goods_of_a_list_are_known_and_there_until_they_are_loaded() -> None:
 def test_goods_that_were_drawn_are_known_by_where_they_were_loaded() -> None:
     run = busy_run()
     edges = list(run.layout.graph.edges)
-    where = Positions(run)
+    where = Positions(run.history)
     for row in [row for row in run.record.rows if row[1] == "loading"][:40]:
         place = run.layout.storage[run.history.tasks[row[3]].good]
         on, at = where.at(row[0])
@@ -243,30 +243,30 @@ def test_energy_that_the_robots_lose_is_what_they_used(name: str) -> None:
 @pytest.mark.parametrize(("start", "end"), [(5.0, 5.0), (7.0, 3.0), (-1.0, 5.0), (1e9, None), (0.0, float("nan"))])
 def test_a_window_that_shows_nothing_is_refused(start: float, end: float | None) -> None:
     with pytest.raises(ReportError, match="shows nothing"):
-        replay(paper_run(), start=start, end=end)
+        replay(paper_run().history, start=start, end=end)
 
 
 def test_a_palette_that_is_not_known_is_refused() -> None:
     with pytest.raises(ReportError, match=r"'red'.*safe, paper"):
-        replay(paper_run(), palette="red")
+        replay(paper_run().history, palette="red")
 
 
 def test_the_page_is_one_file_that_names_no_other() -> None:
-    text = replay(paper_run()).html
+    text = replay(paper_run().history).html
     assert not re.search(r"(?:https?:)?//[a-z]", re.sub(r"(?m)//\s.*$", "", text))
     assert not re.search(r"\b(?:src|href)=\"(?!data:)", text)
     assert "default-src 'none'" in text
 
 
 def test_the_same_run_gives_the_same_page() -> None:
-    assert replay(paper_run()).html == replay(paper_run()).html
+    assert replay(paper_run().history).html == replay(paper_run().history).html
 
 
 def test_names_cannot_leave_their_place_in_the_page() -> None:
     name = "</script><script>window.hacked=1</script><!-- \u2028 & \"'"
     run = dw.simulate(dw.load(busy(name=name, run={"length": 30.0})))
-    page = replay(run)
-    assert page.html.count("<script") == replay(paper_run()).html.count("<script")
+    page = replay(run.history)
+    assert page.html.count("<script") == replay(paper_run().history).html.count("<script")
     assert "<script>window.hacked" not in page.html
     header = re.search(r'id="header">(.*?)</script>', page.html, re.DOTALL)
     assert header is not None

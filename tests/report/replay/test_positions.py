@@ -21,7 +21,7 @@ EPS = 1e-6
 
 @cache
 def positions(name: str) -> Positions:
-    return Positions(RUNS[name]())
+    return Positions(RUNS[name]().history)
 
 
 def whereabouts(run: dw.Run) -> dict[tuple[str, str], int]:
@@ -161,14 +161,14 @@ def test_a_robot_in_a_bay_in_the_lane_stands_on_its_node() -> None:
     fleet = {"size": 1, "robot": {"radius": 0.5, "speed": 1}}
     tasks = {"goods": [0], "unload_at": ["A"], "load_time": 1, "unload_time": 1}
     run = dw.simulate(dw.load({"layout": layout, "fleet": fleet, "tasks": tasks}))
-    assert Positions(run).points(0).tolist() == [[20, 0]]
+    assert Positions(run.history).points(0).tolist() == [[20, 0]]
 
 
 @pytest.mark.parametrize("level", ["moves", "tasks"])
 def test_a_log_without_drives_is_refused(level: str) -> None:
     run = dw.simulate(dw.load(busy(log=level)))
     with pytest.raises(ReportError, match=rf"log: all \(now log: {level}\).*--set log=all"):
-        Positions(run)
+        Positions(run.history)
 
 
 def test_rotating_rings_are_in_the_jammed_run() -> None:
