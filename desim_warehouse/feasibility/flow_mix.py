@@ -16,7 +16,7 @@ from desim_warehouse.model.demand import flow_rates
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import StorageEnd
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.stations import own_times
+from desim_warehouse.model.stations import flow_times, own_times
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -170,12 +170,8 @@ class FlowMix:
 
     def handling(self, flow: str) -> tuple[float, float, float]:
         """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
-        tasks, spec = self.model.tasks, self.model.tasks.flows[flow]
-        return (
-            tasks.mean_load if spec.load_time is None else mean_of(spec.load_time),
-            tasks.mean_unload if spec.unload_time is None else mean_of(spec.unload_time),
-            len(spec.via) * mean_of(spec.stop_time),
-        )
+        spec = self.model.tasks.flows[flow]
+        return (*flow_times(self.model.tasks, spec), len(spec.via) * mean_of(spec.stop_time))
 
     def _legs(self) -> Iterator[Leg]:
         import numpy as np

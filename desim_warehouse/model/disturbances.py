@@ -9,10 +9,11 @@ from desim_warehouse.findings import amount
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model.fleet import RobotSpec
     from desim_warehouse.model.people import PeopleSpec
     from desim_warehouse.model.schema import Model
     from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
@@ -25,9 +26,9 @@ def disturbances(model: Model, layout: Layout) -> list[str]:
 
 def _failures(model: Model) -> Iterator[str]:
     """Which robots and chargers fail, and what is left of their time."""
-    unit, kinds = model.units.time, dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True))
+    unit = model.units.time
     failing: dict[str, BreakdownSpec | OutageSpec | None] = {}
-    failing |= {_robots(kind): robot.breakdowns for kind, robot in kinds.items()}
+    failing |= {_robots(kind): robot.breakdowns for kind, robot in _kinds(model)}
     failing |= {f"chargers of {name}": bay.outages for name, bay in model.layout.bays.items()}
     for name, spec in failing.items():
         if spec is not None:
@@ -39,10 +40,15 @@ def _failures(model: Model) -> Iterator[str]:
 
 
 def _delays(model: Model) -> Iterator[str]:
-    for kind, robot in dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True)).items():
+    for kind, robot in _kinds(model):
         if robot.delays is not None and robot.delays.share:
             time, share = mean_of(robot.delays.time), robot.delays.share
             yield f"{_robots(kind)} lose {amount(time)} {model.units.time} at {amount(100 * share)} % of the nodes"
+
+
+def _kinds(model: Model) -> Iterable[tuple[str, RobotSpec]]:
+    """A robot of each kind."""
+    return dict(zip(model.fleet.kinds_of_robots(), model.fleet.robots(), strict=True)).items()
 
 
 def _robots(kind: str) -> str:

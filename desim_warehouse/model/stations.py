@@ -1,4 +1,4 @@
-"""What a model says of its stations: handling times of their own, hours, and work on what comes."""
+"""What a model says of handling: its mean times by flow and station, hours of stations, and work on what comes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from desim_warehouse.values.distributions import mean_of
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.model.schema import Model, Tasks
     from desim_warehouse.values.distributions import Distribution
 
 
@@ -26,6 +27,12 @@ def own_times(model: Model, layout: Layout) -> dict[str, tuple[float | None, flo
         for node, spec in specs(model, layout).items()
         if spec.load_time is not None or spec.unload_time is not None
     }
+
+
+def flow_times(tasks: Tasks, flow: FlowSpec) -> tuple[float, float]:
+    """Mean times of loading and unloading a task of a flow, where stations have none of their own."""
+    load, unload = _mean(flow.load_time), _mean(flow.unload_time)
+    return tasks.mean_load if load is None else load, tasks.mean_unload if unload is None else unload
 
 
 def _mean(time: float | Distribution | None) -> float | None:

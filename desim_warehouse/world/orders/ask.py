@@ -6,7 +6,7 @@ import traceback
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
-from desim_warehouse.model.stations import own_times
+from desim_warehouse.model.stations import flow_times, own_times
 from desim_warehouse.policies import BayView, Handling, Levels, Situation
 from desim_warehouse.values.distributions import mean_of
 from desim_warehouse.world.traffic.rules import EPS
@@ -131,13 +131,7 @@ def _view(bay: Bay) -> BayView:
 def handling_of(model: Model, layout: Layout) -> Handling:
     """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
     tasks, cost = model.tasks, model.cost
-    flows = {
-        name: (
-            tasks.mean_load if flow.load_time is None else mean_of(flow.load_time),
-            tasks.mean_unload if flow.unload_time is None else mean_of(flow.unload_time),
-        )
-        for name, flow in tasks.flows.items()
-    }
+    flows = {name: flow_times(tasks, flow) for name, flow in tasks.flows.items()}
     visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
     return Handling(
         tasks.mean_load,
