@@ -14,6 +14,7 @@ from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import checks
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.orders import files_of, nodes_named
+from desim_warehouse.model.schema import reading
 
 if TYPE_CHECKING:
     from desim_warehouse.findings import Finding
@@ -63,6 +64,6 @@ def refuse(model: Model, layout: Layout) -> None:
 def _use(model: Model, layout: Layout) -> checks.Use:
     fleet = model.fleet
     files = files_of(model.tasks.flows)
-    named = nodes_named(files, model.reading(layout), layout) if files else ()
+    named = nodes_named(files, reading(model, layout), layout) if files else ()
     used = tuple(dict.fromkeys((*destinations(model, layout), *named)))
     return checks.Use(fleet.contact, fleet.size, fleet.start, used, model.traffic.gridlock, model.traffic.zones)

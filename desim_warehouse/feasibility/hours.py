@@ -11,6 +11,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.hours import STEPS, first_stretches
 from desim_warehouse.model.orders import summary
+from desim_warehouse.model.schema import reading
 from desim_warehouse.model.stations import specs
 from desim_warehouse.values.calendars import ALWAYS
 
@@ -89,7 +90,7 @@ def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
         if isinstance(flow.when, ScheduleArrivals):
             last = max(batch.at for batch in flow.when.schedule)
         elif isinstance(flow.when, OrdersArrivals):
-            last = summary(flow.when.orders, model.reading(layout)).last
+            last = summary(flow.when.orders, reading(model, layout)).last
         if math.isinf(model.hours(flow.hours).following(last)[0]):
             yield Finding(
                 "NEVER_OPEN",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.orders import summary
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.schema import Good, PoissonGoods
+from desim_warehouse.model.schema import Good, PoissonGoods, reading
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
@@ -76,14 +76,14 @@ def always_open(model: Model) -> bool:
 def len_of_orders(model: Model, flow: FlowSpec) -> int:
     """How many tasks the file of a flow's orders has."""
     assert isinstance(flow.when, OrdersArrivals)
-    return summary(flow.when.orders, model.reading(model.floor)).tasks
+    return summary(flow.when.orders, reading(model, model.floor)).tasks
 
 
 def _end_of_schedule(model: Model) -> float:
     flows = model.tasks.flows.values()
     times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
     times += [
-        summary(flow.when.orders, model.reading(model.floor)).last
+        summary(flow.when.orders, reading(model, model.floor)).last
         for flow in flows
         if isinstance(flow.when, OrdersArrivals)
     ]

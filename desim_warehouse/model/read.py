@@ -9,7 +9,7 @@ from typing import Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.parse import from_file, from_mapping
-from desim_warehouse.model.schema import OUTLINE, Model
+from desim_warehouse.model.schema import OUTLINE, Model, model_of
 
 
 def load(
@@ -42,7 +42,7 @@ def load(
         document = from_file(Path(source), str(source), "a model with layout, fleet and tasks")
         if document.kind == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
-    return Model.from_document(document, overrides or {}, named, run_code=run_code)
+    return model_of(document, overrides or {}, named, run_code=run_code)
 
 
 def json_schema() -> dict[str, Any]:

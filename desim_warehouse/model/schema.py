@@ -509,39 +509,41 @@ class Model(Part):
         Raises:
             ModelError: with every problem of the changed model.
         """
-        return Model.from_document(from_mapping(self.content(), f"model '{self.name}'"), overrides, run_code=run_code)
-
-    @classmethod
-    def from_document(
-        cls, document: Document, overrides: Mapping[str, Any], named: str = "override", *, run_code: bool = False
-    ) -> Model:
-        """The model that a document says with these overrides: all steps of its way, in order.
-
-        Raises:
-            ModelError: with every problem of the values; where they are right, of the policies, and then of the orders.
-        """
-        override(document, overrides, OUTLINE, named)
-        resolve(document, OUTLINE)
-        model = valid(document, cls, OUTLINE)
-        if problems := model.policies.problems(run_code):
-            raise ModelError(report(problems, document.places))
-        model.check_orders()
-        return model
-
-    def reading(self, layout: Layout) -> Reading:
-        """How files of orders are understood on a layout of the model."""
-        return Reading.of(layout, self.run.start, self.units.seconds)
-
-    def check_orders(self) -> None:
-        """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
-        files = files_of(self.tasks.flows)
-        try:
-            found = problems_of(files, self.reading(self.floor)) if files else []
-        except LayoutError:
-            return  # which is said where the layout is checked
-        if found:
-            raise ModelError(found)
+        return model_of(from_mapping(self.content(), f"model '{self.name}'"), overrides, run_code=run_code)
 
 
 OUTLINE = Outline(Model)
 """The keys that a model can have."""
+
+
+def model_of(
+    document: Document, overrides: Mapping[str, Any], named: str = "override", *, run_code: bool = False
+) -> Model:
+    """The model that a document says with overrides: every step of its way, in order.
+
+    Raises:
+        ModelError: with every problem of the values; where they are right, of the policies, and then of the orders.
+    """
+    override(document, overrides, OUTLINE, named)
+    resolve(document, OUTLINE)
+    model = valid(document, Model, OUTLINE)
+    if problems := model.policies.problems(run_code):
+        raise ModelError(report(problems, document.places))
+    _check_orders(model)
+    return model
+
+
+def _check_orders(model: Model) -> None:
+    """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
+    files = files_of(model.tasks.flows)
+    try:
+        found = problems_of(files, reading(model, model.floor)) if files else []
+    except LayoutError:
+        return  # which is said where the layout is checked
+    if found:
+        raise ModelError(found)
+
+
+def reading(model: Model, layout: Layout) -> Reading:
+    """How files of orders are understood on a layout of a model."""
+    return Reading.of(layout, model.run.start, model.units.seconds)

@@ -24,6 +24,7 @@ from desim_warehouse.model.flows import (
 )
 from desim_warehouse.model.orders import OrderLine, read, resampled, summary
 from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.schema import reading
 from desim_warehouse.policies import StopPlace, Task
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class _Flow:
         self.ended = False
         self.load_type = spec.load_type or ""
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
-        self._how = model.reading(layout)
+        self._how = reading(model, layout)
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
         self._cumulated = [sum(route.share for route in self.routes[: i + 1]) for i in range(len(self.routes))]
 
