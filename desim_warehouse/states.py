@@ -1,19 +1,48 @@
 """The one list of robot states.
 
 Everything that knows more about a state than its name reads it here: the log and the share of time in it, the battery,
-figures, film and replay page. To add one, add it to `STATES`.
+forecasts, queues, figures and replay page. To add one, add it to `STATES` and say what is true of it. Outside this file
+a state is named only where a robot enters it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
 Consumption = Literal["standing", "empty", "loaded", "handling"]
+Place = Literal["station", "chargers"]
+
+
+class Stage(Enum):
+    """The parts of a robot's round: forecasts go on from the one in which it is."""
+
+    REST = "in a bay, with nothing to do"
+    TO_GOOD = "driving to a good"
+    LOADING = "taking a good"
+    TO_STATION = "driving with a good"
+    QUEUE = "in a station or bay, waiting for its turn there"
+    UNLOADING = "putting a good down"
+    TO_BAY = "driving to a bay"
+    CHARGING = "at a charger"
+    BREAKDOWN = "out of order: afterwards it goes on with what it did before"
+
+
+class Queue(NamedTuple):
+    """What robots queue for, and where: in a station, or in a bay with chargers."""
+
+    at: Place
+    what: str
+
+
+SERVER = Queue("station", "a server")
+OPENING = Queue("station", "its opening")
+CHARGER = Queue("chargers", "a charger")
 
 
 @dataclass(frozen=True)
@@ -22,21 +51,41 @@ class State:
 
     `name`: the kind of its row in the log, its column in the table of robots, and `share_NAME` among the indicators.
     `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
-    done in its share of time. `draws`: which consumption of the model file applies; None: nothing is drawn. `role`: how
-    the replay page and films draw a robot that is in it. `colour` and `stacked`: in figures, and its place in a stack
-    of states, from below. `applies`: whether robots of a model can be in
-    it; else no table, figure or page has it.
+    done in its share of time. `better`: whether less or more of that is better; None: it depends. `draws`: which
+    consumption of the model file applies; None: nothing is drawn. `stage`: the part of its round that a robot is in;
+    None: any. `queue`: what it queues for; only in the stage `QUEUE`. `role`: how the replay page and films draw a
+    robot that is in it. `colour` and `stacked`: in figures, and its place in a stack of states, from below.
+    `applies`: whether robots of a model can be in it; else no table, figure or page has it.
     """
 
     name: str
     doing: str
     begins: str
     time: str
+    better: Literal["less", "more"] | None
     draws: Consumption | None
+    stage: Stage | None
+    queue: Queue | None
     role: Role
     colour: str
     stacked: int
-    applies: Callable[[Any], bool] = lambda _: True
+    applies: Callable[[Any], bool]
+
+    @property
+    def occupies(self) -> Place | None:
+        """Where a robot in it has a server or a charger in use."""
+        if self.stage in (Stage.LOADING, Stage.UNLOADING):
+            return "station"
+        return "chargers" if self.stage is Stage.CHARGING else None
+
+    @property
+    def is_parked(self) -> bool:
+        """Whether a robot in it is parked: at rest, charged, or in a queue for that."""
+        return self.stage in (Stage.REST, Stage.CHARGING) or self.queue == CHARGER
+
+
+def _always(_: object) -> bool:
+    return True
 
 
 STATES = {
@@ -47,87 +96,122 @@ STATES = {
             doing="idle",
             begins="a robot stands in a bay, with nothing to do",
             time="in a bay, with nothing to do",
+            better=None,
             draws="standing",
+            stage=Stage.REST,
+            queue=None,
             role="idle",
             colour="#D9D9D9",
             stacked=7,
+            applies=_always,
         ),
         State(
             "empty",
             doing="driving empty",
             begins="it sets out for a good",
             time="driving to a good",
+            better="less",
             draws="empty",
+            stage=Stage.TO_GOOD,
+            queue=None,
             role="empty",
             colour="#0072B2",
             stacked=1,
+            applies=_always,
         ),
         State(
             "loading",
             doing="loading",
             begins="it begins to take the good",
             time="taking a good",
+            better=None,
             draws="handling",
+            stage=Stage.LOADING,
+            queue=None,
             role="empty",
             colour="#E69F00",
             stacked=2,
+            applies=_always,
         ),
         State(
             "loaded",
             doing="driving loaded",
             begins="it sets out for a station",
             time="driving to a station",
+            better=None,
             draws="loaded",
+            stage=Stage.TO_STATION,
+            queue=None,
             role="loaded",
             colour="#D55E00",
             stacked=0,
+            applies=_always,
         ),
         State(
             "queueing",
             doing="queueing for a server or charger",
             begins="a robot in a station waits for a server, or in a bay for a charger",
             time="in a station, waiting for a server, or in a bay, waiting for a charger",
+            better="less",
             draws="standing",
+            stage=Stage.QUEUE,
+            queue=SERVER,
             role="loaded",
             colour="#CC79A7",
             stacked=6,
+            applies=_always,
         ),
         State(
             "unloading",
             doing="unloading",
             begins="it begins to put the good down, or to hand it over at a stop on its way (`via`)",
             time="putting a good down",
+            better=None,
             draws="handling",
+            stage=Stage.UNLOADING,
+            queue=None,
             role="loaded",
             colour="#F0E442",
             stacked=3,
+            applies=_always,
         ),
         State(
             "returning",
             doing="going to a bay",
             begins="it sets out for a bay",
             time="driving to a bay",
+            better="less",
             draws="empty",
+            stage=Stage.TO_BAY,
+            queue=None,
             role="idle",
             colour="#56B4E9",
             stacked=4,
+            applies=_always,
         ),
         State(
             "charging",
             doing="charging",
             begins="it begins to be charged",
             time="being charged",
+            better=None,
             draws=None,
+            stage=Stage.CHARGING,
+            queue=None,
             role="charging",
             colour="#009E73",
             stacked=5,
+            applies=_always,
         ),
         State(
             "closed",
             doing="waiting for a station to open",
             begins="in a station that is closed it waits until it opens; only with hours of stations",
             time="in a station, waiting until it opens; only with hours of stations",
+            better="less",
             draws="standing",
+            stage=Stage.QUEUE,
+            queue=OPENING,
             role="loaded",
             colour="#999933",
             stacked=12,
@@ -138,7 +222,10 @@ STATES = {
             doing="on a break",
             begins="its hours are over and it rests in a bay; only with hours of robots",
             time="resting in a bay outside its hours; only with hours of robots",
+            better=None,
             draws="standing",
+            stage=Stage.REST,
+            queue=None,
             role="idle",
             colour="#EFEFEF",
             stacked=13,
@@ -149,7 +236,10 @@ STATES = {
             doing="broken down",
             begins="it has broken down where it stands; repaired, it begins again what it did before",
             time="broken down, until it is repaired; only with breakdowns",
+            better="less",
             draws="standing",
+            stage=Stage.BREAKDOWN,
+            queue=None,
             role="broken",
             colour="#8C564B",
             stacked=11,
@@ -164,44 +254,56 @@ WAITING = State(
     doing="waiting in traffic",
     begins="",
     time="waiting in traffic for other robots",
+    better="less",
     draws="standing",
+    stage=None,
+    queue=None,
     role="wait",
     colour="#000000",
     stacked=8,
+    applies=_always,
 )
 """Held up by other robots, in any state: no row of the log begins it, but its time and energy are counted apart."""
 
-WaitName = Literal["waiting_closed", "waiting_person"]
-APART: dict[str, State] = {
-    "waiting_closed": State(
-        "waiting_closed",
-        doing="waiting for an edge to open",
-        begins="",
-        time="waiting before an edge that is closed",
-        draws="standing",
-        role="wait",
-        colour="#8C6D1F",
-        stacked=9,
-        applies=lambda model: "waiting_closed" in model.waits_apart,
-    ),
-    "waiting_person": State(
-        "waiting_person",
-        doing="waiting for a person",
-        begins="",
-        time="waiting before an aisle with a person in it",
-        draws="standing",
-        role="wait",
-        colour="#E41A8B",
-        stacked=10,
-        applies=lambda model: "waiting_person" in model.waits_apart,
-    ),
+APART = {
+    state.name: state
+    for state in (
+        State(
+            "waiting_closed",
+            doing="waiting for an edge to open",
+            begins="a robot has waited before a `node` to enter an `edge` that was closed",
+            time="waiting before an edge that is closed; only with `traffic.closures`",
+            better="less",
+            draws="standing",
+            stage=None,
+            queue=None,
+            role="wait",
+            colour="#8C6D1F",
+            stacked=9,
+            applies=lambda model: bool(model.traffic.closures),
+        ),
+        State(
+            "waiting_person",
+            doing="waiting for a person",
+            begins="a robot has waited before a `node` to enter an `edge` with a person in it",
+            time="waiting before an aisle with a person in it; only with `people`",
+            better="less",
+            draws="standing",
+            stage=None,
+            queue=None,
+            role="wait",
+            colour="#E41A8B",
+            stacked=10,
+            applies=lambda model: bool(model.people),
+        ),
+    )
 }
 """Waits in traffic that are no collisions, where closures or people are in the model: counted beside `waiting`."""
 
-TIMES: dict[str, State] = {**STATES, "waiting": WAITING, **APART}
+TIMES: dict[str, State] = {**STATES, WAITING.name: WAITING, **APART}
 """The states among which a robot's time is divided."""
-OPERATING = tuple(state.name for state in STATES.values() if state.draws in ("empty", "loaded", "handling"))
-"""States in which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
+AT_START = next(iter(STATES))
+"""What robots are doing as a run begins: the first of them all."""
 
 
 def absent(model: Any) -> frozenset[str]:
@@ -209,19 +311,39 @@ def absent(model: Any) -> frozenset[str]:
     return frozenset(name for name, state in TIMES.items() if not state.applies(model))
 
 
-FOR_SERVER = replace(STATES["queueing"], name="queueing_server", doing="queueing for a server")
+_QUEUEING = STATES["queueing"]
+FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing for a server")
 FOR_CHARGER = replace(
-    STATES["queueing"],
+    _QUEUEING,
     name="queueing_charger",
     doing="queueing for a charger",
+    queue=CHARGER,
     role="idle",
     colour="#882255",
 )
 """The two kinds of queueing, which reports and the account of time tell apart; in the log they are one state."""
+SHOWN = {
+    state.name: state for state in (*(FOR_SERVER if one is _QUEUEING else one for one in STATES.values()), FOR_CHARGER)
+}
+"""The states as they are shown: a robot that queues for a charger is apart, as it is not working."""
 
 
 def seen(name: str, task: int) -> State:
     """The state of a robot as it is shown, given the number of its task: one without a task queues for a charger."""
-    if name != "queueing":
-        return STATES[name]
+    state = STATES[name]
+    if state is not _QUEUEING:
+        return state
     return FOR_CHARGER if task < 0 else FOR_SERVER
+
+
+def names(is_so: Callable[[State], bool]) -> frozenset[str]:
+    """The states of the log of which something is true; of queueing, if it is of one of the two kinds."""
+    return frozenset(name for name in STATES if is_so(seen(name, 0)) or is_so(seen(name, -1)))
+
+
+OPERATING = names(lambda state: state.draws in ("empty", "loaded", "handling"))
+"""In which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
+BROKEN = names(lambda state: state.stage is Stage.BREAKDOWN)
+"""In which it is out of order."""
+UNPOWERED = names(lambda state: state.is_parked)
+"""In which nothing is drawn from the battery in a bay with chargers."""

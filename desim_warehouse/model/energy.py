@@ -17,16 +17,19 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Model
     from desim_warehouse.values.streams import Streams
 
-RATE_OF = {name: state.draws for name, state in TIMES.items() if state.draws is not None}
-"""Which consumption of the model file applies in which state; a charging robot draws nothing."""
+
+def consumption(spec: BatterySpec | None) -> Consumption:
+    """Energy per time unit; without a battery nothing."""
+    drawn = 0.0 if spec is None else spec.consumption
+    if isinstance(drawn, Consumption):
+        return drawn
+    return Consumption(standing=drawn, empty=drawn, loaded=drawn, handling=drawn)
 
 
 def rates(spec: BatterySpec | None) -> dict[str, float]:
     """Energy per time unit in every state but charging; beside a charger a robot at rest draws nothing instead."""
-    if spec is None:
-        return dict.fromkeys(RATE_OF, 0.0)
-    drawn = spec.consumption
-    return {state: getattr(drawn, name) if isinstance(drawn, Consumption) else drawn for state, name in RATE_OF.items()}
+    drawn = consumption(spec)
+    return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -39,6 +39,7 @@ from desim_warehouse.model.popularity import PopularityRule
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.model.valid import valid
+from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
@@ -67,9 +68,6 @@ from desim_warehouse.values.fields import (
     wrong,
 )
 from desim_warehouse.values.units import METRES, UnitNames
-
-if TYPE_CHECKING:
-    from desim_warehouse.states import WaitName
 
 
 class Units(Part):
@@ -470,10 +468,9 @@ class Model(Part):
         return build(self.layout, *((zone.members, zone.speed) for zone in slow if zone.hours is None))
 
     @property
-    def waits_apart(self) -> tuple[WaitName, ...]:
+    def waits_apart(self) -> tuple[str, ...]:
         """Kinds of waits that its runs may have beside those for other robots."""
-        found: list[WaitName] = ["waiting_closed"] if self.traffic.closures else []
-        return (*found, "waiting_person") if self.people else tuple(found)
+        return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
         """A calendar as times of a run; None: always."""

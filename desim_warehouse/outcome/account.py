@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.states import APART, FOR_CHARGER, STATES, WAITING, absent, seen
+from desim_warehouse.states import APART, SHOWN, WAITING, absent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -43,7 +43,7 @@ _TRAFFIC = (
 OF_ROBOTS = {
     part.name: part
     for part in (
-        *(Share(state.name, state.doing, state.colour) for state in (*(seen(name, 0) for name in STATES), FOR_CHARGER)),
+        *(Share(state.name, state.doing, state.colour) for state in SHOWN.values()),
         *_TRAFFIC,
     )
 }
@@ -124,7 +124,7 @@ def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], 
         while in_wait < len(waits) and waits[in_wait].end <= start:
             in_wait += 1
         now, where = spans[in_span], stays[in_stay]
-        part, edge, node = seen(now.state, now.task).name, where.edge, where.node
+        part, edge, node = now.seen.name, where.edge, where.node
         if in_wait < len(waits) and waits[in_wait].start <= start:
             part, edge, node = _reason(waits[in_wait])
         if edge is None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.model import energy
 from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
-from desim_warehouse.states import APART
+from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Stage, names, seen
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
@@ -28,11 +28,14 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
+    from desim_warehouse.states import State
 
     Edge = tuple[str, str]
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
+_LOADING = names(lambda state: state.stage is Stage.LOADING)
+_LOADED = names(lambda state: state.stage is Stage.TO_STATION)
 _end_of = attrgetter("end")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -120,6 +123,11 @@ class StateSpan(NamedTuple):
     energy: float | None
     node: str
 
+    @property
+    def seen(self) -> State:
+        """The state as it is shown: queueing for a server is another than for a charger."""
+        return seen(self.state, self.task)
+
 
 class Assignment(NamedTuple):
     """A robot with a task from its assignment to its delivery or return (`ended`; `open` at the end of the run)."""
@@ -154,7 +162,7 @@ class Wait(NamedTuple):
     node: str | None
     edge: Edge | None
     on: Edge | None
-    cause: str = "waiting"
+    cause: str = WAITING.name
 
 
 class ChargeSpan(NamedTuple):
@@ -254,14 +262,14 @@ class History:
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
         loading: set[int] = set()
-        for row in self.rows("released", "loading", "loaded", "delivered"):
+        for row in self.rows("released", "delivered", *_LOADING, *_LOADED):
             if row.kind == "released":
                 due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
                 order = self.log.orders.get(row.task, "")
                 tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
-            elif row.kind == "loading":
+            elif row.kind in _LOADING:
                 loading.add(row.robot)
-            elif row.kind == "loaded":
+            elif row.kind in _LOADED:
                 if row.robot in loading:  # else it goes on, from a stop on its way or after a breakdown
                     loading.remove(row.robot)
                     tasks[row.task].loaded = row.time
@@ -364,7 +372,7 @@ class History:
         levels = energy.start_levels(self.model, Streams(self.seed))
         starts = self.model.fleet.starts(self.layout.bays)
         now: list[tuple[str, float, int, float | None, str]] = [
-            ("idle", 0.0, NONE, full if batteries else None, stand.node)
+            (AT_START, 0.0, NONE, full if batteries else None, stand.node)
             for full, stand in zip(levels, starts, strict=True)
         ]
         found: list[list[StateSpan]] = [[] for _ in now]
@@ -408,7 +416,7 @@ class History:
     @property
     def collisions(self) -> list[Wait]:
         """The waiting episodes that S counts."""
-        return [wait for wait in self.waits if wait.cause == "waiting"]
+        return [wait for wait in self.waits if wait.cause == WAITING.name]
 
     @cached_property
     def blocked(self) -> list[Blocked]:
@@ -454,7 +462,7 @@ class History:
             )
             for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
             for span, after in zip_longest(spans, spans[1:])
-            if span.state == "charging"
+            if span.seen.stage is Stage.CHARGING
         ]
 
     @cached_property
@@ -488,10 +496,7 @@ class History:
     def charger_wait(self) -> float:
         """The counted time that all robots together queued for a charger; their other queueing was for a server."""
         return math.fsum(
-            self.within(span.start, span.end)
-            for robot in self.changes
-            for span in robot
-            if span.state == "queueing" and span.task == NONE
+            self.within(span.start, span.end) for robot in self.changes for span in robot if span.seen.queue == CHARGER
         )
 
     @cached_property
@@ -525,9 +530,8 @@ class History:
 
     def _rate(self, span: StateSpan) -> float:
         """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
-        if span.state == "charging" or (span.state == "queueing" and span.task == NONE):
-            return 0.0
-        if span.state in ("idle", "on_break") and self.layout.bays[span.node].chargers != 0:
+        state = span.seen
+        if state.is_parked and (state.stage is not Stage.REST or self.layout.bays[span.node].chargers != 0):
             return 0.0
         return self._rates[span.state]
 
@@ -535,12 +539,12 @@ class History:
         """Time and energy at the start of a state, and wherever the rate changes in it."""
         level = span.energy or 0.0
         points = [(span.start, level)]
-        if span.state == "charging":
+        if span.seen.stage is Stage.CHARGING:
             if self.model.battery is not None and self.model.battery.taper is not None:
                 step = (span.end - span.start) / _CURVE
                 points += [(span.start + n * step, level + self._charged(level, n * step)) for n in range(1, _CURVE)]
             return points
-        driving, standing = self._rate(span), self._rates["waiting"]
+        driving, standing = self._rate(span), self._rates[WAITING.name]
         now = span.start
         for wait in islice(waits, bisect_right(waits, span.start, key=_end_of), None):
             if wait.start >= span.end:
@@ -559,7 +563,7 @@ class History:
         """
         if self.log.energy:
             return self.log.energy[span.robot]
-        if span.state == "charging":
+        if span.seen.stage is Stage.CHARGING:
             level = span.energy or 0.0
             return level + self._charged(level, span.end - span.start)
         time, level = self._corners(span, waits)[-1]

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import StudyError, nearest
 from desim_warehouse.outcome import money
-from desim_warehouse.states import APART, OPERATING, TIMES
+from desim_warehouse.states import APART, BROKEN, OPERATING, SERVER, TIMES, names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from desim_warehouse.outcome.history import FlowHistory, History, Trip
     from desim_warehouse.states import State
@@ -44,6 +44,7 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
+_QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9
 """Part by which sums of energy may differ and still be the same."""
 
@@ -194,8 +195,13 @@ def _charger_utilisation(history: History) -> float:
     return used / time if time else math.nan
 
 
+def _time_in(history: History, states: Iterable[str]) -> float:
+    """What all robots together have spent in some states; in those that the model does not have, nothing."""
+    return math.fsum(history.totals.get(state, 0.0) for state in states)
+
+
 def _availability(history: History) -> float:
-    operating, broken = math.fsum(history.totals[state] for state in OPERATING), history.totals["broken"]
+    operating, broken = _time_in(history, OPERATING), _time_in(history, BROKEN)
     return operating / (operating + broken) if operating + broken > 0 else math.nan
 
 
@@ -205,7 +211,7 @@ def _breaks_down(history: History) -> bool:
 
 def _station_wait(history: History) -> float:
     """Robots queue for a server or for a charger; rounding may leave these sums just below 0."""
-    return max(history.totals["queueing"] - history.charger_wait, 0.0)
+    return max(_time_in(history, _QUEUEING) - history.charger_wait, 0.0)
 
 
 def _has_prices(history: History) -> bool:
@@ -249,9 +255,6 @@ def _has_tally(name: str) -> Callable[[History], bool]:
     return lambda history: name in history.totals
 
 
-_WHERE = {"waiting_closed": "; only with `traffic.closures`", "waiting_person": "; only with `people`"}
-
-
 def _encounters(history: History) -> float:
     hours = history.counted / history.model.units.hour
     return history.totals["encounters"] / hours if hours else math.nan
@@ -268,14 +271,26 @@ def _has_due_times(tasks: History | FlowHistory) -> bool:
 
 def _share_of(state: State) -> Indicator:
     """The share of the fleet's time in a state; waiting in traffic is counted apart, and they add up to 1."""
-    less = state.name in ("empty", "queueing", "returning", "waiting", "broken") or state.name in APART
     return Indicator(
         f"share_{state.name}",
         f"Fleet {state.doing}",
         "share of fleet time",
-        state.time + _WHERE.get(state.name, ""),
-        "less" if less else None,
+        state.time,
+        state.better,
         _share(state.name),
+        lambda history: state.applies(history.model),
+    )
+
+
+def _waited_apart(state: State) -> Indicator:
+    """The time of a wait in traffic that is no collision."""
+    return Indicator(
+        state.name,
+        f"Time {state.doing}",
+        "time",
+        f"all robots together, no collisions: {state.time}",
+        state.better,
+        _total(state.name),
         lambda history: state.applies(history.model),
     )
 
@@ -334,24 +349,7 @@ INDICATORS = {
             "less",
             _total("waiting"),
         ),
-        Indicator(
-            "waiting_closed",
-            "Time waited for edges to open",
-            "time",
-            "waited before edges that were closed, all robots together; no collisions; only with `traffic.closures`",
-            "less",
-            _total("waiting_closed"),
-            _has_tally("waiting_closed"),
-        ),
-        Indicator(
-            "waiting_person",
-            "Time waited for people",
-            "time",
-            "waited before aisles with a person in them, all robots together; no collisions; only with `people`",
-            "less",
-            _total("waiting_person"),
-            _has_tally("waiting_person"),
-        ),
+        *(_waited_apart(state) for state in APART.values()),
         Indicator(
             "encounters_per_hour",
             "Encounters of robots and people",

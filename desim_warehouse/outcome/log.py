@@ -8,13 +8,15 @@ A row is a plain tuple with the columns of `LogRow` while the simulation runs. N
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from desim_warehouse import states
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     import pandas as pd
 
 Detail = Literal["all", "moves", "tasks"]
@@ -78,18 +80,16 @@ KINDS = {
         "all", "a robot sets off on an edge for a position, there at `until`", "distance from the edge's start"
     ),
     "collision": RowKind("all", "a robot has waited, behind `other` on an `edge` or before a `node`", "how long"),
-    "waiting_closed": RowKind(
-        "all", "a robot has waited before a `node` to enter an `edge` that was closed", "how long"
-    ),
-    "waiting_person": RowKind(
-        "all", "a robot has waited before a `node` to enter an `edge` with a person in it", "how long"
-    ),
+    **{state.name: RowKind("all", state.begins, "how long") for state in states.APART.values()},
     "edge_closed": RowKind("tasks", "an edge closes by its calendar, up to `until`", "none"),
     "edge_opened": RowKind("tasks", "it opens again", "none"),
     "person_in": RowKind("tasks", "a person comes into an aisle, a row for each of its edges", "number of the visit"),
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
 }
 """The kinds of rows (energy: the robot's)."""
+
+
+_MOVES = frozenset(name for name, kind in KINDS.items() if kind.level == "moves")
 
 
 class _Lane(Protocol):
@@ -130,10 +130,12 @@ class Log:
     people: dict[str, float] = field(default_factory=dict)
     begin: float = 0.0
     end: float = 0.0
+    knows_moves: InitVar[bool] = False
+    """Whether moves are written at any level, to be read before the log is finished (see `forget_moves`)."""
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, knows_moves: bool) -> None:
         """Saves the hot path a comparison of strings."""
-        self.moves = self.level != "tasks"
+        self.moves = knows_moves or self.level != "tasks"
         self.everything = self.level == "all"
 
     def event(
@@ -200,6 +202,26 @@ class Log:
         """A full ring of robots, on these edges, that turned by one place."""
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
+
+    def closed(self, edge: tuple[str, str], begin: float, until: float) -> None:
+        """An edge closes by its calendar, and opens again."""
+        self.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
+        self.event(until, "edge_opened", NONE, NONE, None, None, edge=edge)
+
+    def visit(self, number: int, edges: Iterable[tuple[str, str]], begin: float, end: float) -> None:
+        """A person comes into an aisle, and leaves."""
+        for edge in edges:
+            for time, kind in ((begin, "person_in"), (end, "person_out")):
+                self.event(time, kind, NONE, NONE, None, float(number), edge=edge)
+
+    def of(self, *kinds: str) -> Iterator[LogRow]:
+        """The rows of some kinds, in order of time once it is closed."""
+        return map(LogRow._make, [row for row in self.rows if row[1] in kinds])
+
+    def forget_moves(self) -> None:
+        """Leave out moves that were written beyond its level."""
+        if self.level == "tasks":
+            self.rows = [row for row in self.rows if row[1] not in _MOVES]
 
     def close(self, end: float) -> None:
         """The run is over: sort rows by time, without those that were only announced for later."""

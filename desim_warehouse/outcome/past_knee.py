@@ -81,7 +81,7 @@ def windows(history: History) -> list[Window]:
     changes: defaultdict[float, int] = defaultdict(int)
     for spans in history.changes:
         for span in spans:
-            if span.end > span.start and not _in_bay(span.state, span.task):
+            if span.end > span.start and not span.seen.is_parked:
                 changes[max(span.start, history.begin)] += 1
                 changes[max(span.end, history.begin)] -= 1
     goods = [time for task in history.tasks.values() for time in (task.loaded, task.delivered) if history.counts(time)]
@@ -105,8 +105,3 @@ def windows(history: History) -> list[Window]:
     for time in goods:
         done[min(int((time - history.begin) / length), count - 1)] += 1
     return [Window(area / length, n / length) for area, n in zip(out, done, strict=True)]
-
-
-def _in_bay(state: str, task: int) -> bool:
-    """Whether a robot in a state is parked: at rest, charged, or in a queue for that."""
-    return state in {"idle", "on_break", "charging"} or (state == "queueing" and task < 0)

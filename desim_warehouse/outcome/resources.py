@@ -9,20 +9,19 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
+from desim_warehouse.states import SHOWN
 from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
+    from desim_warehouse.states import Place
     from desim_warehouse.values.calendars import Hours
 
     Steps = tuple[list[float], list[int]]
-
-_USED = {"loading": "station", "unloading": "station", "charging": "chargers"}
-_QUEUED = {"queueing_server": "station", "closed": "station", "queueing_charger": "chargers"}
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Resource:
     use, and how many robots queue, those among them that wait for the station to open. `hours`: when it is open.
     """
 
-    kind: Literal["station", "chargers"]
+    kind: Place
     zone: str
     node: str
     number: int
@@ -57,7 +56,7 @@ class Resource:
 def resources(history: History) -> list[Resource]:
     """All stations, then the chargers of all bays that have some, if the robots have batteries."""
     layout = history.layout
-    places: dict[tuple[Literal["station", "chargers"], str], tuple[str, int]] = {
+    places: dict[tuple[Place, str], tuple[str, int]] = {
         ("station", node): (item.zone, item.servers) for node, item in layout.stations.items()
     }
     if history.model.battery is not None:
@@ -66,11 +65,12 @@ def resources(history: History) -> list[Resource]:
     changes: defaultdict[tuple[str, str, str], list[tuple[float, int]]] = defaultdict(list)
     for robot in pieces(history):
         for piece in robot:
-            kind, what = _USED.get(piece.part), "busy"
-            if kind is None:
-                kind, what = _QUEUED.get(piece.part), "queue"
-            if kind is not None and piece.node is not None:
-                changes[kind, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
+            state = SHOWN.get(piece.part)  # None: it waits in traffic
+            if state is None or piece.node is None:
+                continue
+            for at, what in ((state.occupies, "busy"), (state.queue and state.queue.at, "queue")):
+                if at is not None:
+                    changes[at, piece.node, what] += [(piece.start, 1), (piece.end, -1)]
     hours = {name: history.model.hours(station.hours) for name, station in history.model.layout.stations.items()}
     return [
         Resource(

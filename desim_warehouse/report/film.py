@@ -15,7 +15,6 @@ from desim_warehouse.report.palette import GROUND, PALETTES
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import window
 from desim_warehouse.report.zones import robot_radii
-from desim_warehouse.states import seen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -160,7 +159,7 @@ class FilmFrame:
         moods: list[str] = []
         for changes, times in zip(self.history.changes, self.state_times, strict=True):
             span = changes[max(int(np.searchsorted(times, time, side="right")) - 1, 0)]
-            moods.append(seen(span.state, span.task).role)
+            moods.append(span.seen.role)
         return moods
 
     def waiting(self, time: float) -> list[bool]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.zones import Zone, zones
+from desim_warehouse.states import BROKEN, STATES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
-
-IN_PLACE = ("idle", "on_break", "closed", "charging", "empty", "returning", "queueing", "unloading")
-"""States that a robot may begin in a bay or station."""
 
 
 @dataclass(frozen=True)
@@ -180,10 +178,10 @@ class _Follower:
                 self._stand(robot, start)
             else:
                 self._settle(0.0, robot, "bay", start.node)
-        for row in self.history.rows("drive", "enter", "parked", "docked", "broken", *IN_PLACE):
+        for row in self.history.rows("drive", "enter", "parked", "docked", *STATES):
             if row.kind == "drive":
                 self._drive(row)
-            elif row.kind == "broken":
+            elif row.kind in BROKEN:
                 self._come_out(row.robot, row.time)
             elif row.kind == "enter":
                 self._enter(row)

@@ -15,6 +15,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import simulate
+from desim_warehouse.states import CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet import Designs, could_run
 from desim_warehouse.study.plan import is_deterministic
@@ -24,8 +25,11 @@ from desim_warehouse.values.distributions import scaled
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    import pandas as pd
+
     from desim_warehouse.model import Model
     from desim_warehouse.run import Run
+    from desim_warehouse.states import Queue
     from desim_warehouse.study.statistics import Gain, Gains
 
 MOST_NODES = 5
@@ -82,13 +86,12 @@ def suspects(run: Run) -> list[Suspect]:
         for node, share in zip(map(str, before.index[:MOST_NODES]), before, strict=False)
         if share >= LEAST_WAITING and "." not in node  # a name that cannot stand in a dotted key
     ]
-    queued = {zone: float(nodes["queueing_server"][at].sum()) / whole for zone, at in _stations(run).items()}
-    closed = {
-        zone: float(nodes["closed"][at].sum()) / whole for zone, at in _stations(run).items() if "closed" in nodes
-    }
+    stations = _stations(run)
+    queued = {zone: _queued(nodes, SERVER, at) / whole for zone, at in stations.items()}
+    closed = {zone: _queued(nodes, OPENING, at) / whole for zone, at in stations.items()}
     others = [
         *_servers(model, queued),
-        *_chargers(model, float(nodes["queueing_charger"].sum()) / whole),
+        *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
         *_hours(model, closed),
         *_on_the_way(run),
@@ -96,6 +99,12 @@ def suspects(run: Run) -> list[Suspect]:
     ]
     waiting = sorted((*at_nodes, *others), key=lambda suspect: -(suspect.waited or 0.0))
     return [*waiting, *_plain(model)]
+
+
+def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
+    """The time for which robots queue for something at some nodes, by the account of time of `nodes`."""
+    states = [state.name for state in SHOWN.values() if state.queue == queue and state.name in nodes]
+    return sum(float(nodes[state][at].sum()) for state in states)
 
 
 def _stations(run: Run) -> dict[str, list[str]]:

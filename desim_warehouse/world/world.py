@@ -18,7 +18,7 @@ from desim_warehouse.model import energy
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
-from desim_warehouse.states import STATES, absent
+from desim_warehouse.states import OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.orders.batches import Batcher
@@ -71,7 +71,7 @@ class World:
         self.streams = streams = Streams(seed)
         self.env = env = Clock()
         self.layout = layout = model.floor
-        self.log = Log(model.log)
+        self.log = Log(model.log, knows_moves=bool(model.people))  # to know who is in an aisle when somebody comes
         self.finished = Event(env)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
         no = absent(model)
@@ -83,7 +83,6 @@ class World:
         self.people = sources(model, layout, edges_inside(layout, fleet.contact, zones) if model.people else ())
         for source in self.people:
             source.start(streams, model.hours(source.spec.hours), model.units.hour)
-        self.log.moves = self.log.moves or bool(self.people)  # to know who is in an aisle when somebody comes
         restrictions = Restrictions.of(model, layout, self.people)
         self.traffic = _traffic(env, model, layout, self.log, zones, restrictions)
         routing = create("routing", policies.routing.name, policies.routing.params)
@@ -110,7 +109,7 @@ class World:
             layout,
             self.travel,
             ChargingLevels(env, create("charging", policies.charging.name, policies.charging.params)),
-            rates=energy.rates(model.battery),
+            consumption=energy.consumption(model.battery),
             stations=self.stations,
             bays=self.bays,
             open_tasks=open_tasks.values(),
@@ -229,8 +228,7 @@ class World:
         log.close(now)
         if self.people:
             count_encounters(log, self.people, self.model.fleet.starts(self.layout.bays))
-            if log.level == "tasks":
-                log.rows = [row for row in log.rows if row[1] != "enter"]
+            log.forget_moves()
 
     def _hours_change(self, robots: Sequence[int]) -> bool:
         """The hours of some robots begin or end. False: nothing can come of it any more."""
@@ -267,7 +265,8 @@ class World:
 
     def _hours(self) -> str:
         """Who waits for hours that do not come again, or do not meet."""
-        waiting = [f"robot {robot.number} at {robot.node}" for robot in self.robots if robot.state == "closed"]
+        shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
+        waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
         if gone := self.departures.duty.gone():
             text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"

@@ -80,12 +80,14 @@ def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
 
 def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, list[float]]]:
     shares = {state: f"share_{state}" for state in palette.STATE_COLOURS if f"share_{state}" in table}
-    if "idle" not in shares:
+    if not shares:
         raise ReportError("utilisation of a study table: expected the indicators share_idle, share_empty, ...")
-    ran = table["share_idle"].notna()  # a design in which no robot can be in a state has no share of it
+    ran = (
+        table[list(shares.values())].notna().any(axis="columns")
+    )  # a design in which no robot can be in a state has no share of it
     table = table.assign(**{one: table[one].mask(ran & table[one].isna(), 0.0) for one in shares.values()})
     by_state = {state: cells(table, [factor], share) for state, share in shares.items()}
-    labels = [", ".join(map(words.level, cell.levels)) for cell in by_state["idle"]]
+    labels = [", ".join(map(words.level, cell.levels)) for cell in next(iter(by_state.values()))]
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 

@@ -20,7 +20,7 @@ from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
-from desim_warehouse.states import APART, FOR_CHARGER, STATES, absent, seen
+from desim_warehouse.states import APART, SHOWN, WAITING
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -173,7 +173,7 @@ def _state_columns(history: History, scale: Scale) -> Columns:
     number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
     for changes in history.changes:
-        rows += [(span.start, number[seen(span.state, span.task).doing], span.task) for span in changes]
+        rows += [(span.start, number[span.seen.doing], span.task) for span in changes]
         last = changes[-1]
         rows.append((last.end, rows[-1][1], last.task))
     counts, (time, state, task) = _in_window(rows, [len(changes) + 1 for changes in history.changes], scale)
@@ -209,8 +209,7 @@ def _in_window(rows: list[Any], sizes: list[int], scale: Scale) -> tuple[list[in
 
 def _shown(model: Model) -> list[State]:
     """States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
-    no = absent(model)
-    return [*(seen(name, task=0) for name in STATES if name not in no), FOR_CHARGER]
+    return [state for state in SHOWN.values() if state.applies(model)]
 
 
 def _task_columns(history: History, scale: Scale) -> Columns:
@@ -263,7 +262,7 @@ def _blocked_columns(history: History, scale: Scale) -> Columns:
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
     shown = [one for one in history.blocked if one.end >= scale.start and one.start <= scale.end]
     begin = scale.times([one.start for one in shown])
-    causes = ["waiting", *APART]
+    causes = [WAITING.name, *APART]
     waits = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
     return {
         "shut_edge": [number[one.edge] for one in shown],

@@ -27,8 +27,8 @@ class Battery:
         self.charging = False
         self.started: float | None = None
         """What it held at the start of the run, until it is charged."""
-        self.varies = rates["waiting"] not in (rates["empty"], rates["loaded"]) or len(set(rates.values())) > 1
-        """Whether waiting draws another rate than driving."""
+        self.varies = len(set(rates.values())) > 1
+        """Whether waiting may draw another rate than what the robot does."""
 
     def start(self, level: float) -> None:
         """Hold so much at the start of the run."""

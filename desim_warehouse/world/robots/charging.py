@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.states import Stage
+
 if TYPE_CHECKING:
     from collections.abc import Generator
 
@@ -64,10 +66,11 @@ class ChargingStop:
         robot.is_charging, robot.must_charge = True, False
         swap, failed = levels.swap_time, True
         while failed:
-            with chargers.turn(first=robot.state == "charging") as turn:
+            has_lost_one = robot.stage is Stage.CHARGING
+            with chargers.turn(first=has_lost_one) as turn:
                 if not turn.triggered and offer is None:
                     robot.enter("queueing")
-                elif not turn.triggered and robot.state == "charging":
+                elif not turn.triggered and has_lost_one:
                     robot.enter(robot.at_rest)
                 yield turn if offer is None else turn | offer
                 robot.is_charging = robot.job is None

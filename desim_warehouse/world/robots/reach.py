@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
+    from desim_warehouse.model.battery import Consumption
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.orders.ask import ChargingLevels
     from desim_warehouse.world.places.bays import Bays
@@ -70,7 +71,7 @@ class Reach:
         travel: FreeTravel,
         levels: ChargingLevels,
         *,
-        rates: dict[str, float],
+        consumption: Consumption,
         stations: Stations,
         bays: Bays,
         open_tasks: Collection[Task],
@@ -88,7 +89,7 @@ class Reach:
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
-        self.rates = rates
+        self.consumption = consumption
         self.stations = stations
         self.open_tasks = open_tasks
         self.chargers = [bay.node for bay in bays.by_node.values() if bay.chargers is not None]
@@ -213,7 +214,7 @@ class Reach:
             return 0.0
         station, travel = self.stations.choose(robot, task), self.travel(robot.speed)
         return max(
-            self.rates["empty"] * (self.exit_time + (travel.ways.time(robot.node, bay) + travel.stop_time))
+            self.consumption.empty * (self.exit_time + (travel.ways.time(robot.node, bay) + travel.stop_time))
             + self.enough(replace(robot, node=bay), task, station, levels)
             for bay in (robot.node, *self.parking)
         )
@@ -222,14 +223,14 @@ class Reach:
         """Battery level at which a robot that rests without a charger must set out for one."""
         if levels.margin is None or not self.chargers:
             return levels.critical
-        return max(levels.critical, self.rates["empty"] * self.out_of(robot.node, robot) + levels.margin)
+        return max(levels.critical, self.consumption.empty * self.out_of(robot.node, robot) + levels.margin)
 
     def retreats_at(self, robot: RobotView, levels: Levels) -> float:
         """Battery level at which a robot that leaves its work goes to a charger."""
         if levels.margin is None:
             return levels.good
         way = self.to_charger(robot.node, robot, levels.charger) + self.travel(robot.speed).stop_time
-        return max(levels.good, self.rates["empty"] * way + levels.margin)
+        return max(levels.good, self.consumption.empty * way + levels.margin)
 
     # Energies of a task
 
@@ -242,7 +243,7 @@ class Reach:
         """
         travel = self.travel(robot.speed)
         driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
-        return self.rates["empty"] * (
+        return self.consumption.empty * (
             robot.free_in + driven + self.to_charger(station, robot, choice)
         ) + self._from_edge(robot, task, station, stops)
 
@@ -250,7 +251,7 @@ class Reach:
         """Energy with which a robot, driving freely, does not have to give the task back on the way."""
         travel = self.travel(robot.speed)
         driven = robot.free_in + (travel.half_turn + travel.to_edge(robot.node, task.edge))
-        least = levels.critical + self.rates["empty"] * driven + EPS * robot.capacity
+        least = levels.critical + self.consumption.empty * driven + EPS * robot.capacity
         if levels.margin is not None:
             least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
         return self._with_more(least, robot, task, levels)
@@ -278,7 +279,7 @@ class Reach:
         """`enough` for all pairs: an array with a row for each robot; `stations` those of each robot's tasks."""
         import numpy as np
 
-        empty, edges = self.rates["empty"], [task.edge for task in tasks]
+        empty, edges = self.consumption.empty, [task.edge for task in tasks]
         driven = np.empty((len(robots), len(tasks)))
         for speed in dict.fromkeys(robot.speed for robot in robots):
             these = [i for i, robot in enumerate(robots) if robot.speed == speed]
@@ -316,7 +317,7 @@ class Reach:
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
         if key not in known:
             way = self.to_charger(station, robot, choice)
-            energy = self._from_edge(robot, task, station) + self.rates["empty"] * way
+            energy = self._from_edge(robot, task, station) + self.consumption.empty * way
             if task.is_tour and not self.stations.is_settled(task):
                 return energy
             known[key] = energy
@@ -332,21 +333,21 @@ class Reach:
         What it turns where nobody knows how it stands, before it sets out from a place in the lane or from a good at a
         node, counts as half a turn.
         """
-        tasks, rates = self.tasks, self.rates
+        tasks, drawn = self.tasks, self.consumption
         travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
         before, after = travel.along(task.edge, task.offset)[0], with_load.along(task.edge, task.offset)[1]
         unknown = with_load.half_turn if task.edge[0] == task.edge[1] else with_load.stop_time
         if task.is_tour:
             stops = self.stations.stops(robot, task) if stops is None else stops
             return float(
-                rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
-                + rates["loading"] * handled(self.handling, stops)
-                + rates["loaded"] * (driven(with_load, stops) + unknown)
+                drawn.empty * (before + (tasks.clear_time + travel.half_turn))
+                + drawn.handling * handled(self.handling, stops)
+                + drawn.loaded * (driven(with_load, stops) + unknown)
             )
         return float(
-            rates["empty"] * (before + (tasks.clear_time + travel.half_turn))
-            + rates["loading"] * (sum(self.handling.times(task, station)) if self._several_times else self._handled)
-            + rates["loaded"] * (after + (loaded_time(with_load, task, station) + unknown))
+            drawn.empty * (before + (tasks.clear_time + travel.half_turn))
+            + drawn.handling * (sum(self.handling.times(task, station)) if self._several_times else self._handled)
+            + drawn.loaded * (after + (loaded_time(with_load, task, station) + unknown))
         )
 
     def tour_time(self, robot: RobotView, task: Task) -> float:

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.model.energy import rates
 from desim_warehouse.policies import RobotView
-from desim_warehouse.states import OPERATING
+from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Stage
 from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns, NodeDelays
@@ -83,7 +84,7 @@ class Robot:
             free=world.reach.travel(shape.speed).ways,
             guard=world.traffic.rules.guard,
         )
-        self.battery = Battery(world.model.battery, world.reach.rates)
+        self.battery = Battery(world.model.battery, rates(world.model.battery))
         if shape.delays is not None:
             self.body.delays = NodeDelays(shape.delays, number, world.streams)
         self.breakdowns: Breakdowns | None = None
@@ -106,7 +107,7 @@ class Robot:
         self.offer: Event | None = None
         self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
-        self.state = self.doing = "idle"
+        self.state = self.doing = AT_START
         self.since_state = 0.0
         self.waited_before = 0.0
         self.time_in = dict.fromkeys(world.states, 0.0)
@@ -281,13 +282,18 @@ class Robot:
         return self.body.is_on_lanes or self.docked is not None
 
     @property
+    def stage(self) -> Stage | None:
+        """The part of its round that it is in."""
+        return STATES[self.state].stage
+
+    @property
     def at_rest(self) -> str:
         """Its state in a bay with nothing to do: outside its hours it is on a break."""
         return "idle" if self.world.departures.duty.has(self.number) else "on_break"
 
     def hours_change(self) -> None:
         """Its hours begin or end: if it rests, it does so in another state from now on."""
-        if self.state in ("idle", "on_break") and not self.is_out:
+        if self.stage is Stage.REST and not self.is_out:
             self.enter(self.at_rest)
 
     @property
@@ -315,7 +321,7 @@ class Robot:
         """What policies see of it: by default as a robot that is free where it is."""
         spec = self.battery.spec
         fleet, tasks = self.world.model.fleet, self.world.model.tasks
-        if free_in is None and self.state == "idle" and self.body.is_on_lanes:  # where it stands at the start
+        if free_in is None and self.stage is Stage.REST and self.body.is_on_lanes:  # where it stands at the start
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
@@ -358,15 +364,15 @@ class Robot:
         self.since_state = now
         if state != self.state:
             self.state = state
-            if state != "broken":
+            if state not in BROKEN:
                 self.doing = state
             self.record(state)
         self._draw(state)
 
     def _draw(self, state: str) -> None:
         """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
-        resting = state in ("idle", "on_break", "queueing", "charging") and self.at_charger
-        self.battery.draw(self.env.now, 0.0 if resting or state == "charging" else self.battery.rates[state])
+        unpowered = state in UNPOWERED and self.at_charger
+        self.battery.draw(self.env.now, 0.0 if unpowered else self.battery.rates[state])
         self.alarms.watch()
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
@@ -394,8 +400,12 @@ class Robot:
             "crossings": body.crossings,
             "delivered": self.delivered,
             "recharged": self.recharged,
-            **({"encounters": body.encounters} if "waiting_person" in waits else {}),
-            **({"breakdowns": self.breakdowns.count if self.breakdowns else 0} if "broken" in self.time_in else {}),
+            **({"encounters": body.encounters} if self.world.model.people else {}),
+            **(
+                {"breakdowns": self.breakdowns.count if self.breakdowns else 0}
+                if self.world.model.fleet.breaks_down
+                else {}
+            ),
         }
 
     # As the driver of its body
@@ -438,12 +448,12 @@ class Robot:
         now = self.env.now
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
-        return sum(self.time_in[state] for state in OPERATING) + present
+        return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
     def stands(self, waiting: bool) -> None:
         """It begins or ends waiting in traffic, where standing may draw less than driving."""
         if self.battery.varies:
-            self._draw("waiting" if waiting else self.state)
+            self._draw(WAITING.name if waiting else self.state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
 

@@ -92,7 +92,8 @@ class Tour:
     def _handle(self, stop: Stop) -> Steps:
         """Load or unload where it stands; in a station when it is served."""
         robot, station, service = self.robot, stop.station, None
-        state, time = "loading" if stop.act == "load" else "unloading", self.handling.time(stop)
+        state = "loading" if stop.act == "load" else "unloading"
+        time = self.handling.time(stop)
         if station is None:
             robot.enter(state)
             yield Timeout(self.env, time)

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from simpy.events import Event
 
-    from desim_warehouse.states import WaitName
     from desim_warehouse.world.robots.breakdowns import NodeDelays
+    from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
@@ -283,7 +283,7 @@ class Body:
         waited = self.waited if self.delay is None else self.waited - self.delay_after(now)
         return waited + (now - self.waiting_since) if self.is_waiting else waited
 
-    def waited_for(self, wait: WaitName, now: float) -> float:
+    def waited_for(self, wait: str, now: float) -> float:
         """Time waited for closures of one kind so far, which is a part of `waited_by`, the present episode included."""
         waited = self.waited_apart.get(wait, 0.0)
         claim = self.claim
@@ -291,11 +291,11 @@ class Body:
             waited += now - self.waiting_since
         return waited
 
-    def kept_out(self, wait: WaitName, duration: float) -> None:
+    def kept_out(self, closure: Closure, duration: float) -> None:
         """An episode of waiting for a lane that was closed as it began: no collision, and counted apart."""
         self.waited += duration
-        self.waited_apart[wait] = self.waited_apart.get(wait, 0.0) + duration
-        self.encounters += wait == "waiting_person"
+        self.waited_apart[closure.wait] = self.waited_apart.get(closure.wait, 0.0) + duration
+        self.encounters += closure.is_person
 
     def delay_after(self, now: float) -> float:
         """The part of its delay that is still to come."""

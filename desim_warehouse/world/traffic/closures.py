@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.states import WaitName
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.people import PeopleSource
 
@@ -33,10 +32,12 @@ if TYPE_CHECKING:
 class Closure(Protocol):
     """Something that keeps robots out of lanes at times: a closure by calendar, or people in an aisle.
 
-    `wait`: what waiting for it is counted as.
+    `wait`: what waiting for it is counted as, by its name in `states.APART`. `is_person`: to be kept out by it is to
+    meet somebody.
     """
 
-    wait: WaitName
+    wait: str
+    is_person: bool
 
     def closed_until(self, now: float) -> float:
         """When it opens; not after `now`: it is open; inf: never again."""
@@ -48,7 +49,8 @@ class Closure(Protocol):
 class ClosedHours:
     """A closure by calendar: known for all times."""
 
-    wait: WaitName = "waiting_closed"
+    wait = "waiting_closed"
+    is_person = False
 
     def __init__(self, hours: Hours) -> None:
         self.hours = hours

@@ -12,7 +12,6 @@ from collections import defaultdict
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.zones import edges_of
-from desim_warehouse.outcome.log import NONE
 from desim_warehouse.values.calendars import merged
 
 if TYPE_CHECKING:
@@ -46,8 +45,7 @@ def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
     """A row when an edge closes, and when it opens."""
     for edge, stretches in closed_stretches(model, layout, end).items():
         for begin, until in stretches:
-            log.rows.append((begin, "edge_closed", NONE, NONE, None, edge, None, until, NONE))
-            log.event(until, "edge_opened", NONE, NONE, None, None, edge=edge)
+            log.closed(edge, begin, until)
 
 
 def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
@@ -55,9 +53,7 @@ def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
     for source in people:
         source.come(end)
     for number, visit in enumerate(_in_order(people)):
-        for edge in visit.edges:
-            for time, kind in ((visit.begin, "person_in"), (visit.end, "person_out")):
-                log.event(time, kind, NONE, NONE, None, float(number), edge=edge)
+        log.visit(number, visit.edges, visit.begin, visit.end)
 
 
 def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
@@ -100,13 +96,12 @@ def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
     found: defaultdict[Edge, list[Stay]] = defaultdict(list)
-    for time, kind, robot, _, _, edge, *_ in log.rows:
-        if kind in ("enter", "parked", "docked"):
-            if robot in where:
-                left, since = where.pop(robot)
-                found[left].append((robot, since, time))
-            if kind == "enter":
-                where[robot] = edge, time
+    for row in log.of("enter", "parked", "docked"):
+        if row.robot in where:
+            left, since = where.pop(row.robot)
+            found[left].append((row.robot, since, row.time))
+        if row.edge is not None:
+            where[row.robot] = row.edge, row.time
     for robot, (edge, since) in where.items():
         found[edge].append((robot, since, log.end))
     for stays in found.values():

@@ -263,7 +263,7 @@ class Intersection:
         if closure is None:
             self.count_wait(robot, other, duration, end)
             return
-        robot.kept_out(closure.wait, duration)
+        robot.kept_out(closure, duration)
         if self.rules.log.everything:
             lane = claim.over if claim.over is not None and closure in claim.over.closures else claim.lane
             assert lane is not None

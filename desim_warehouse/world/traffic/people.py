@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.people import PeopleSpec
-    from desim_warehouse.states import WaitName
     from desim_warehouse.values.calendars import Hours
     from desim_warehouse.values.streams import Streams
 
@@ -39,7 +38,8 @@ class Visit(NamedTuple):
 class Aisle:
     """An aisle that people of one source come to: closed to robots while somebody is in it."""
 
-    wait: WaitName = "waiting_person"
+    wait = "waiting_person"
+    is_person = True
 
     def __init__(self, source: PeopleSource, edges: tuple[Edge, ...]) -> None:
         self.source = source
