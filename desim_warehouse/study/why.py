@@ -15,7 +15,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.schema import PoissonGoods
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import simulate
-from desim_warehouse.states import CHARGER, OPENING, SERVER, SHOWN
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet import Designs, could_run
 from desim_warehouse.study.plan import is_deterministic
@@ -180,7 +180,8 @@ def _failures(run: Run) -> Iterator[Suspect]:
     model = run.model
     if model.fleet.breaks_down:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
-        yield Suspect("breakdowns", "robots never break down", never, run.kpis["share_broken"])
+        broken = sum(run.kpis[f"share_{state}"] for state in BROKEN)
+        yield Suspect("breakdowns", "robots never break down", never, broken)
     if any(robot.delays for robot in model.fleet.robots()):
         never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
         yield Suspect("delays", "no delays at nodes", never, None)

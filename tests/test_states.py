@@ -1,0 +1,306 @@
+"""The register of states: what is true of a state is said there, and nobody else knows one by its name."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import json
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+import desim_warehouse
+from desim_warehouse.outcome.log import KINDS
+from desim_warehouse.states import APART, AT_START, SHOWN, STATES, TIMES, WAITING, Role, Stage, State, seen
+from tests.register import extended, python, renamed
+
+ROOT = Path(desim_warehouse.__file__).parent
+FILES = sorted(ROOT.rglob("*.py"))
+
+# Every state says what is true of it
+
+
+def test_no_answer_about_a_state_is_given_by_default():
+    for field in dataclasses.fields(State):
+        assert field.default is field.default_factory is dataclasses.MISSING, field.name
+
+
+@pytest.mark.parametrize("state", SHOWN.values(), ids=lambda state: state.name)
+def test_a_state_is_in_one_part_of_a_robots_round_and_queues_for_something_only_there(state):
+    assert state.stage in Stage
+    assert (state.queue is not None) == (state.stage is Stage.QUEUE)
+    assert not (state.queue is not None and state.occupies is not None)
+    assert state.better in (None, "less", "more")
+    assert state.role in get_args(Role)
+    assert state.begins, "what its row in the log says"
+
+
+def test_a_wait_in_traffic_is_in_no_part_of_the_round_as_robots_wait_in_any():
+    for state in (WAITING, *APART.values()):
+        assert (state.stage, state.queue, state.occupies, state.is_parked) == (None, None, None, False)
+
+
+def test_the_parts_of_the_round_as_the_states_have_them_today():
+    """Worked out by hand: where a robot has a server or a charger, queues for one, or is parked."""
+    has = {name: state.occupies for name, state in SHOWN.items() if state.occupies}
+    assert has == {"loading": "station", "unloading": "station", "charging": "chargers"}
+    queues = {name: state.queue.at for name, state in SHOWN.items() if state.queue}
+    assert queues == {"queueing_server": "station", "closed": "station", "queueing_charger": "chargers"}
+    assert {name for name, state in SHOWN.items() if state.is_parked} == {
+        *("idle", "on_break", "charging", "queueing_charger")
+    }
+    assert STATES[AT_START].stage is Stage.REST
+    assert (seen("queueing", 3).name, seen("queueing", -1).name) == ("queueing_server", "queueing_charger")
+
+
+def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
+    for of in ("name", "stacked", "colour", "doing"):
+        said = [getattr(state, of) for state in TIMES.values()]
+        assert len(said) == len(set(said)), of
+    assert set(STATES) | set(APART) <= set(KINDS)
+
+
+# Nobody else knows a state by its name
+
+MEANS_ELSE = {
+    "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
+    "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
+    "feasibility/left_out.py": {"closed"},  # in a sentence
+    "feasibility/power.py": {"charging"},  # a kind of policy
+    "layout/checks.py": {"unloading"},  # in a sentence
+    "model/policy.py": {"charging"},
+    "plants/lif.py": {"loaded"},  # a key of the format
+    "plants/lif_keys.py": {"loaded"},
+    "plants/lif_losses.py": {"loaded"},
+    "plants/stops.py": {"loading", "unloading"},  # in a sentence
+    "policies/catalogue.py": {"charging"},
+    "report/model_parts.py": {"loaded"},  # in a sentence
+    "report/palette.py": {"empty", "loaded", "idle", "charging", "broken"},  # roles on the floor
+    "report/text/fleet_words.py": {"charging"},  # in a sentence
+    "run/__init__.py": {"loading", "unloading"},  # in a sentence
+    "world/orders/ask.py": {"charging"},  # a kind of policy
+    "world/robots/battery.py": {"charging"},  # slots
+    "world/traffic/body.py": {"broken"},
+    "world/world.py": {"charging"},  # a kind of policy
+}
+"""Words that are no states where they stand."""
+
+
+def entered(tree: ast.AST) -> set[ast.AST]:
+    """Constants by which a robot enters a state: handed to `enter`, or given a name or returned for that."""
+    found: set[ast.AST] = set()
+
+    def take(node: ast.AST | None) -> None:
+        if isinstance(node, ast.IfExp):
+            take(node.body)
+            take(node.orelse)
+        elif isinstance(node, ast.Constant):
+            found.add(node)
+
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "enter":
+            for argument in node.args:
+                take(argument)
+        elif isinstance(node, ast.Return | ast.Assign | ast.AnnAssign):
+            take(node.value)
+    return found
+
+
+def named(source: str, *, world: bool = True) -> set[str]:
+    """States that a source names, other than to enter them."""
+    tree = ast.parse(source)
+    may = entered(tree) if world else set()
+    return {
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and node not in may and isinstance(node.value, str) and node.value in NAMES
+    }
+
+
+NAMES = {*TIMES, *SHOWN} - {"waiting", "waiting_closed", "waiting_person"} | {*APART}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        'if robot.state == "closed": pass',
+        'if robot.state in ("idle", kind): pass',
+        'use = {"loading": 1}',
+        'use = totals["queueing"]',
+        'rows = history.rows("broken")',
+        'match state:\n    case "empty": pass',
+        'self.encounters += wait == "waiting_person"',
+    ],
+)
+def test_the_law_sees_what_it_forbids(source):
+    assert named(source)
+
+
+def test_a_robot_enters_a_state_by_its_name():
+    assert not named('self.enter("empty" if self.job else "returning")')
+    assert not named('def at_rest(self):\n    return "idle" if duty else "on_break"')
+    assert named('self.enter(STATES["empty"])')
+
+
+def test_no_file_but_the_register_knows_a_state_by_its_name():
+    found = {}
+    for file in FILES:
+        path = file.relative_to(ROOT).as_posix()
+        names = named(file.read_text(), world=path.startswith("world/"))
+        if names and path != "states.py":
+            found[path] = names
+    assert found == MEANS_ELSE
+
+
+def test_the_replay_page_draws_roles_and_knows_no_other_name_of_a_state():
+    others = "|".join(sorted(NAMES - set(get_args(Role))))
+    found = {
+        (file.name, name)
+        for file in (ROOT / "report").rglob("*.js")
+        for name in re.findall(rf"[\"'`]({others})[\"'`]", file.read_text())
+    }
+    assert found == {("18-legend.js", "closed")}, "the word in the legend, of an edge"
+
+
+# A name is nothing but a name
+
+LOOK = """
+import json
+import desim_warehouse as dw
+from desim_warehouse.outcome.resources import resources
+from desim_warehouse.report.positions import Positions
+from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.study.why import suspects
+from desim_warehouse.world.robots.robot import Robot
+
+enter = Robot.enter
+Robot.enter = lambda self, state: enter(self, state if state.startswith(PREFIX) else PREFIX + state)
+for path, changes in CASES:
+    run = dw.simulate(dw.load(path, {**changes, "log": "all"}), 3)
+    legs, (header, columns) = Positions(run).legs, payload(run, 0.0, run.record.end)
+    said = {
+        "rows": run.record.rows,
+        "indicators": dict(run.kpis),
+        "resources": [(one.kind, one.node, one.busy, one.queue) for one in resources(run.history)],
+        "legs": [getattr(legs, name).tolist() for name in ("begin", "end", "edge", "origin", "target")],
+        "energy": run.history.energy_curves,
+        "accounts": [run.account(by=by).to_csv() for by in ("task", "robot", "node")],
+        "tasks": [repr(task) for task in run.history.tasks.values()],
+        "suspects": [repr(one) for one in suspects(run)],
+        "robots": run.robots.to_csv(),
+        "page": header,
+        "columns": {name: list(column) for name, column in columns.items()},
+    }
+    assert PREFIX + "loaded" in {row[1] for row in run.record.rows}
+    print(json.dumps({key: repr(value).replace(PREFIX, "") for key, value in said.items()}))
+"""
+
+CASES = [
+    ("models/tutorial.yaml", {"fleet.size": 5, "policies.allocation": "regret"}),
+    (
+        "models/tutorial.yaml",
+        {"fleet.size": 4, "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25}},
+    ),
+    ("models/people.yaml", {"run.length": 1500, "run.warm_up": 300}),
+    ("tests/golden/models/flows.yaml", {}),
+    (
+        "tests/cases/packing_hall.yaml",
+        {
+            "run.length": 5400,
+            "policies.charging": "four-thresholds",
+            "fleet.start_energy": {"uniform": [0.3, 1]},
+            "layout.bays.chargers.outages": {"every": {"exponential": 900}, "repair": 100},
+        },
+    ),
+]
+
+
+def test_states_by_other_names_change_nothing_but_the_names():
+    """Decisions, forecasts, batteries, queues, suspects, positions: all is as it was, under the new names."""
+    root = Path(__file__).parent.parent
+    cases = [(str(root / path), changes) for path, changes in CASES]
+    before = python(f"PREFIX = ''\nCASES = {cases!r}\n{LOOK}")
+    after = python(f"PREFIX = 'zz_'\nCASES = {cases!r}\n{LOOK}", renamed("zz_"))
+    for old, new, (path, _) in zip(before.splitlines(), after.splitlines(), CASES, strict=True):
+        old, new = json.loads(old), json.loads(new)
+        for key, value in old.items():
+            assert new[key] == value, (path, key)
+
+
+# A new state is one entry
+
+DOWN = """
+        State(
+            "down",
+            doing="waiting for a station to be repaired",
+            begins="in a station that has failed it waits for the repair",
+            time="in a station, waiting for its repair",
+            better="less",
+            draws="standing",
+            stage=Stage.QUEUE,
+            queue=Queue("station", "its repair"),
+            role="loaded",
+            colour="#117733",
+            stacked=14,
+            applies=_always,
+        ),
+"""
+FAILS = """
+import json
+from simpy.events import Timeout
+import desim_warehouse as dw
+from desim_warehouse.outcome.indicators import INDICATORS
+from desim_warehouse.outcome.resources import resources
+from desim_warehouse.world.orders.dispatch import Dispatcher
+from desim_warehouse.world.robots.forecast import busy_view
+from desim_warehouse.world.places.service import Service
+
+begin = Service.begin
+seen = []
+
+def repaired_first(self):
+    if self.env.now < 100:
+        self.robot.enter("down")
+        view = busy_view(self.robot, self.robot.world.reach, self.env.now)
+        seen.append((self.env.now, view.node, view.free_in))
+        yield Timeout(self.env, 100 - self.env.now)
+    yield from begin(self)
+
+Service.begin = repaired_first
+run = dw.simulate(dw.load(MODEL), 0)
+station = resources(run.history)[0]
+print(json.dumps({
+    "queue": station.queue, "mean": station.mean_queue(0, run.record.end), "end": run.record.end, "seen": seen,
+    "share": run.kpis["share_down"], "better": INDICATORS["share_down"].better, "wait": run.kpis["station_wait"],
+    "account": run.account(by="node").loc["B", "down"], "docked": run.log.query("kind == 'docked'").time.tolist(),
+}))
+"""
+
+
+def test_a_state_down_for_a_station_that_has_failed_is_right_everywhere():
+    """A server that works from 100 on; robots come at 35 and at 41, and the second waits 40 more for the first.
+
+    The second closes up to 1 behind the first, which loads from 20 to 25: it is at the good at 26, and loads for 5.
+    It is unloaded at 180 and home at 210, 10 to C and 20 to D. In a queue were 65 + 59 + 40 of 210.
+    """
+    model = {
+        "layout": {
+            "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 10], "D": [0, 10]},
+            "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+            "storage": [{"edge": ["A", "B"], "offset": 10}],
+            "bays": {"home": {"at": ["D"], "places": 2}},
+            "stations": {"pack": {"at": ["B"], "places": 2, "servers": 1}},
+        },
+        "fleet": {"size": 2, "robot": {"radius": 0.4, "speed": 1.0, "margin": 0.2}},
+        "tasks": {"goods": [0, 0], "unload_at": ["B"], "load_time": 5, "unload_time": 40},
+    }
+    found = json.loads(python(f"MODEL = {model!r}\n{FAILS}", extended(DOWN)))
+    assert found["docked"] == [35, 41]
+    assert found["end"] == 210
+    assert found["queue"] == [[0, 35, 41, 100, 140], [0, 1, 2, 1, 0]]
+    assert found["mean"] == pytest.approx(164 / 210), "40 / 210 where robots in `down` are not known to queue"
+    assert found["seen"] == [[35, "B", 40], [41, "B", 40]], "forecast to need their unloading and no way any more"
+    assert (found["account"], found["share"]) == (124, pytest.approx(124 / 420))
+    assert (found["wait"], found["better"]) == (40, "less"), "`station_wait` is for a server alone"
