@@ -151,7 +151,7 @@ def test_a_swap_takes_its_time_whatever_the_level():
 
 def test_a_tapered_charge_takes_the_time_of_its_integral():
     world = play({"battery.taper": {"start": 0.8, "end_rate": 0.1}, "battery.capacity": 100, "tasks.goods": [0, 0]})
-    battery = Battery(world.model.battery, world.reach.rates)
+    battery = Battery(world.model.battery, world.robots[0].battery.rates)
     low, steps, time = 4.0, 200_000, 0.0
     for i in range(steps):  # the literal integral of dl / rate(l)
         level = low + (i + 0.5) * 96 / steps
