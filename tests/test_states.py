@@ -42,15 +42,32 @@ def test_a_wait_in_traffic_is_in_no_part_of_the_round_as_robots_wait_in_any():
         assert (state.stage, state.queue, state.occupies, state.is_parked) == (None, None, None, False)
 
 
-def test_the_parts_of_the_round_as_the_states_have_them_today():
-    """Worked out by hand: where a robot has a server or a charger, queues for one, or is parked."""
-    has = {name: state.occupies for name, state in SHOWN.items() if state.occupies}
-    assert has == {"loading": "station", "unloading": "station", "charging": "chargers"}
-    queues = {name: state.queue.at for name, state in SHOWN.items() if state.queue}
-    assert queues == {"queueing_server": "station", "closed": "station", "queueing_charger": "chargers"}
-    assert {name for name, state in SHOWN.items() if state.is_parked} == {
-        *("idle", "on_break", "charging", "queueing_charger")
-    }
+WHERE = {
+    "idle": "parked",
+    "empty": None,
+    "loading": "has a station",
+    "loaded": None,
+    "queueing_server": "queues at a station",
+    "unloading": "has a station",
+    "returning": None,
+    "queueing_charger": "parked, queues at chargers",
+    "charging": "parked, has chargers",
+    "closed": "queues at a station",
+    "on_break": "parked",
+    "broken": None,
+}
+
+
+@pytest.mark.parametrize(("name", "where"), WHERE.items())
+def test_where_a_robot_is_in_a_state(name, where):
+    state = SHOWN[name]
+    said = ["parked"] if state.is_parked else []
+    said += [f"has {'a ' * (state.occupies == 'station')}{state.occupies}"] if state.occupies else []
+    said += [f"queues at {'a ' * (state.queue.at == 'station')}{state.queue.at}"] if state.queue else []
+    assert (", ".join(said) or None) == where
+
+
+def test_a_run_begins_at_rest_and_a_robot_without_a_task_queues_for_a_charger():
     assert STATES[AT_START].stage is Stage.REST
     assert (seen("queueing", 3).name, seen("queueing", -1).name) == ("queueing_server", "queueing_charger")
 
