@@ -96,6 +96,7 @@ def _header(
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
+        "apart": [state.doing for state in APART.values()],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
@@ -255,7 +256,7 @@ def _wait_columns(history: History, scale: Scale) -> Columns:
 def _blocked_columns(history: History, scale: Scale) -> Columns:
     """Edges that are closed or have people in them in the window: `shut_visit` -1: closed; nothing where none ever is.
 
-    `wait_cause` says of each wait what it is for: 0 other robots, 1 a closed edge, 2 a person.
+    `wait_cause` says of each wait what it is for: 0 other robots, else its number in `apart` of the header, from 1.
     """
     if not history.model.waits_apart:
         return {}

@@ -40,10 +40,10 @@ class Panel {
   }
 
   whom(wait) {
-    const other = this.side.story.waitOther[wait];
+    const { story, header } = this.side, other = story.waitOther[wait];
     if (other >= 0) return ` for robot ${other}`;
-    const causes = ["", " for an edge to open", " for a person to leave"], { waitCause } = this.side.story;
-    return waitCause === null ? "" : causes[waitCause[wait]];
+    const cause = story.waitCause === null ? 0 : story.waitCause[wait];
+    return cause === 0 ? "" : header.apart[cause - 1].replace("waiting", "");
   }
 
   taskText(task) {
