@@ -19,7 +19,7 @@ Consumption = Literal["standing", "empty", "loaded", "handling"]
 Place = Literal["station", "chargers"]
 
 
-class Stage(Enum):
+class Phase(Enum):
     """The parts of a robot's round: forecasts go on from the one in which it is."""
 
     REST = "in a bay, with nothing to do"
@@ -52,8 +52,8 @@ class State:
     `name`: the kind of its row in the log, its column in the table of robots, and `share_NAME` among the indicators.
     `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
     done in its share of time. `better`: whether less or more of that is better; None: it depends. `draws`: which
-    consumption of the model file applies; None: nothing is drawn. `stage`: the part of its round that a robot is in;
-    None: any. `queue`: what it queues for; only in the stage `QUEUE`. `role`: how the replay page and films draw a
+    consumption of the model file applies; None: nothing is drawn. `phase`: the part of its round that a robot is in;
+    None: any. `queue`: what it queues for; only in the phase `QUEUE`. `role`: how the replay page and films draw a
     robot that is in it. `colour` and `stacked`: in figures, and its place in a stack of states, from below.
     `applies`: whether robots of a model can be in it; else no table, figure or page has it.
     """
@@ -64,7 +64,7 @@ class State:
     time: str
     better: Literal["less", "more"] | None
     draws: Consumption | None
-    stage: Stage | None
+    phase: Phase | None
     queue: Queue | None
     role: Role
     colour: str
@@ -74,14 +74,14 @@ class State:
     @property
     def occupies(self) -> Place | None:
         """Where a robot in it has a server or a charger in use."""
-        if self.stage in (Stage.LOADING, Stage.UNLOADING):
+        if self.phase in (Phase.LOADING, Phase.UNLOADING):
             return "station"
-        return "chargers" if self.stage is Stage.CHARGING else None
+        return "chargers" if self.phase is Phase.CHARGING else None
 
     @property
     def is_parked(self) -> bool:
         """Whether a robot in it is parked: at rest, charged, or in a queue for that."""
-        return self.stage in (Stage.REST, Stage.CHARGING) or self.queue == CHARGER
+        return self.phase in (Phase.REST, Phase.CHARGING) or self.queue == CHARGER
 
 
 def _always(_: object) -> bool:
@@ -98,7 +98,7 @@ STATES = {
             time="in a bay, with nothing to do",
             better=None,
             draws="standing",
-            stage=Stage.REST,
+            phase=Phase.REST,
             queue=None,
             role="idle",
             colour="#D9D9D9",
@@ -112,7 +112,7 @@ STATES = {
             time="driving to a good",
             better="less",
             draws="empty",
-            stage=Stage.TO_GOOD,
+            phase=Phase.TO_GOOD,
             queue=None,
             role="empty",
             colour="#0072B2",
@@ -126,7 +126,7 @@ STATES = {
             time="taking a good",
             better=None,
             draws="handling",
-            stage=Stage.LOADING,
+            phase=Phase.LOADING,
             queue=None,
             role="empty",
             colour="#E69F00",
@@ -140,7 +140,7 @@ STATES = {
             time="driving to a station",
             better=None,
             draws="loaded",
-            stage=Stage.TO_STATION,
+            phase=Phase.TO_STATION,
             queue=None,
             role="loaded",
             colour="#D55E00",
@@ -154,7 +154,7 @@ STATES = {
             time="in a station, waiting for a server, or in a bay, waiting for a charger",
             better="less",
             draws="standing",
-            stage=Stage.QUEUE,
+            phase=Phase.QUEUE,
             queue=SERVER,
             role="loaded",
             colour="#CC79A7",
@@ -168,7 +168,7 @@ STATES = {
             time="putting a good down",
             better=None,
             draws="handling",
-            stage=Stage.UNLOADING,
+            phase=Phase.UNLOADING,
             queue=None,
             role="loaded",
             colour="#F0E442",
@@ -182,7 +182,7 @@ STATES = {
             time="driving to a bay",
             better="less",
             draws="empty",
-            stage=Stage.TO_BAY,
+            phase=Phase.TO_BAY,
             queue=None,
             role="idle",
             colour="#56B4E9",
@@ -196,7 +196,7 @@ STATES = {
             time="being charged",
             better=None,
             draws=None,
-            stage=Stage.CHARGING,
+            phase=Phase.CHARGING,
             queue=None,
             role="charging",
             colour="#009E73",
@@ -210,7 +210,7 @@ STATES = {
             time="in a station, waiting until it opens; only with hours of stations",
             better="less",
             draws="standing",
-            stage=Stage.QUEUE,
+            phase=Phase.QUEUE,
             queue=OPENING,
             role="loaded",
             colour="#999933",
@@ -224,7 +224,7 @@ STATES = {
             time="resting in a bay outside its hours; only with hours of robots",
             better=None,
             draws="standing",
-            stage=Stage.REST,
+            phase=Phase.REST,
             queue=None,
             role="idle",
             colour="#EFEFEF",
@@ -238,7 +238,7 @@ STATES = {
             time="broken down, until it is repaired; only with breakdowns",
             better="less",
             draws="standing",
-            stage=Stage.BREAKDOWN,
+            phase=Phase.BREAKDOWN,
             queue=None,
             role="broken",
             colour="#8C564B",
@@ -256,7 +256,7 @@ WAITING = State(
     time="waiting in traffic for other robots",
     better="less",
     draws="standing",
-    stage=None,
+    phase=None,
     queue=None,
     role="wait",
     colour="#000000",
@@ -275,7 +275,7 @@ APART = {
             time="waiting before an edge that is closed; only with `traffic.closures`",
             better="less",
             draws="standing",
-            stage=None,
+            phase=None,
             queue=None,
             role="wait",
             colour="#8C6D1F",
@@ -289,7 +289,7 @@ APART = {
             time="waiting before an aisle with a person in it; only with `people`",
             better="less",
             draws="standing",
-            stage=None,
+            phase=None,
             queue=None,
             role="wait",
             colour="#E41A8B",
@@ -343,7 +343,7 @@ def names(is_so: Callable[[State], bool]) -> frozenset[str]:
 
 OPERATING = names(lambda state: state.draws in ("empty", "loaded", "handling"))
 """In which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
-BROKEN = names(lambda state: state.stage is Stage.BREAKDOWN)
+BROKEN = names(lambda state: state.phase is Phase.BREAKDOWN)
 """In which it is out of order."""
 UNPOWERED = names(lambda state: state.is_parked)
 """In which nothing is drawn from the battery in a bay with chargers."""

@@ -13,7 +13,7 @@ import pytest
 
 import desim_warehouse
 from desim_warehouse.outcome.log import KINDS
-from desim_warehouse.states import APART, AT_START, SHOWN, STATES, TIMES, WAITING, Role, Stage, State, seen
+from desim_warehouse.states import APART, AT_START, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen
 from tests.register import extended, python, renamed
 
 ROOT = Path(desim_warehouse.__file__).parent
@@ -29,8 +29,8 @@ def test_no_answer_about_a_state_is_given_by_default():
 
 @pytest.mark.parametrize("state", SHOWN.values(), ids=lambda state: state.name)
 def test_a_state_is_in_one_part_of_a_robots_round_and_queues_for_something_only_there(state):
-    assert state.stage in Stage
-    assert (state.queue is not None) == (state.stage is Stage.QUEUE)
+    assert state.phase in Phase
+    assert (state.queue is not None) == (state.phase is Phase.QUEUE)
     assert not (state.queue is not None and state.occupies is not None)
     assert state.better in (None, "less", "more")
     assert state.role in get_args(Role)
@@ -39,7 +39,7 @@ def test_a_state_is_in_one_part_of_a_robots_round_and_queues_for_something_only_
 
 def test_a_wait_in_traffic_is_in_no_part_of_the_round_as_robots_wait_in_any():
     for state in (WAITING, *APART.values()):
-        assert (state.stage, state.queue, state.occupies, state.is_parked) == (None, None, None, False)
+        assert (state.phase, state.queue, state.occupies, state.is_parked) == (None, None, None, False)
 
 
 WHERE = {
@@ -68,7 +68,7 @@ def test_where_a_robot_is_in_a_state(name, where):
 
 
 def test_a_run_begins_at_rest_and_a_robot_without_a_task_queues_for_a_charger():
-    assert STATES[AT_START].stage is Stage.REST
+    assert STATES[AT_START].phase is Phase.REST
     assert (seen("queueing", 3).name, seen("queueing", -1).name) == ("queueing_server", "queueing_charger")
 
 
@@ -187,10 +187,22 @@ from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.study.why import suspects
+from desim_warehouse.world.robots.forecast import busy_view
 from desim_warehouse.world.robots.robot import Robot
 
-enter = Robot.enter
-Robot.enter = lambda self, state: enter(self, state if state.startswith(PREFIX) else PREFIX + state)
+enter, forecasts = Robot.enter, []
+
+def under_its_name(self, state):
+    note(self)
+    enter(self, state if state.startswith(PREFIX) else PREFIX + state)
+    note(self)
+
+def note(self):
+    if self.job is not None and self.tour.stops:
+        view = busy_view(self, self.world.reach, self.env.now)
+        forecasts.append((self.number, view.node, view.free_in, self.body.recall_at))
+
+Robot.enter = under_its_name
 for path, changes in CASES:
     run = dw.simulate(dw.load(path, {**changes, "log": "all"}), 3)
     legs, (header, columns) = Positions(run).legs, payload(run, 0.0, run.record.end)
@@ -198,6 +210,7 @@ for path, changes in CASES:
         "rows": run.record.rows,
         "indicators": dict(run.kpis),
         "resources": [(one.kind, one.node, one.busy, one.queue) for one in resources(run.history)],
+        "forecasts": forecasts,
         "legs": [getattr(legs, name).tolist() for name in ("begin", "end", "edge", "origin", "target")],
         "energy": run.history.energy_curves,
         "accounts": [run.account(by=by).to_csv() for by in ("task", "robot", "node")],
@@ -253,7 +266,7 @@ DOWN = """
             time="in a station, waiting for its repair",
             better="less",
             draws="standing",
-            stage=Stage.QUEUE,
+            phase=Phase.QUEUE,
             queue=Queue("station", "its repair"),
             role="loaded",
             colour="#117733",

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.model import energy
 from desim_warehouse.model.charging import chargers_at
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
-from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Stage, names, seen
+from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names, seen
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
-_LOADING = names(lambda state: state.stage is Stage.LOADING)
-_LOADED = names(lambda state: state.stage is Stage.TO_STATION)
+_LOADING = names(lambda state: state.phase is Phase.LOADING)
+_LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of = attrgetter("end")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -462,7 +462,7 @@ class History:
             )
             for spans, at_end in zip(self.changes, self.energy_at_end, strict=False)
             for span, after in zip_longest(spans, spans[1:])
-            if span.seen.stage is Stage.CHARGING
+            if span.seen.phase is Phase.CHARGING
         ]
 
     @cached_property
@@ -531,7 +531,7 @@ class History:
     def _rate(self, span: StateSpan) -> float:
         """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
         state = span.seen
-        if state.is_parked and (state.stage is not Stage.REST or self.layout.bays[span.node].chargers != 0):
+        if state.is_parked and (state.phase is not Phase.REST or self.layout.bays[span.node].chargers != 0):
             return 0.0
         return self._rates[span.state]
 
@@ -539,7 +539,7 @@ class History:
         """Time and energy at the start of a state, and wherever the rate changes in it."""
         level = span.energy or 0.0
         points = [(span.start, level)]
-        if span.seen.stage is Stage.CHARGING:
+        if span.seen.phase is Phase.CHARGING:
             if self.model.battery is not None and self.model.battery.taper is not None:
                 step = (span.end - span.start) / _CURVE
                 points += [(span.start + n * step, level + self._charged(level, n * step)) for n in range(1, _CURVE)]
@@ -563,7 +563,7 @@ class History:
         """
         if self.log.energy:
             return self.log.energy[span.robot]
-        if span.seen.stage is Stage.CHARGING:
+        if span.seen.phase is Phase.CHARGING:
             level = span.energy or 0.0
             return level + self._charged(level, span.end - span.start)
         time, level = self._corners(span, waits)[-1]

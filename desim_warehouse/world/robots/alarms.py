@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.errors import BatteryError
-from desim_warehouse.states import Stage
+from desim_warehouse.states import Phase
 from desim_warehouse.world.robots.forecast import need_now
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -48,7 +48,7 @@ class Alarms:
             if flat_at < self._flat_at:
                 self._flat_at = flat_at
                 Timeout(self.env, flat_at - now).callbacks.append(self._flat)
-        if robot.job is None or robot.stage is not Stage.TO_GOOD:
+        if robot.job is None or robot.phase is not Phase.TO_GOOD:
             return
         robot.body.recall_at = self._recall()
         if robot.body.recall_at < self._low_at:
@@ -88,7 +88,7 @@ class Alarms:
     def _low(self, _: Event) -> None:
         self._low_at = math.inf
         robot = self.robot
-        if robot.job is None or robot.stage is not Stage.TO_GOOD:
+        if robot.job is None or robot.phase is not Phase.TO_GOOD:
             return
         if robot.body.recall_at > self.env.now + EPS:
             self.watch()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.states import Stage
+from desim_warehouse.states import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -66,7 +66,7 @@ class ChargingStop:
         robot.is_charging, robot.must_charge = True, False
         swap, failed = levels.swap_time, True
         while failed:
-            has_lost_one = robot.stage is Stage.CHARGING
+            has_lost_one = robot.phase is Phase.CHARGING
             with chargers.turn(first=has_lost_one) as turn:
                 if not turn.triggered and offer is None:
                     robot.enter("queueing")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.states import STATES, Stage
+from desim_warehouse.states import STATES, Phase
 from desim_warehouse.world.places.stops import driven, handled, time_at
 from desim_warehouse.world.robots.reach import loaded_time
 
@@ -48,11 +48,11 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
         return bay, time + ways.time(robot.node, bay)
     since = now - robot.since_state
     station, (load, unload) = robot.tour.stops[-1].node, reach.handling.times(job, robot.tour.stops[-1].node)
-    stage = STATES[robot.doing].stage
-    if stage is Stage.UNLOADING or (stage is Stage.QUEUE and len(robot.tour.stops) == 1):
+    phase = STATES[robot.doing].phase
+    if phase is Phase.UNLOADING or (phase is Phase.QUEUE and len(robot.tour.stops) == 1):
         rest = 0.0 if job.drop is None else with_load.along(*job.drop)[1]
-        return station, max(unload - (since if stage is Stage.UNLOADING else 0.0), 0.0) + rest
-    if stage is Stage.TO_STATION:
+        return station, max(unload - (since if phase is Phase.UNLOADING else 0.0), 0.0) + rest
+    if phase is Phase.TO_STATION:
         if job.drop is None:
             return station, time + with_load.ways.time(robot.node, station) + unload
         start = with_load.ways.time(robot.node, job.drop[0][0])
@@ -60,8 +60,8 @@ def _free_at(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     length = reach.length(job.edge)
     onward = with_load.ways.time(job.edge[1], station) if job.drop is None else loaded_time(with_load, job, station)
     beyond = (length - job.offset) / robot.loaded_speed + onward + unload
-    if stage in (Stage.LOADING, Stage.QUEUE):
-        return station, max(load - (since if stage is Stage.LOADING else 0.0), 0.0) + beyond
+    if phase in (Phase.LOADING, Phase.QUEUE):
+        return station, max(load - (since if phase is Phase.LOADING else 0.0), 0.0) + beyond
     if robot.body.lane is not None and robot.body.lane.edge == job.edge:
         to_good = max(time - (length - job.offset) / speed, 0.0)
     else:
@@ -73,10 +73,10 @@ def _end_of_tour(robot: Robot, reach: Reach, now: float) -> tuple[str, float]:
     """The node where the tour in hand ends, and the time until then."""
     travel, stops, handling = reach.travel(robot.speed), robot.tour.stops, reach.handling
     first, length = stops[0], reach.length(stops[0].edge)
-    rest, stage = time_at(handling, first), STATES[robot.doing].stage
-    if stage in (Stage.LOADING, Stage.UNLOADING):
+    rest, phase = time_at(handling, first), STATES[robot.doing].phase
+    if phase in (Phase.LOADING, Phase.UNLOADING):
         rest = max(rest - (now - robot.since_state), 0.0)
-    elif stage is not Stage.QUEUE:
+    elif phase is not Phase.QUEUE:
         time = time_to_node(robot, now)
         if robot.body.lane is not None and robot.body.lane.edge == first.edge:
             rest += max(time - (length - first.offset) / robot.speed, 0.0)

@@ -14,7 +14,7 @@ from simpy.events import Event, Timeout
 
 from desim_warehouse.model.energy import rates
 from desim_warehouse.policies import RobotView
-from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Stage
+from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Phase
 from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns, NodeDelays
@@ -282,9 +282,9 @@ class Robot:
         return self.body.is_on_lanes or self.docked is not None
 
     @property
-    def stage(self) -> Stage | None:
+    def phase(self) -> Phase | None:
         """The part of its round that it is in."""
-        return STATES[self.state].stage
+        return STATES[self.state].phase
 
     @property
     def at_rest(self) -> str:
@@ -293,7 +293,7 @@ class Robot:
 
     def hours_change(self) -> None:
         """Its hours begin or end: if it rests, it does so in another state from now on."""
-        if self.stage is Stage.REST and not self.is_out:
+        if self.phase is Phase.REST and not self.is_out:
             self.enter(self.at_rest)
 
     @property
@@ -321,7 +321,7 @@ class Robot:
         """What policies see of it: by default as a robot that is free where it is."""
         spec = self.battery.spec
         fleet, tasks = self.world.model.fleet, self.world.model.tasks
-        if free_in is None and self.stage is Stage.REST and self.body.is_on_lanes:  # where it stands at the start
+        if free_in is None and self.phase is Phase.REST and self.body.is_on_lanes:  # where it stands at the start
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
