@@ -84,8 +84,8 @@ def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
 MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
-    "feasibility/left_out.py": {"closed"},  # in a sentence
-    "feasibility/power.py": {"charging"},  # a kind of policy
+    "model/disturbances.py": {"closed"},  # in a sentence
+    "model/charging.py": {"charging"},  # a kind of policy
     "layout/checks.py": {"unloading"},  # in a sentence
     "model/policy.py": {"charging"},
     "plants/lif.py": {"loaded"},  # a key of the format
@@ -205,7 +205,7 @@ def note(self):
 Robot.enter = under_its_name
 for path, changes in CASES:
     run = dw.simulate(dw.load(path, {**changes, "log": "all"}), 3)
-    legs, (header, columns) = Positions(run).legs, payload(run, 0.0, run.record.end)
+    legs, (header, columns) = Positions(run.history).legs, payload(run.history, 0.0, run.record.end)
     said = {
         "rows": run.record.rows,
         "indicators": dict(run.kpis),
