@@ -40,12 +40,13 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
     if model.battery is None:
         return [math.inf] * model.fleet.size
     capacity, given = model.battery.capacity, model.fleet.start_energy
-    if isinstance(given, SpreadEnergy):
+    if isinstance(given, SpreadEnergy) and given.uniform[0] < given.uniform[1]:
         return [
             capacity * float(streams.stream("start-energy", robot).uniform(*given.uniform))
             for robot in range(model.fleet.size)
         ]
-    return [capacity * given] * model.fleet.size
+    share = given.uniform[0] if isinstance(given, SpreadEnergy) else given
+    return [capacity * share] * model.fleet.size
 
 
 def start_energy(model: Model) -> tuple[float, float]:

@@ -129,6 +129,10 @@ class SpreadEnergy(Part):
             raise wrong(f"in the wrong order (got {got(uniform)}), expected the lower end first")
         return uniform
 
+    def is_random(self, model: Any) -> bool:
+        """Whether there are batteries, and they hold more or less."""
+        return model.battery is not None and self.uniform[0] < self.uniform[1]
+
 
 class OnEdge(Part):
     """Where a robot stands at the start: on an edge, `offset` from the edge's start."""

@@ -19,7 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.popularity import PopularityRule, one_place
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (
@@ -55,6 +55,10 @@ class StorageEnd(Part):
     """A storage place, drawn for each task."""
 
     popularity: PopularityRule | None = Field(None, description="default: tasks.popularity")
+
+    def is_random(self, model: Any) -> bool:
+        """Whether there is more than one place to draw."""
+        return one_place(self.popularity or model.tasks.popularity, model.floor.storage) is None
 
 
 def _short_end(value: Any) -> Any:
@@ -100,6 +104,10 @@ class PoissonArrivals(Part):
 
     poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
 
+    def is_random(self, _model: Any) -> bool:
+        """They arrive at random."""
+        return True
+
 
 class SaturatedArrivals(Part):
     """`saturated: n`: n tasks are always open, a new one is released as one is taken."""
@@ -128,6 +136,10 @@ class ProfileArrivals(Part):
     """`profile: {per_hour: [20, 60, 40]}`: at random, at a rate that changes with the time of day."""
 
     profile: Profile = Field(description="the rates")
+
+    def is_random(self, _model: Any) -> bool:
+        """They arrive at random."""
+        return True
 
 
 class Batch(Part):
@@ -189,6 +201,10 @@ class OrdersArrivals(Part):
     """`orders: {file: orders.csv}`: as in a file, from the WMS."""
 
     orders: OrdersFile = Field(description="the file")
+
+    def is_random(self, _model: Any) -> bool:
+        """Rows may leave to chance where a load comes from; whether they do, a run knows."""
+        return True
 
 
 _ARRIVALS: dict[str, type[Part]] = {
@@ -360,6 +376,21 @@ class FlowSpec(Part):
         if self.arrivals is None:
             return PoissonArrivals(poisson=math.fsum(pair.per_hour for pair in self.from_to))
         return self.arrivals
+
+    def is_random(self, model: Any) -> bool:
+        """Whether chance decides when its tasks come, from where they come, how urgent they are, or how long they take.
+
+        Nodes of a target are no draw: which of them is decided when a robot gets the task.
+        """
+        routes = self.routes
+        from_several = any(isinstance(route.source, tuple) and len(route.source) > 1 for route in routes)
+        drawn = from_several or len(routes) > 1 or isinstance(self.priority, tuple)
+        return drawn or self.when.is_random(model) or super().is_random(model)
+
+    @property
+    def may_end_at_several(self) -> bool:
+        """Whether its tasks end at one of several nodes."""
+        return any(isinstance(route.target, tuple) and len(route.target) > 1 for route in self.routes)
 
     @property
     def may_stop(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -43,6 +43,10 @@ class PeopleSpec(Part):
     times: tuple[Time, ...] = Field((), description="the times of the run at which people come")
     hours: CalendarName | None = Field(None, description="with per_hour: people come only then; default: always")
     stay: Varying = Field(description="how long each stays in the aisle")
+
+    def is_random(self, model: Any) -> bool:
+        """Whether it is left to chance when people come, into which aisle, or for how long."""
+        return self.per_hour is not None or len(self.aisles) != 1 or super().is_random(model)
 
     @model_validator(mode="after")
     def _when(self) -> PeopleSpec:

@@ -121,6 +121,11 @@ class Policies(Part):
             for parameter, text in catalogue.problems(kind, spec.name, spec.params)
         ]
 
+    def is_random(self, _model: Any) -> bool:
+        """Whether a policy draws, by its class attribute `random`; of the user's own nothing is known."""
+        classes = (catalogue.find(kind, spec.name) for kind, spec in self.specs().items())
+        return bool(self.own()) or any(getattr(policy, "random", False) for policy in classes)
+
     def sources(self) -> bytes:
         """The content of the files that the user's own policies come from: what a run depends on besides names."""
         return b"".join(catalogue.user_source(spec.name) for spec in self.specs().values())

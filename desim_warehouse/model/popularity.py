@@ -96,6 +96,15 @@ PopularityRule = Annotated[
 """Which storage places are asked for."""
 
 
+def one_place(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> int | None:
+    """The storage place that all demand for drawn goods is for; None: it is for several, so that chance decides."""
+    if len(storage) == 1:
+        return 0
+    found = shares(popularity, storage)
+    asked_for = [] if found is None else found.nonzero()[0].tolist()
+    return asked_for[0] if len(asked_for) == 1 else None
+
+
 def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> Any:
     """The share of every storage place in the demand for drawn goods, a numpy array; None: all alike."""
     import numpy as np

@@ -35,7 +35,7 @@ from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, from_mapping
 from desim_warehouse.model.people import PeopleSpec
 from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.popularity import PopularityRule, one_place
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.model.valid import valid
@@ -128,12 +128,20 @@ class RandomGoods(Part):
 
     random: Annotated[Count, limited("tasks")] = Field(description="number of goods")
 
+    def is_random(self, model: Model) -> bool:
+        """Whether there is more than one place to draw."""
+        return one_place(model.tasks.popularity, model.floor.storage) is None
+
 
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
     saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
     due_within: Duration | None = Field(None, description="time from release to due")
+
+    def is_random(self, model: Model) -> bool:
+        """Whether there is more than one place to draw."""
+        return one_place(model.tasks.popularity, model.floor.storage) is None
 
 
 class PoissonGoods(Part):
@@ -144,6 +152,10 @@ class PoissonGoods(Part):
     hours: CalendarName | None = Field(
         None, description="hours, a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
     )
+
+    def is_random(self, _model: Model) -> bool:
+        """They arrive at random."""
+        return True
 
 
 def _goods_form(value: Any) -> str | None:
@@ -211,6 +223,20 @@ class Tasks(Part):
     load_time: Varying = Field(description="at the storage place")
     unload_time: Varying = Field(description="at the station")
     clear_time: Time = Field(0.0, description="after unloading, before driving on; the next task is assigned before it")
+
+    def is_random(self, model: Model) -> bool:
+        """Whether stations are drawn, or something else of it is."""
+        if self.station_choice == "random" and self._choice_of_nodes(model):
+            return True
+        return super().is_random(model)
+
+    def _choice_of_nodes(self, model: Model) -> bool:
+        """Whether some task may be unloaded at one of several nodes."""
+        if self.flows:
+            return any(flow.may_end_at_several for flow in self.flows.values())
+        listed = self.goods if isinstance(self.goods, tuple) else ()
+        named = {item.to for item in listed if isinstance(item, Good) and item.to is not None}
+        return len(self.unload_at) > 1 or any(len(model.floor.nodes_of(name)) > 1 for name in named)
 
     @property
     def mean_load(self) -> float:
@@ -456,6 +482,14 @@ class Model(Part):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
         return run
+
+    @property
+    def is_deterministic(self) -> bool:
+        """Whether its runs draw no random numbers, so that all are equal and one is enough.
+
+        Known before a run, from what each section says of itself; what a run did is in `Run.deterministic`.
+        """
+        return not self.is_random(self)
 
     @property
     def floor(self) -> Layout:

@@ -24,7 +24,6 @@ from desim_warehouse.outcome.money import equipment
 from desim_warehouse.outcome.verdicts import LASTING, judge
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
-from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
@@ -247,7 +246,7 @@ class _Planner:
     budget: Budget
     where: dict[str, Any]
 
-    def judge(self, veto: Callable[[int], str | None], *, deterministic: bool) -> statistics.Judge:
+    def judge(self, veto: Callable[[int], str | None], exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
         return statistics.Judge(
             self.target,
@@ -255,7 +254,7 @@ class _Planner:
             zone=self.zone,
             n0=self.first,
             cap=self.cap,
-            deterministic=deterministic,
+            deterministic=exact,
             within=within(self.target.indicator),
             budget=self.budget,
             veto=veto,
@@ -275,15 +274,21 @@ class _Planner:
         made.plan = made.plan.unreplicated()
         return made
 
-    def follow(self, study: Study, make: Callable[[Callable[[int], str | None]], Procedure[Any]]) -> Any:
-        """Carry out a procedure that may ask whether a design can last; the runs become part of the study."""
+    def follow(self, study: Study, make: Callable[[Callable[[int], str | None], bool], Procedure[Any]]) -> Any:
+        """Carry out a procedure that may ask whether a design can last, and whether runs are exact.
+
+        The runs become part of the study.
+        """
         out = self.where.get("out")
         where = {**self.where, "out": None if out is None else Path(out) / study.plan.name.replace(" ", "-")}
         with study.session(**where) as runner:
             runner.recall()
-            procedure = make(lambda number: _veto(study, runner, number))
             missed = self.target.value - self.target.sign * max(1.0, abs(self.target.value))
-            result = runner.follow(procedure, self.target.indicator, flat=missed)
+            result = runner.follow(
+                lambda exact: make(lambda number: _veto(study, runner, number), exact),
+                self.target.indicator,
+                flat=missed,
+            )
             study.plan = replace(study.plan, replications=tuple(runner.replications.values()))
         return result
 
@@ -296,19 +301,18 @@ class _Planner:
             cases = {f"{number}": self.designs.of_chargers(number) for number in chargers}
             factors["chargers"] = {"cases": cases}
         counts = [(first, second) for first in robots for second in chargers]
-        deterministic = is_deterministic(self.model.replace(changes))
         scout = self.study(f"{name} scout", factors, changes, self.seed + 1)
         doubts = self.follow(
             scout,
-            lambda _: statistics.scout_steps(
-                counts, self.designs.key, self.target, 1 if deterministic else SCOUTS, self.budget
+            lambda _, exact: statistics.scout_steps(
+                counts, self.designs.key, self.target, 1 if exact else SCOUTS, self.budget
             ),
         )
         study = self.study(name, factors, changes, self.seed)
         found: Cheapest = self.follow(
             study,
-            lambda veto: statistics.cheapest_meeting_steps(
-                counts, self.designs.key, self.judge(veto, deterministic=deterministic), doubts
+            lambda veto, exact: statistics.cheapest_meeting_steps(
+                counts, self.designs.key, self.judge(veto, exact), doubts
             ),
         )
         shown = {
@@ -350,9 +354,8 @@ class _Planner:
             return ()
         found = self.follow(
             study,
-            lambda veto: statistics.verdict_steps(
-                [point.number for points in others.values() for point in points],
-                self.judge(veto, deterministic=is_deterministic(study.plan.base)),
+            lambda veto, exact: statistics.verdict_steps(
+                [point.number for points in others.values() for point in points], self.judge(veto, exact)
             ),
         )
         return tuple(

@@ -7,11 +7,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.study.design import GRID, Point, Rule, points
 from desim_warehouse.study.factors import hint
 from desim_warehouse.study.file import Until
-from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -115,26 +113,3 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
             return f"{places.line(point.places[key])[1]}: {rest}"
     source = "" if places is None else f"{places.source}: "
     return f"{source}design {point}: {text}"
-
-
-def is_deterministic(model: Model) -> bool:
-    """Whether a model is free of chance, so that one run of it is enough.
-
-    This is known before a run; what a run did is in its record (`Run.deterministic`). Chance enters by goods that are
-    drawn or that arrive at random, by stations chosen at random, by handling times that vary, by batteries that start
-    at a random level, and by policies that say so (`random = True`); about policies that are not ours nothing
-    is known.
-    """
-    from desim_warehouse.policies.catalogue import find
-
-    tasks = model.tasks
-    spread = model.battery is not None and isinstance(model.fleet.start_energy, SpreadEnergy)
-    times: list[object] = [tasks.load_time, tasks.unload_time]
-    for station in model.layout.stations.values():
-        times += [station.load_time, station.unload_time, station.work_time]
-    varies = any(isinstance(time, Distribution) for time in times)
-    if not isinstance(tasks.goods, tuple) or tasks.station_choice == "random" or spread or varies:
-        return False
-    return not model.policies.own() and not any(
-        getattr(find(kind, spec.name), "random", False) for kind, spec in model.policies.specs().items()
-    )

@@ -9,7 +9,6 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
-from desim_warehouse.study.plan import is_deterministic, models
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.target import read_target
 
@@ -72,19 +71,10 @@ def best(
     more = _more_is_better(indicator) if maximise is None else maximise
     if len(study.points) < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
-    fixed = _deterministic(study)
-    if fixed:
-        first, cap = 2, 2
-    steps = statistics.kn_steps(
-        len(study.points),
-        delta,
-        study.plan.confidence,
-        first,
-        maximise=more,
-        cap=cap,
-        ahead=_AHEAD,
-        deterministic=fixed,
-    )
+
+    def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
+        return _selection_steps(study, delta, first, cap, maximise=more, exact=exact)
+
     selection = study.follow(steps, indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
     return Best(study.points[selection.best], tied, indicator, more, selection)
@@ -114,33 +104,20 @@ def most(
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
     """
-    more, fixed = _more_is_better(indicator), _deterministic(study)
+    more = _more_is_better(indicator)
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
         raise StudyError("most of one design: expected a factor with several values")
-    if fixed:
-        first, cap = 2, 2
 
-    def steps() -> statistics.Procedure[statistics.Selection]:
-        means = []
+    def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
+        means, runs = [], 1 if exact else first
         for design in range(designs):
-            values = yield from request([(design, replication) for replication in range(first)])
-            means.append(sum(values) / first)
+            values = yield from request([(design, replication) for replication in range(runs)])
+            means.append(sum(values) / runs)
         delta = max(share * max(abs(mean) for mean in means), LEAST_DELTA)
-        return (
-            yield from statistics.kn_steps(
-                designs,
-                delta,
-                study.plan.confidence,
-                first,
-                maximise=more,
-                cap=cap,
-                ahead=_AHEAD,
-                deterministic=fixed,
-            )
-        )
+        return (yield from _selection_steps(study, delta, first, cap, maximise=more, exact=exact))
 
-    selection = study.follow(steps(), indicator, **where)
+    selection = study.follow(steps, indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
     return Best(study.points[selection.best], tied, indicator, more, selection)
 
@@ -168,22 +145,36 @@ def size(
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
-    steps = statistics.smallest_meeting_steps(
-        values,
-        goal,
-        study.plan.confidence,
-        n0=first,
-        cap=cap,
-        search="scan" if search == "scan" else "bisection",
-        deterministic=_deterministic(study),
-        within=within(goal.indicator),
-    )
+
+    def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
+        return statistics.smallest_meeting_steps(
+            values,
+            goal,
+            study.plan.confidence,
+            n0=first,
+            cap=cap,
+            search="scan" if search == "scan" else "bisection",
+            deterministic=exact,
+            within=within(goal.indicator),
+        )
+
     return study.follow(steps, goal.indicator, **where)
 
 
-def _deterministic(study: Study) -> bool:
-    """Whether chance can play no part in any design, so that one run of each is enough."""
-    return all(is_deterministic(model) for model in models(study.plan, study.points).values())
+def _selection_steps(
+    study: Study, delta: float, first: int, cap: int, *, maximise: bool, exact: bool
+) -> statistics.Procedure[statistics.Selection]:
+    """The steps of KN between all designs; deterministic ones are compared by two runs each."""
+    return statistics.kn_steps(
+        len(study.points),
+        delta,
+        study.plan.confidence,
+        2 if exact else first,
+        maximise=maximise,
+        cap=2 if exact else cap,
+        ahead=_AHEAD,
+        deterministic=exact,
+    )
 
 
 def _more_is_better(name: str) -> bool:

@@ -54,8 +54,11 @@ class StudyRunner:
         self.executor = executor  # None: nothing is simulated
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
+        self.deterministic = False  # chance plays no part in any design, by what the models say
         if keys is None:
-            keys = {number: model.digest() for number, model in models(plan, points).items()}
+            made = models(plan, points)
+            keys = {number: model.digest() for number, model in made.items()}
+            self.deterministic = all(model.is_deterministic for model in made.values())
         self.keys = keys  # what the model of a point is known by in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
@@ -79,19 +82,35 @@ class StudyRunner:
         finally:
             self.executor = executor
 
-    def follow(self, procedure: Procedure[T], indicator: str, *, flat: float | None = None) -> T:
+    def follow(self, make: Callable[[bool], Procedure[T]], indicator: str, *, flat: float | None = None) -> T:
         """Carry out a sequential procedure: simulate every batch it asks for, and send it the values.
 
-        `flat` is the value of a run that ended because a robot ran flat; None: such a run is an error as any other.
+        Args:
+            make: makes it, told whether the models are deterministic, so that one run is exact. Where runs show that
+                to be wrong, it is made anew; the runs that are done count.
+            indicator: whose values it is sent.
+            flat: the value of a run that ended because a robot ran flat; None: such a run is an error as any other.
         """
-        values: list[float] | None = None
+        exact, drew, first = self.deterministic, False, True
+        procedure, values = make(exact), cast("list[float] | None", None)
         while True:
             try:
                 asked = next(procedure) if values is None else procedure.send(values)
             except StopIteration as end:
                 return cast("T", end.value)
             self.ask(asked)
-            values = [self._value(*run, indicator, flat) for run in asked]
+            drew = drew or any(self._drew(*run) for run in asked)
+            if (exact and drew) or (first and not exact and not drew):
+                exact = not exact
+                procedure, values = make(exact), None
+            else:
+                values = [self._value(*run, indicator, flat) for run in asked]
+            first = False
+
+    def _drew(self, number: int, replication: int) -> bool:
+        """Whether a run that ended drew random numbers."""
+        outcome = self.row(number, replication).outcome
+        return outcome.error is None and not outcome.deterministic
 
     def _value(self, number: int, replication: int, indicator: str, flat: float | None) -> float:
         """The indicator of a run that must not have failed."""

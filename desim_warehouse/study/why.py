@@ -18,7 +18,6 @@ from desim_warehouse.run import simulate
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet import Designs, could_run
-from desim_warehouse.study.plan import is_deterministic
 from desim_warehouse.study.study import Study
 from desim_warehouse.values.distributions import scaled
 
@@ -274,14 +273,17 @@ def why(
     study = Study(model, {"relief": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="why")
     study.plan = study.plan.unreplicated()
     base = abs(run.kpis[name]) or 1.0
-    steps = statistics.gains_steps(
-        len(looked_at),
-        LEAST * base,
-        confidence,
-        maximise=better == "more",
-        n0=first,
-        cap=cap,
-        deterministic=all(is_deterministic(model.replace(suspect.overrides)) for suspect in looked_at),
-    )
-    gains: Gains = study.follow(steps, name, **where)
+
+    def steps(exact: bool) -> statistics.Procedure[Gains]:
+        return statistics.gains_steps(
+            len(looked_at),
+            LEAST * base,
+            confidence,
+            maximise=better == "more",
+            n0=first,
+            cap=cap,
+            deterministic=exact,
+        )
+
+    gains = study.follow(steps, name, **where)
     return Why(name, better == "more", tuple((looked_at[gain.change - 1], gain) for gain in gains.gains), gains)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
@@ -69,6 +69,15 @@ class Distribution(Part, ABC):
     def range(self) -> str:
         """The least and the largest time in words, where that says more than mean and cv."""
         return ""
+
+    @cached_property
+    def has_spread(self) -> bool:
+        """Whether the times differ at all; else every one is the mean, and none need be drawn."""
+        return self.variance > 0
+
+    def is_random(self, _model: Any) -> bool:
+        """Whether the times differ."""
+        return self.has_spread
 
     def words(self, unit: str) -> str:
         """What it is, such as `lognormal, mean 8 s, cv 0.4`."""
@@ -436,6 +445,13 @@ def mean_of(time: float | Distribution) -> float:
 
 def draws(time: float | Distribution, streams: Streams, purpose: str, entity: int) -> Callable[[], float]:
     """Draw a time that may vary again and again, from a stream of its own; one that does not vary needs none."""
-    if not isinstance(time, Distribution):
-        return lambda: time
+    if not isinstance(time, Distribution) or not time.has_spread:
+        return lambda: mean_of(time)
     return partial(time.draw, streams.stream(purpose, entity))
+
+
+def drawn(time: float | Distribution, stream: Callable[[], Generator]) -> float:
+    """Draw a time that may vary once; `stream` is not asked for one that does not."""
+    if not isinstance(time, Distribution) or not time.has_spread:
+        return mean_of(time)
+    return time.draw(stream())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
@@ -42,3 +42,7 @@ class DelaySpec(Part):
 
     share: Share = Field(description="the share of the nodes at which it loses time")
     time: Varying = Field(description="how much it loses there")
+
+    def is_random(self, model: Any) -> bool:
+        """Whether it is left to chance at which nodes time is lost, or how much."""
+        return 0 < self.share < 1 or (self.share > 0 and super().is_random(model))

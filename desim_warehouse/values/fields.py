@@ -6,7 +6,8 @@ import copy
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
@@ -183,6 +184,39 @@ class Part(BaseModel):
             for name, field in type(self).model_fields.items()
             if field.json_schema_extra != LATER or getattr(self, name) != field.default
         }
+
+    def is_random(self, model: Any) -> bool:
+        """Whether it draws random numbers in runs of this model: by default, where a part of it does.
+
+        Sections that draw numbers themselves override this; it is known before a run.
+        """
+        return any(_any_random(getattr(self, name), model) for name in _with_chance(type(self)))
+
+
+def sections_in(annotation: Any) -> list[type[Part]]:
+    """The sections that a key with this annotation may hold, in any of its forms, by name or in a list."""
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return [annotation]
+    return [section for inner in get_args(annotation) for section in sections_in(inner)]
+
+
+@cache
+def _with_chance(section: type[Part]) -> tuple[str, ...]:
+    """The keys of a section that may hold something random, so that long lists of edges are not searched for it."""
+    return tuple(
+        name
+        for name, field in section.model_fields.items()
+        if any(inner.is_random is not Part.is_random or _with_chance(inner) for inner in sections_in(field.annotation))
+    )
+
+
+def _any_random(value: Any, model: Any) -> bool:
+    """Whether a value is random, or one of those in a list or by name."""
+    if isinstance(value, Part):
+        return value.is_random(model)
+    if isinstance(value, Mapping | tuple):
+        return any(_any_random(item, model) for item in (value.values() if isinstance(value, Mapping) else value))
+    return False
 
 
 _EXACT = 2.0**53  # up to here every whole number is a float

@@ -10,7 +10,7 @@ import desim_warehouse as dw
 from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
-from desim_warehouse.study.plan import is_deterministic, run_seed
+from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics import estimate, paired
 from tests.world.test_flows import RING
 
@@ -196,13 +196,13 @@ def test_what_needs_one_run_only_by_its_model_was_deterministic_by_its_record(ki
     """What `best` and `size` know before a run is what its record says after: for all policies of ours."""
     for name in OURS[kind]:
         model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8, 39], f"policies.{kind}": SPEC.get(name, name)})
-        assert is_deterministic(model) != bool(getattr(find(kind, name), "random", False))
-        assert dw.simulate(model, 3).deterministic or not is_deterministic(model), name
+        assert model.is_deterministic != bool(getattr(find(kind, name), "random", False))
+        assert dw.simulate(model, 3).deterministic or not model.is_deterministic, name
 
 
 def test_batteries_that_start_at_random_are_chance():
     model = dw.load(MULTIBOTS, {"tasks.goods": [11, 8], "fleet.start_energy": {"uniform": [0.8, 1]}})
-    assert not is_deterministic(model)
+    assert not model.is_deterministic
     assert not dw.simulate(model).deterministic
 
 

@@ -6,7 +6,6 @@ from scipy import stats
 
 import desim_warehouse as dw
 from desim_warehouse.run import check
-from desim_warehouse.study.plan import is_deterministic
 
 FLOOR = {
     "name": "handling",
@@ -83,9 +82,9 @@ def test_another_seed_draws_other_times(plain):
 
 def test_a_list_of_goods_is_not_deterministic_then():
     listed = {"tasks.goods": [0, 1, 2], "tasks.unload_time": 5}
-    assert not is_deterministic(dw.load(FLOOR, listed))
+    assert not dw.load(FLOOR, listed).is_deterministic
     assert not simulated(listed).deterministic
-    assert is_deterministic(dw.load(FLOOR, {**listed, "tasks.load_time": {"constant": 8}}))
+    assert dw.load(FLOOR, {**listed, "tasks.load_time": {"constant": 8}}).is_deterministic
     assert simulated({**listed, "tasks.load_time": 8}).deterministic
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from simpy.events import Event, Timeout
 
 from desim_warehouse.model.destinations import own_destinations
-from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.popularity import one_place, shares
 from desim_warehouse.model.schema import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 
@@ -41,6 +41,7 @@ class Demand:
         self._number = self._open = 0
         self._drawn: list[int] = []
         self._stream: Any = None
+        self._only = None if isinstance(self.goods, tuple) else one_place(self.popularity, self.storage)
 
     def start(self, release: Callable[[Task], None]) -> None:
         """Release what is known at the start to `release`; see to what comes later."""
@@ -116,6 +117,8 @@ class Demand:
         return self._stream
 
     def _draw(self) -> int:
+        if self._only is not None:
+            return self._only
         if not self._drawn:
             size, weights = len(self.storage), self._weights()
             self._drawn = self._generator().choice(size, BATCH, p=weights).tolist()
@@ -123,6 +126,8 @@ class Demand:
 
     def _without_repetition(self, count: int) -> list[int]:
         """Goods in random order, each at most once until all have been drawn; popular ones tend to come first."""
+        if self._only is not None:
+            return [self._only] * count
         size, weights = len(self.storage), self._weights()
         goods: list[int] = []
         while len(goods) < count:

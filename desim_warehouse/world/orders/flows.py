@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
@@ -23,7 +24,7 @@ from desim_warehouse.model.flows import (
     StorageEnd,
 )
 from desim_warehouse.model.orders import OrderLine, read, resampled, summary
-from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.popularity import one_place, shares
 from desim_warehouse.model.schema import reading
 from desim_warehouse.policies import StopPlace, Task
 
@@ -283,11 +284,14 @@ class _Flow:
         return next(self._draws[key])
 
     def _numbers(self, end: str, which: int, places: End) -> Iterator[int]:
-        stream: Any = self.streams.stream(f"{end}:{self.name}", which)
         if isinstance(places, StorageEnd):
             popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
+            only = one_place(popularity, self.layout.storage)
+            if only is not None:
+                yield from repeat(only)
             size, weights = len(self.layout.storage), shares(popularity, self.layout.storage)
         else:
             size, weights = len(places), None
+        stream: Any = self.streams.stream(f"{end}:{self.name}", which)
         while True:
             yield from stream.choice(size, BATCH, p=weights).tolist()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.values.distributions import Distribution
+from desim_warehouse.values.distributions import drawn
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.policies import Task
+    from desim_warehouse.values.distributions import Distribution
     from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.stops import Stop
 
@@ -53,8 +54,5 @@ class HandlingTimes:
         return self._drawn("work", time, task)
 
     def _drawn(self, purpose: str, time: float | Distribution, task: Task) -> float:
-        if isinstance(time, Distribution):
-            if task.flow:
-                return time.draw(self.streams.stream(f"{purpose}:{task.flow}", task.nth))
-            return time.draw(self.streams.stream(purpose, task.number))
-        return time
+        of, number = (f"{purpose}:{task.flow}", task.nth) if task.flow else (purpose, task.number)
+        return drawn(time, lambda: self.streams.stream(of, number))

@@ -153,10 +153,10 @@ class Stations:
         nodes, choice = task.to or self.nodes, self.choice
         if choice == "each" and not task.to:
             return nodes[robot.number % len(nodes)]
-        if choice == "random":
-            return self._draw(task)
         if len(nodes) == 1:
             return nodes[0]
+        if choice == "random":
+            return self._draw(task)
         nodes = self._travel.by_time(comes_from or task.edge[1], nodes)
         if self.full or self.close:
             nodes = self._best(nodes)

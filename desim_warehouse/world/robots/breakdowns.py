@@ -48,7 +48,7 @@ class NodeDelays:
     def __init__(self, spec: DelaySpec, robot: int, streams: Streams) -> None:
         self._share = spec.share
         self._chance = streams.stream("delay-share", robot) if 0 < spec.share < 1 else None
-        self._time = draws(spec.time, streams, "delay", robot)
+        self._time = draws(spec.time if spec.share else 0.0, streams, "delay", robot)
         self._move = -1
         self._delay = 0.0
 

@@ -7,13 +7,14 @@ of visits from one random stream, and for each visit the aisle and the stay from
 from __future__ import annotations
 
 import math
+from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model.flows import StorageEnd, mean_rate
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import Good
-from desim_warehouse.values.distributions import Distribution
+from desim_warehouse.values.distributions import Distribution, drawn
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Sequence
@@ -99,10 +100,9 @@ class PeopleSource:
     def come(self, now: float) -> None:
         """All visits that have begun by now."""
         while self._next <= now:
-            stream = self._streams.stream(f"people:{self.name}", len(self.visits))
-            which = 0 if len(self.aisles) == 1 else int(stream.choice(len(self.aisles), p=self.weights))
-            stay, aisle = self.spec.stay, self.aisles[which]
-            end = self._next + (stay.draw(stream) if isinstance(stay, Distribution) else stay)
+            stream = cache(partial(self._streams.stream, f"people:{self.name}", len(self.visits)))
+            which = 0 if len(self.aisles) == 1 else int(stream().choice(len(self.aisles), p=self.weights))
+            aisle, end = self.aisles[which], self._next + drawn(self.spec.stay, stream)
             self.visits.append(Visit(self._next, end, aisle.edges))
             aisle.busy_until = max(aisle.busy_until, end)
             self._next = next(self._arrivals, math.inf)
