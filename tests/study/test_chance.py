@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
-from desim_warehouse.cli import main
+from desim_warehouse.cli import desim
 from desim_warehouse.model import Model
 from desim_warehouse.study import procedures
 
@@ -20,7 +20,7 @@ CHANCE = {
     "kinds": "fleet.kinds.old={count: 1, breakdowns: {every: {exponential: 60}, repair: 30}}",
 }
 COMMANDS = {
-    "size": ["size", "--range", "2..3", "--target", "T <= 150", "--first", "2", "--cap", "2"],
+    "size": ["size", "--key", "fleet.size", "--range", "2..3", "--target", "T <= 150", "--first", "2", "--cap", "2"],
     "plan": ["plan", "--target", "T <= 150", "--robots", "2..3", "--first", "2", "--cap", "2"],
     "best": ["best", "--vary", "fleet.size=2,3", "--indicator", "T", "--delta", "5", "--first", "2", "--cap", "2"],
     "why": ["why", "--first", "2", "--cap", "2"],
@@ -31,7 +31,7 @@ COMMANDS = {
 def said(command, *changes):
     name, *options = COMMANDS[command]
     given = [part for change in changes for part in ("--set", change)]
-    result = CliRunner().invoke(main, [name, str(TUTORIAL), *options, *LIST, *given])
+    result = CliRunner().invoke(desim, [name, str(TUTORIAL), *options, *LIST, *given])
     assert result.exit_code in {0, 3}, result.output
     return result.output
 
