@@ -26,7 +26,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
     table = Table(title=_title(results, known), title_justify="left", box=None)
     for factor in results.factors:
-        table.add_column(factor)
+        table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
     for name in chosen:
         table.add_column(name, justify="right")
     if results.target is not None:
@@ -63,6 +63,7 @@ def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
     from rich.table import Table
 
+    from desim_warehouse.report.text import words
     from desim_warehouse.study.factors import readable
     from desim_warehouse.study.statistics import replications_for_quantile
 
@@ -71,7 +72,7 @@ def show_quantiles(results: Results, share: float) -> None:
     percent, sure = f"{100 * share:g} %", results.plan.confidence
     table = Table(title=f"{results.plan.name}: {percent} quantiles over runs, {100 * sure:g} % intervals", box=None)
     for factor in results.factors:
-        table.add_column(factor)
+        table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
     for name in chosen:
         table.add_column(name, justify="right")
     table.add_column("runs", justify="right")

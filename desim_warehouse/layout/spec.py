@@ -24,6 +24,7 @@ from desim_warehouse.values.disturbances import OutageSpec
 from desim_warehouse.values.fields import (
     LATER,
     SECTION,
+    By,
     Coordinate,
     Count,
     Flag,
@@ -192,7 +193,7 @@ class Edge(Part):
     source: NodeName = Field(alias="from", description="the node it leaves")
     target: NodeName = Field(alias="to", description="the node it leads to")
     length: Length | None = Field(None, description="default: the straight distance")
-    speed: Speed | None = Field(None, description="speed limit; default: none")
+    speed: Speed | None = Field(None, title="speed limit", description="speed limit; default: none")
     two_way: Flag = Field(
         False, description="one lane for both directions, used in one at a time", json_schema_extra=LATER
     )
@@ -290,8 +291,8 @@ class StorageFile(Part):
 class PlacesSpec(Part):
     """Nodes by name (`at`), or every n-th node along a side of the layout (`along`, `every`)."""
 
-    at: tuple[NodeName, ...] = Field((), description="nodes by name")
-    along: Side | None = Field(None, description="all nodes along this side")
+    at: tuple[NodeName, ...] = Field((), title="nodes", description="nodes by name")
+    along: Side | None = Field(None, title="side", description="all nodes along this side")
     every: Count = Field(1, description="with along: every n-th node")
 
     def nodes(self, positions: Positions) -> list[str]:
@@ -329,7 +330,7 @@ class BaySpec(PlacesSpec):
     """Parking slots beside a node, entered and left through it; `chargers` of them have a charger."""
 
     places: Annotated[Count, limited("robots")] | None = Field(
-        None, description="slots at each node; default: as many as robots start there"
+        None, title="slots", description="slots at each node; default: as many as robots start there"
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"
@@ -442,8 +443,10 @@ class LayoutSpec(Part):
         ],
         Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
-    bays: Named[BaySpec] = Field(FrozenMap(), description="departure, parking and charging zones by name")
-    stations: Named[StationSpec] = Field(FrozenMap(), description="stations beside nodes by name")
+    bays: Annotated[Named[BaySpec], By("in")] = Field(
+        FrozenMap(), description="departure, parking and charging zones by name"
+    )
+    stations: Annotated[Named[StationSpec], By("at")] = Field(FrozenMap(), description="stations beside nodes by name")
 
     @property
     def two_way(self) -> bool:

@@ -11,11 +11,13 @@ from desim_warehouse.errors import got
 from desim_warehouse.values.fields import (
     NUMBER,
     SECTION,
+    Energy,
     Forms,
     Fraction,
-    NotNegative,
     Part,
     Positive,
+    Power,
+    Unit,
     by_type,
     form,
     wrong,
@@ -25,36 +27,42 @@ from desim_warehouse.values.fields import (
 class Consumption(Part):
     """Energy per time unit by state."""
 
-    standing: NotNegative = Field(description="waiting or idle")
-    empty: NotNegative = Field(description="driving without a good")
-    loaded: NotNegative = Field(description="driving with a good")
-    handling: NotNegative = Field(description="loading and unloading")
+    standing: Power = Field(title="consumption standing", description="waiting or idle")
+    empty: Power = Field(title="consumption without a load", description="driving without a good")
+    loaded: Power = Field(title="consumption with a load", description="driving with a good")
+    handling: Power = Field(title="consumption in handling", description="loading and unloading")
 
 
 class Taper(Part):
     """A charge curve: full rate up to `start`, then falling linearly to `end_rate` when full."""
 
-    start: Fraction = Field(description="fraction of capacity")
-    end_rate: Fraction = Field(0.1, description="fraction of charge_rate at full")
+    start: Fraction = Field(title="level at which charging slows down", description="fraction of capacity")
+    end_rate: Fraction = Field(0.1, title="charge rate when full", description="fraction of charge_rate at full")
 
 
 class BatterySpec(Part):
     """The battery of every robot."""
 
-    capacity: Positive = Field(description="energy of a full battery")
-    threshold: NotNegative = Field(description="level at which the threshold policy sends a robot home")
+    capacity: Annotated[Positive, Unit("energy")] = Field(
+        title="battery capacity", description="energy of a full battery"
+    )
+    threshold: Energy = Field(
+        title="charging threshold", description="level at which the threshold policy sends a robot home"
+    )
     consumption: Annotated[
-        Annotated[NotNegative, form("number")] | Annotated[Consumption, form("states")],
+        Annotated[Power, form("number")] | Annotated[Consumption, form("states")],
         Forms(
             "a number of at least 0, or a section with standing, empty, loaded and handling",
             pick=by_type(number=NUMBER, states=SECTION),
         ),
     ] = Field(description="energy per time unit outside the charging zone")
-    charge_rate: Positive = Field(description="energy per time unit at a charger")
+    charge_rate: Annotated[Positive, Unit("power")] = Field(description="energy per time unit at a charger")
     taper: Taper | None = Field(None, description="default: full rate until the battery is full")
     # The paper's program lets batteries fall below 0; beyond the reserve that is an error here, not a statistic
-    reserve: NotNegative = Field(
-        0.0, description="energy below 0 that a robot may still draw; beyond that it is flat, an error"
+    reserve: Energy = Field(
+        0.0,
+        title="energy reserve",
+        description="energy below 0 that a robot may still draw; beyond that it is flat, an error",
     )
 
     @field_validator("threshold")

@@ -55,6 +55,7 @@ class RobotSpec(Part):
     margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
     speed_loaded: Speed | None = Field(
         None,
+        title="speed with a load",
         description="speed from the first load of a task or tour to the end of it; default: speed",
         json_schema_extra=LATER,
     )
@@ -67,10 +68,16 @@ class RobotSpec(Part):
         None, description="how it brakes; default: as it accelerates", json_schema_extra=LATER
     )
     capacity: Annotated[Count, limited("loads")] = Field(
-        1, description="loads that it carries at once; more than one with policies.batching", json_schema_extra=LATER
+        1,
+        title="loads carried at once",
+        description="loads that it carries at once; more than one with policies.batching",
+        json_schema_extra=LATER,
     )
     carries: LoadTypes = Field(
-        (), description="load types (of flows) that it carries; default: all", json_schema_extra=LATER
+        (),
+        title="load types carried",
+        description="load types (of flows) that it carries; default: all",
+        json_schema_extra=LATER,
     )
     breakdowns: BreakdownSpec | None = Field(None, description="none: it never breaks down", json_schema_extra=LATER)
     delays: DelaySpec | None = Field(None, description="none: it loses no time at nodes", json_schema_extra=LATER)
@@ -90,11 +97,12 @@ class RobotSpec(Part):
 class Kind(Part):
     """Some robots of the fleet that differ, in size, speed or load (the first `count`, then the next kind's)."""
 
-    count: Annotated[Count, limited("robots")] = Field(description="robots of this kind")
+    count: Annotated[Count, limited("robots")] = Field(title="number of robots", description="robots of this kind")
     radius: Length | None = Field(None, description="default: fleet.robot.radius")
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
     speed_loaded: Speed | None = Field(
         None,
+        title="speed with a load",
         description="default: its own speed, if it has one, else fleet.robot.speed_loaded",
         json_schema_extra=LATER,
     )
@@ -107,9 +115,11 @@ class Kind(Part):
         json_schema_extra=LATER,
     )
     capacity: Annotated[Count, limited("loads")] | None = Field(
-        None, description="default: fleet.robot.capacity", json_schema_extra=LATER
+        None, title="loads carried at once", description="default: fleet.robot.capacity", json_schema_extra=LATER
     )
-    carries: LoadTypes | None = Field(None, description="default: fleet.robot.carries", json_schema_extra=LATER)
+    carries: LoadTypes | None = Field(
+        None, title="load types carried", description="default: fleet.robot.carries", json_schema_extra=LATER
+    )
     breakdowns: BreakdownSpec | None = Field(
         None, description="default: fleet.robot.breakdowns", json_schema_extra=LATER
     )
@@ -159,7 +169,7 @@ class Start(NamedTuple):
 class Fleet(Part):
     """The robots and where they start."""
 
-    size: Annotated[Count, limited("robots")] = Field(description="number of robots")
+    size: Annotated[Count, limited("robots")] = Field(title="number of robots", description="number of robots")
     start: NodesOfBays = Field(
         (), description="nodes with bays, or names of bays, assigned round-robin; default: all nodes with bays"
     )
@@ -191,7 +201,10 @@ class Fleet(Part):
             pick=by_type(number=(*NUMBER, str), spread=SECTION),
         ),
     ] = Field(
-        1.0, description="what the batteries hold at the start, as a share of the capacity", json_schema_extra=LATER
+        1.0,
+        title="energy at the start",
+        description="what the batteries hold at the start, as a share of the capacity",
+        json_schema_extra=LATER,
     )
 
     @field_validator("size")

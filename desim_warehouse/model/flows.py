@@ -37,6 +37,7 @@ from desim_warehouse.values.fields import (
     Rate,
     Share,
     Time,
+    Unit,
     at_most,
     by_type,
     form,
@@ -87,7 +88,7 @@ class Pair(Part):
 
     source: End = Field(alias="from", description="where they begin")
     target: End = Field(alias="to", description="where they end")
-    per_hour: NotNegative = Field(description="tasks per hour")
+    per_hour: Annotated[NotNegative, Unit("rate")] = Field(title="tasks", description="tasks per hour")
 
 
 class MatrixFile(Part):
@@ -102,7 +103,7 @@ class MatrixFile(Part):
 class PoissonArrivals(Part):
     """`poisson: n`: at random, n per hour on average."""
 
-    poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
+    poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
 
     def is_random(self, _model: Any) -> bool:
         """They arrive at random."""
@@ -112,7 +113,7 @@ class PoissonArrivals(Part):
 class SaturatedArrivals(Part):
     """`saturated: n`: n tasks are always open, a new one is released as one is taken."""
 
-    saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
+    saturated: Annotated[Count, limited("open")] = Field(title="open tasks", description="number of open tasks")
 
 
 HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
@@ -121,8 +122,12 @@ HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
 class Profile(Part):
     """Rates that follow one another from the start of the run, and then again from the first."""
 
-    per_hour: tuple[HourlyRate, ...] = Field(min_length=1, description="tasks per hour, one rate after the other")
-    every: Duration | None = Field(None, description="how long each rate lasts; default: an hour")
+    per_hour: tuple[HourlyRate, ...] = Field(
+        min_length=1, title="tasks", description="tasks per hour, one rate after the other"
+    )
+    every: Duration | None = Field(
+        None, title="time for each rate", description="how long each rate lasts; default: an hour"
+    )
 
     @field_validator("per_hour")
     @classmethod
@@ -145,7 +150,7 @@ class ProfileArrivals(Part):
 class Batch(Part):
     """Some tasks at one time, as a lorry brings or fetches them."""
 
-    at: Time = Field(description="when they are released, from the start of the run")
+    at: Time = Field(title="release time", description="when they are released, from the start of the run")
     tasks: Annotated[Count, limited("tasks")] = Field(1, description="how many")
 
 
@@ -181,6 +186,7 @@ class OrdersFile(Part):
     )
     resample: Duration | None = Field(
         None,
+        title="stretch of orders drawn anew",
         description="draw the orders of each stretch of this length anew from those in it: replications differ, and "
         "the pattern of the day stays",
     )
@@ -238,7 +244,7 @@ class PriorityShare(Part):
     """A part of a flow's tasks with one priority."""
 
     priority: Integer = Field(description="higher first")
-    share: Share = Field(description="part of the tasks")
+    share: Share = Field(title="share of tasks", description="part of the tasks")
 
 
 class Route(NamedTuple):
@@ -270,8 +276,10 @@ class FlowSpec(Part):
     )
     load_time: Varying | None = Field(None, description="default: tasks.load_time")
     unload_time: Varying | None = Field(None, description="default: tasks.unload_time")
-    due_within: Duration | None = Field(None, description="due so long after release")
-    due_at: tuple[Time, ...] = Field((), description="due at the next of these times, such as departures of lorries")
+    due_within: Duration | None = Field(None, title="time until due", description="due so long after release")
+    due_at: tuple[Time, ...] = Field(
+        (), title="times due", description="due at the next of these times, such as departures of lorries"
+    )
     priority: Annotated[
         Annotated[Integer, form("number")] | Annotated[tuple[PriorityShare, ...], Field(min_length=1), form("shares")],
         Forms(

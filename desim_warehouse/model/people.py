@@ -39,10 +39,14 @@ class PeopleSpec(Part):
         "directions where there are two; a visit is as likely to any; default: all edges with storage places, as "
         "likely as demand there",
     )
-    per_hour: Rate | None = Field(None, description="visits an hour, on average, at random; this or times")
-    times: tuple[Time, ...] = Field((), description="the times of the run at which people come")
+    per_hour: Rate | None = Field(
+        None, title="visits", description="visits an hour, on average, at random; this or times"
+    )
+    times: tuple[Time, ...] = Field(
+        (), title="times of visits", description="the times of the run at which people come"
+    )
     hours: CalendarName | None = Field(None, description="with per_hour: people come only then; default: always")
-    stay: Varying = Field(description="how long each stays in the aisle")
+    stay: Varying = Field(title="length of a visit", description="how long each stays in the aisle")
 
     def is_random(self, model: Any) -> bool:
         """Whether it is left to chance when people come, into which aisle, or for how long."""

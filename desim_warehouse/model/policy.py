@@ -101,7 +101,9 @@ class Policies(Part):
         PolicySpec(name="single"), description="which tasks a robot does on one tour", json_schema_extra=LATER
     )
     interval: Time = Field(
-        0.0, description="time between allocation decisions; 0: whenever a task or a robot becomes free"
+        0.0,
+        title="time between decisions",
+        description="time between allocation decisions; 0: whenever a task or a robot becomes free",
     )
 
     def specs(self) -> dict[str, PolicySpec]:

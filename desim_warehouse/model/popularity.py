@@ -32,8 +32,10 @@ _SUM = 1e-6  # shares written with a few digits add up to 1 within this
 class AbcClass(Part):
     """A class of storage places: `share` of all places draw `demand` of all tasks."""
 
-    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(description="of all places")
-    demand: Share = Field(description="share of all tasks")
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(
+        title="share of places", description="of all places"
+    )
+    demand: Share = Field(title="share of tasks", description="share of all tasks")
 
 
 class Popularity(Part):

@@ -75,7 +75,9 @@ class Units(Part):
 
     length: Name = Field("m", description="name of the length unit")
     time: Name = Field("s", description="name of the time unit")
-    seconds: Positive = Field(1.0, description="seconds in one time unit, for reports and hourly rates")
+    seconds: Positive = Field(
+        1.0, title="seconds in a time unit", description="seconds in one time unit, for reports and hourly rates"
+    )
 
     @property
     def metre(self) -> float | None:
@@ -104,8 +106,8 @@ class Good(Part):
     """A task in the list: the good, when it is released, due, how urgent (higher first), and where it goes."""
 
     good: GoodNumber = Field(description="number of the storage place")
-    release: Time = Field(0.0, description="time at which the task becomes known")
-    due: Time | None = Field(None, description="time by which it should be delivered")
+    release: Time = Field(0.0, title="release time", description="time at which the task becomes known")
+    due: Time | None = Field(None, title="due time", description="time by which it should be delivered")
     priority: Integer = Field(0, description="higher first")
     to: NodeOrStation | None = Field(
         None,
@@ -126,7 +128,7 @@ class Good(Part):
 class RandomGoods(Part):
     """`random: n`: n goods drawn by the run's seed, without repetition while they last."""
 
-    random: Annotated[Count, limited("tasks")] = Field(description="number of goods")
+    random: Annotated[Count, limited("tasks")] = Field(title="goods", description="number of goods")
 
     def is_random(self, model: Model) -> bool:
         """Whether there is more than one place to draw."""
@@ -136,8 +138,8 @@ class RandomGoods(Part):
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
-    saturated: Annotated[Count, limited("open")] = Field(description="number of open tasks")
-    due_within: Duration | None = Field(None, description="time from release to due")
+    saturated: Annotated[Count, limited("open")] = Field(title="open tasks", description="number of open tasks")
+    due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
 
     def is_random(self, model: Model) -> bool:
         """Whether there is more than one place to draw."""
@@ -147,8 +149,8 @@ class SaturatedGoods(Part):
 class PoissonGoods(Part):
     """`poisson: n`: lifelong; tasks arrive at random, n per hour on average."""
 
-    poisson: Annotated[Rate, limited("hourly")] = Field(description="tasks per hour")
-    due_within: Duration | None = Field(None, description="time from release to due")
+    poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
+    due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
     hours: CalendarName | None = Field(
         None, description="hours, a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
     )
@@ -326,13 +328,14 @@ class Tasks(Part):
 class RunSpec(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
-    length: Duration | None = Field(None, description="default: until all work is done")
+    length: Duration | None = Field(None, title="run length", description="default: until all work is done")
     start: Text = Field(
         "00:00",
+        title="start of the run",
         description="when a run starts: a time of day, or a date with one (2026-03-02T06:00); for orders from files",
         json_schema_extra=LATER,
     )
-    warm_up: Time = Field(0.0, description="indicators count from here on")
+    warm_up: Time = Field(0.0, title="warm-up", description="indicators count from here on")
 
     @property
     def end(self) -> float:
@@ -373,24 +376,32 @@ def _without_end(tasks: Tasks) -> str:
 class Cost(Part):
     """Weights of Cost_total = distance x w_d + time x w_t + collisions x w_c (the paper's outlook)."""
 
-    distance: NotNegative = Field(1.0, description="w_d, for each length unit driven")
-    time: NotNegative = Field(1.0, description="w_t, for each time unit of T")
-    collisions: NotNegative = Field(1.0, description="w_c, for each collision")
+    distance: NotNegative = Field(1.0, title="weight of distance", description="w_d, for each length unit driven")
+    time: NotNegative = Field(1.0, title="weight of time", description="w_t, for each time unit of T")
+    collisions: NotNegative = Field(1.0, title="weight of collisions", description="w_c, for each collision")
 
 
 class Prices(Part):
     """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
 
-    hours: Positive = Field(description="hours a year that the warehouse runs as in this model")
-    robot: NotNegative = Field(0.0, description="a robot, per year: price / years of use, and maintenance")
-    kinds: Named[NotNegative] = Field(FrozenMap(), description="robots of a kind, per year; default: robot")
-    charger: NotNegative = Field(0.0, description="a charger, per year")
-    energy: NotNegative = Field(0.0, description="a unit of the energy that robots draw")
+    hours: Positive = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
+    robot: NotNegative = Field(
+        0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"
+    )
+    kinds: Named[NotNegative] = Field(
+        FrozenMap(), title="price of a robot", description="robots of a kind, per year; default: robot"
+    )
+    charger: NotNegative = Field(0.0, title="price of a charger", description="a charger, per year")
+    energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
     station_hour: NotNegative = Field(
-        0.0, description="an hour of a server of a station that is open, and of a worker there"
+        0.0,
+        title="price of a station hour",
+        description="an hour of a server of a station that is open, and of a worker there",
     )
     late_order: NotNegative = Field(
-        0.0, description="an order delivered late, or due and not delivered; without orders from a file a task"
+        0.0,
+        title="price of a late order",
+        description="an order delivered late, or due and not delivered; without orders from a file a task",
     )
 
     @property

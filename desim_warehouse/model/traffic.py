@@ -11,6 +11,7 @@ from desim_warehouse.layout.zones import Members, ZoneSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.fields import (
     LATER,
+    By,
     Count,
     Flag,
     FrozenMap,
@@ -18,6 +19,7 @@ from desim_warehouse.values.fields import (
     Part,
     Speed,
     Time,
+    Unit,
     limited,
 )
 
@@ -28,7 +30,9 @@ if TYPE_CHECKING:
 class NodeTraffic(Part):
     """What is special about one node."""
 
-    time: Time | None = Field(None, description="turning and re-planning there; default: traffic.node_time")
+    time: Time | None = Field(
+        None, title="node time", description="turning and re-planning there; default: traffic.node_time"
+    )
     free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
 
 
@@ -47,14 +51,18 @@ class SlowSpec(Part):
     members: Members = Field(
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
     )
-    speed: Speed = Field(description="the speed limit; a robot that is on an edge already keeps its speed there")
+    speed: Speed = Field(
+        title="speed limit", description="the speed limit; a robot that is on an edge already keeps its speed there"
+    )
     hours: CalendarName | None = Field(None, description="when it holds; default: always")
 
 
 class TrafficSpec(Part):
     """Collision waiting."""
 
-    collision_angle: Annotated[float, Field(strict=True, ge=0, le=90)] = Field(30.0, description="theta, degrees")
+    collision_angle: Annotated[float, Field(strict=True, ge=0, le=90), Unit("angle")] = Field(
+        30.0, description="theta, degrees"
+    )
     # Without an acceleration speeds change at once, as in the paper; what that leaves out can be put into `node_time`
     node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
     turn_time: Time = Field(
@@ -67,6 +75,7 @@ class TrafficSpec(Part):
     )
     most_out: Annotated[Count, limited("robots")] | None = Field(
         None,
+        title="robots out at once",
         description="most robots under way to or at work at once, from bay to bay; default: all",
         json_schema_extra=LATER,
     )
@@ -78,10 +87,12 @@ class TrafficSpec(Part):
     closures: Named[ClosureSpec] = Field(
         FrozenMap(), description="parts of the floor that are closed at times, by name", json_schema_extra=LATER
     )
-    slow: Named[SlowSpec] = Field(
+    slow: Annotated[Named[SlowSpec], By("in")] = Field(
         FrozenMap(), description="parts of the floor with a speed limit, always or at times", json_schema_extra=LATER
     )
-    nodes: Named[NodeTraffic] = Field(FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER)
+    nodes: Annotated[Named[NodeTraffic], By("at")] = Field(
+        FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER
+    )
 
     @field_validator("nodes")
     @classmethod

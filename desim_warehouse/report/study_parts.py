@@ -121,7 +121,7 @@ def design(study: Results) -> Html:
 def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
     units = study.base.units
-    head = [*study.factors, "runs", *(words.indicator_label(name, units) for name in study.main)]
+    head = [*_heads(study), "runs", *(words.indicator_label(name, units) for name in study.main)]
     shown = list(study.designs)[:_ROWS]
     rows = [_result(study, design) for design in shown]
     if study.target is not None:
@@ -194,6 +194,11 @@ def _figure(study: Results, indicator: str) -> Axes:
     return plot.by_factor(study.table, factor, indicator, group=group, **aim)
 
 
+def _heads(study: Results) -> list[str]:
+    """The factors, for the head of a table."""
+    return [words.factor_head(key, study.base.units) for key in study.factors]
+
+
 def effects(study: Results) -> Html | None:
     """Which factor matters: largest minus smallest mean over each factor's levels, and its share of variance."""
     varied = study.varied
@@ -204,7 +209,8 @@ def effects(study: Results) -> Html | None:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
         found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
         rows += [
-            [words.indicator_name(indicator), key, words.number(swings[key]), found.text(key)] for key in found.shares
+            [words.indicator_name(indicator), words.factor_name(key), words.number(swings[key]), found.text(key)]
+            for key in found.shares
         ]
         if found.warning:
             doubts.append(f"{words.indicator_name(indicator)}: {found.warning}.")
@@ -299,5 +305,5 @@ def _failures(study: Results) -> Html:
     ]
     what = "1 run failed and is" if len(failed) == 1 else f"{len(failed)} runs failed and are"
     note = f"{what} left out everywhere above."
-    head = [*study.factors, "replication", "error"]
+    head = [*_heads(study), "replication", "error"]
     return html.paragraph(note) + html.table(head, rows, words=len(head), name="failures")

@@ -155,7 +155,7 @@ class TriangularTime(Distribution):
 class ExponentialTime(Distribution):
     """`exponential: 8`: memoryless, given by its mean; cv 1."""
 
-    exponential: Duration = Field(description="the mean")
+    exponential: Duration = Field(title="mean", description="the mean")
 
     @property
     def mean(self) -> float:

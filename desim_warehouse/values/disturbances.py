@@ -25,23 +25,33 @@ class BreakdownSpec(Part):
     """How often a robot breaks down, and how long it stands until it is repaired."""
 
     every: Between = Field(
-        description="time in operation between breakdowns: driving, loading and unloading, waits not counted"
+        title="time between breakdowns",
+        description="time in operation between breakdowns: driving, loading and unloading, waits not counted",
     )
-    repair: Varying = Field(description="from a breakdown until the robot goes on, where it stands")
+    repair: Varying = Field(
+        title="repair time", description="from a breakdown until the robot goes on, where it stands"
+    )
 
 
 class OutageSpec(Part):
     """How often a charger fails, and how long until it is repaired."""
 
-    every: Between = Field(description="from one repair to the next failure of a charger, in use or not")
-    repair: Varying = Field(description="from a failure of a charger until it is repaired")
+    every: Between = Field(
+        title="time between outages of a charger",
+        description="from one repair to the next failure of a charger, in use or not",
+    )
+    repair: Varying = Field(
+        title="repair time of a charger", description="from a failure of a charger until it is repaired"
+    )
 
 
 class DelaySpec(Part):
     """Time that a robot loses at some of the nodes it passes: it slips, plans anew, or has to read a mark again."""
 
-    share: Share = Field(description="the share of the nodes at which it loses time")
-    time: Varying = Field(description="how much it loses there")
+    share: Share = Field(
+        title="share of nodes with a delay", description="the share of the nodes at which it loses time"
+    )
+    time: Varying = Field(title="delay at a node", description="how much it loses there")
 
     def is_random(self, model: Any) -> bool:
         """Whether it is left to chance at which nodes time is lost, or how much."""

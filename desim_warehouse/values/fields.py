@@ -105,11 +105,15 @@ Name = Annotated[str, Field(strict=True, min_length=1), AfterValidator(writable)
 Text = Annotated[str, Field(strict=True), AfterValidator(writable)]
 
 
-class Quantity:
-    """A number that may be written with a unit, as in `8 h`; in the model it is a number in the model's units."""
+class Unit:
+    """Of what kind of unit a number is: time, length, speed, acceleration, rate, share, energy, power or angle."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
+
+
+class Quantity(Unit):
+    """A number that may be written with a unit, as in `8 h`; in the model it is a number in the model's units."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Convert before the number is checked."""
@@ -138,6 +142,8 @@ Distance = Annotated[NotNegative, Quantity("length")]
 Speed = Annotated[Positive, Quantity("speed")]
 Acceleration = Annotated[Positive, Quantity("acceleration")]
 Rate = Annotated[Positive, Quantity("rate")]
+Energy = Annotated[NotNegative, Unit("energy")]
+Power = Annotated[NotNegative, Unit("power")]
 Share = Annotated[float, Field(strict=True, ge=0, le=1), Quantity("share")]
 Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity("share")]
 """A share that is neither 0 nor 1."""
@@ -275,6 +281,13 @@ class FrozenMap(dict[Key, Value]):
 
 Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
 """Parts by name, in the order of the file."""
+
+
+class By:
+    """How the name of a part is said after what a key of it means: chargers *in* parking; `of` where nothing says."""
+
+    def __init__(self, preposition: str) -> None:
+        self.preposition = preposition
 
 
 class Forms:

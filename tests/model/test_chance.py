@@ -1,11 +1,14 @@
 """Where chance enters a model: what it says of itself before a run, and what the run then did."""
 
+from pathlib import Path
+
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.values.distributions import LognormalTime, MeanAndCv, UniformTime, Varying
 from desim_warehouse.values.fields import FrozenMap, Named, Part
 
+TUTORIAL = Path(__file__).parents[2] / "models/tutorial.yaml"
 LIST = {"tasks.goods": [0, 3, 5, 7, 2, 4]}
 RANDOM = {"exponential": 100}
 

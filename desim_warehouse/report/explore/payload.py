@@ -57,7 +57,7 @@ def facts(study: Results) -> list[tuple[str, str]]:
     seeds = sorted({(row.replication, row.seed) for row in study.rows})
     rows = [
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
-        *((key, ", ".join(map(readable, map(plain, study.levels(key))))) for key in study.factors),
+        *((words.factor_head(key, units), _listed(study, key)) for key in study.factors),
         ("Designs", f"{len(study.designs)}, all combinations"),
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
@@ -85,11 +85,16 @@ def _summary(study: Results) -> str:
     )
 
 
+def _listed(study: Results, key: str) -> str:
+    return ", ".join(map(readable, map(plain, study.levels(key))))
+
+
 def _factor(study: Results, key: str) -> dict[str, Any]:
     levels = [plain(value) for value in study.levels(key)]
     return {
         "key": key,
         "label": words.factor_label(key, study.base.units),
+        "head": words.factor_head(key, study.base.units),
         "levels": [readable(value) for value in levels],
         "numbers": levels if is_numeric(levels) else None,
     }

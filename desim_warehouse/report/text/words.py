@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import re
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
+from desim_warehouse.model.keys import about
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.factors import readable
@@ -14,8 +14,6 @@ from desim_warehouse.study.table import plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-
-    from pydantic import BaseModel
 
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
@@ -27,33 +25,28 @@ _COLUMNS = {"run_time": ("Computing time of a run", "s")}
 STATE_WORDS = {name: state.doing for name, state in TIMES.items()}
 """State of a robot: what it does, for people."""
 
-_FACTOR_UNITS = (
-    (r"fleet\.(first_)?exit_time|(tasks|layout\.stations)\..*(_time|\.due_within)$", "time"),
-    (r"run\.(length|warm_up)|traffic\.(node|turn)_time", "time"),
-    (r"fleet\.robot\.(radius|margin)|layout\.blocks\.(goods_size|.*aisle_width)", "length"),
-    (r"(fleet|traffic\.slow)\..*\bspeed", "speed"),
-    (r"fleet\..*celeration", "acceleration"),
-    (r"battery\.(capacity|threshold|reserve)", "energy"),
-    (r"tasks\..*\.poisson", "tasks per hour"),
-    (r"traffic\.collision_angle", "degrees"),
-)
+_OF_THE_MODEL = {
+    "time": "{time}",
+    "length": "{length}",
+    "speed": "{length} per {time}",
+    "acceleration": "{length} per {time}^2",
+    "power": "energy per {time}",
+}
+_OF_ALL = {"rate": "per hour", "angle": "degrees"}
+"""Units by kind of quantity; any other kind is its own unit."""
 _LONGEST = 44
 """A label longer than this is cut."""
 
 
 def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
-    """The unit of a kind of quantity as the model names it; empty for counts, and for times without a model."""
-    if kind in ("count", "weighted", "ratio"):
+    """The unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
+    if kind in ("count", "weighted", "ratio", "share"):
         return ""
-    if kind == "time":
-        return "s" if seconds else (units.time if units else "")
-    if kind == "length":
-        return units.length if units else ""
-    if kind == "speed":
-        return f"{units.length} per {units.time}" if units else ""
-    if kind == "acceleration":
-        return f"{units.length} per {units.time}^2" if units else ""
-    return kind
+    if kind == "time" and seconds:
+        return "s"
+    if kind in _OF_THE_MODEL:
+        return _OF_THE_MODEL[kind].format(length=units.length, time=units.time) if units else ""
+    return _OF_ALL.get(kind, kind)
 
 
 def indicator_kind(indicator: str) -> str:
@@ -86,24 +79,27 @@ def indicator_label(indicator: str, units: Units | None, seconds: bool = False) 
 
 
 def factor_unit(key: str, units: Units | None) -> str:
-    """The unit of a factor's values, empty where it has none."""
-    for pattern, kind in _FACTOR_UNITS:
-        if re.match(pattern, key):
-            return unit(kind, units)
-    return ""
-
-
-def factor_label(key: str, units: Units | None) -> str:
-    """What a model key means, the key and its unit, for an axis: `Number of robots, fleet.size`."""
-    meaning = description(key)
-    short = meaning.split(";")[0].split(":")[0]
-    name = f"{short[0].upper()}{short[1:]}, {key}" if short and len(short) <= _LONGEST else key
-    return with_unit(name, factor_unit(key, units))
+    """The unit of a factor's values; empty where it has none, or is a case."""
+    known = about(key)
+    return unit(known.kind, units) if known else ""
 
 
 def factor_name(key: str) -> str:
-    """A factor in a legend: its key, of a long one what its last part says."""
-    return key if len(key) <= _LONGEST // 2 else key.rpartition(".")[2].replace("_", " ")
+    """What a factor is, for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
+    known = about(key)
+    return f"{known.label[0].upper()}{known.label[1:]}" if known else key
+
+
+def factor_head(key: str, units: Units | None) -> str:
+    """A factor and its unit, for the head of a table: `Time between breakdowns (s)`."""
+    return with_unit(factor_name(key), factor_unit(key, units))
+
+
+def factor_label(key: str, units: Units | None) -> str:
+    """A factor, its key where there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
+    name = factor_name(key)
+    both = f"{name}, {key}"
+    return with_unit(both if name != key and len(both) <= _LONGEST else name, factor_unit(key, units))
 
 
 def averaged(factors: Sequence[str]) -> str:
@@ -114,31 +110,6 @@ def averaged(factors: Sequence[str]) -> str:
 def with_unit(name: str, of: str) -> str:
     """A label with its unit in brackets, if there is one."""
     return f"{name} ({of})" if of else name
-
-
-def description(key: str) -> str:
-    """The schema's description of a dotted key; empty where there is none."""
-    from desim_warehouse.model.schema import Model
-
-    kind: type[BaseModel] | None = Model
-    said = ""
-    for part in key.split("."):
-        field = None if kind is None else kind.model_fields.get(part)
-        if field is None:
-            return ""
-        said = field.description or ""
-        kind = _section(field.annotation)
-    return said
-
-
-def _section(annotation: Any) -> type[BaseModel] | None:
-    """The section of a model file that a field holds, also where it may be left out."""
-    from pydantic import BaseModel
-
-    for candidate in (annotation, *get_args(annotation)):
-        if isinstance(candidate, type) and issubclass(candidate, BaseModel):
-            return candidate
-    return None
 
 
 def level(value: Any) -> str:

@@ -46,7 +46,7 @@ class Designs {
   constructor(study) {
     this.study = study;
     const judged = study.designs.some(({ marks }) => marks), settled = study.designs[0].counted_from !== null;
-    const heads = [...study.factors.map(({ key }) => key), ...study.indicators.map(({ label: title }) => title)];
+    const heads = [...study.factors.map(({ head }) => head), ...study.indicators.map(({ label: title }) => title)];
     heads.push(...(settled ? ["counted from"] : []), "runs");
     const head = element("tr", {}, ...heads.map((text, rank) => element("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
     if (judged) head.append(element("th", { scope: "col", class: "words" }, "verdict"));
