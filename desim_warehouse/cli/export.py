@@ -8,10 +8,28 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.model import Model
 
-_RUN = {"csv": "csv", "parquet": "parquet", "trace": "trace.json"}
-_MODEL = {"lif": ".lif", "opentcs": ".xml", "graphml": ".graphml", "csv": "", "svg": ".svg"}
+_RUN = {
+    "csv": ("csv", "a folder of tables"),
+    "parquet": ("parquet", "a folder of tables"),
+    "trace": ("trace.json", "one file for ui.perfetto.dev or chrome://tracing"),
+}
+"""Formats of a run: the name of what is written, and what it is."""
+_MODEL = {
+    "lif": (".lif", "JSON"),
+    "opentcs": (".xml", "a plant model"),
+    "graphml": (".graphml", "a graph"),
+    "csv": ("", "a folder with nodes.csv and edges.csv"),
+    "svg": (".svg", "a drawing"),
+}
+"""Formats of a layout: the end of the name, and what it is."""
+
+
+def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
+    return ", ".join(f"{form} ({what})" for form, (_, what) in formats.items())
 
 
 @click.command("export")
@@ -21,8 +39,7 @@ _MODEL = {"lif": ".lif", "opentcs": ".xml", "graphml": ".graphml", "csv": "", "s
     "form",
     type=click.Choice(list(dict.fromkeys([*_RUN, *_MODEL]))),
     required=True,
-    help="Of a run: csv or parquet (a folder of tables), trace (one file for ui.perfetto.dev or chrome://tracing). "
-    "Of a model: lif, opentcs, graphml, csv (a folder with nodes.csv and edges.csv), svg.",
+    help=f"Of a run: {_listed(_RUN)}. Of a model: {_listed(_MODEL)}.",
 )
 @click.option("-o", "--out", metavar="PATH", help="Default: by the format, in the run's folder or beside the model.")
 @click.option("--force", is_flag=True, help="Write over files of a layout that are there.")
@@ -36,14 +53,14 @@ def command(path: str, form: str, out: str | None, force: bool) -> None:
 
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
-        click.echo(export(load_run(path), form, place / _RUN[form] if out is None else Path(out)))
+        click.echo(export(load_run(path), form, place / _RUN[form][0] if out is None else Path(out)))
         return
     if place.is_dir():
-        _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form]}"), force)
+        _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form][0]}"), force)
     else:
         from desim_warehouse.model import load
 
-        _layout(load(path), form, Path(out or place.with_name(place.stem + _MODEL[form])), force)
+        _layout(load(path), form, Path(out or place.with_name(place.stem + _MODEL[form][0])), force)
 
 
 def _layout(model: Model, form: str, out: Path, force: bool) -> None:

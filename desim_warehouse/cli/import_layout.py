@@ -9,9 +9,16 @@ import click
 
 from desim_warehouse.cli.options import write_files
 from desim_warehouse.cli.remarks import counted, show_remarks
+from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
+
+_HELP = f"""Make a model of FILE, a layout of another program.
+
+It may be {titles(FORMATS)}. A table says what could not be carried over, what is unreachable, and what is assumed, as
+the file does not say it.
+"""
 
 
-@click.command("import")
+@click.command("import", help=_HELP)
 @click.argument("file")
 @click.option("-o", "--out", metavar="MODEL", help="The model file to write.  [default: standard output]")
 @click.option("--force", is_flag=True, help="Write over a model file that is there.")
@@ -29,32 +36,41 @@ from desim_warehouse.cli.remarks import counted, show_remarks
 @click.option(
     "--robot", metavar="FILE", help="YAML file with the sections robot and battery of a model.  [default: assumed]"
 )
+@click.option("--tasks", metavar="FILE", help=f"File with the tasks: {titles(TASK_FILES)}.")
 @click.option(
-    "--tasks", metavar="FILE", help="File with the tasks: transport orders of openTCS, tasks of LoRR or MAPD."
+    "--layout", metavar="NAME", help=f"{names_with('layout')}: of several layouts or levels in FILE, the one to read."
 )
-@click.option("--layout", metavar="NAME", help="Of several layouts or levels in FILE, the one to read.")
-@click.option("--vehicle-type", metavar="NAME", help="LIF: whose nodes and edges.  [default: the type with most edges]")
-@click.option("--graph", type=click.IntRange(min=0), metavar="N", help="Open-RMF: graph_idx.  [default: of most lanes]")
-@click.option("--two-way", is_flag=True, default=None, help="LIF, CSV: every edge leads both ways.")
 @click.option(
-    "--cell", type=click.FloatRange(0.01, 1000), metavar="METRES", help="Grids: side of a cell.  [default: 1]"
+    "--vehicle-type",
+    metavar="NAME",
+    help=f"{names_with('vehicle_type')}: whose nodes and edges.  [default: the type with most edges]",
+)
+@click.option(
+    "--graph",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help=f"{names_with('graph')}: graph_idx.  [default: of most lanes]",
+)
+@click.option("--two-way", is_flag=True, default=None, help=f"{names_with('two_way')}: every edge leads both ways.")
+@click.option(
+    "--cell",
+    type=click.FloatRange(0.01, 1000),
+    metavar="METRES",
+    help=f"{names_with('cell')}: side of a cell.  [default: 1]",
 )
 @click.option(
     "--lanes",
     multiple=True,
     metavar="LAYER",
-    help="DXF, GeoJSON: a layer whose lines are lanes; may be repeated.  [default: by its name]",
+    help=f"{names_with('lanes')}: a layer whose lines are lanes; may be repeated.  [default: by its name]",
 )
-@click.option("--strict", is_flag=True, default=None, help="LIF: refuse what is not as the format says.")
+@click.option(
+    "--strict", is_flag=True, default=None, help=f"{names_with('strict')}: refuse what is not as the format says."
+)
 def command(
     file: str, out: str | None, force: bool, operations: tuple[str, ...], robots: int | None, **others: Any
 ) -> None:
-    """Make a model of FILE, a layout of another program.
-
-    It may be a layout in VDMA LIF (JSON), a plant model of openTCS (XML), a map of Open-RMF (YAML), a table of nodes
-    (nodes.csv, with edges.csv beside it), a graph (GraphML), lines (GeoJSON) or a drawing (DXF). A table says what
-    could not be carried over, what is unreachable, and what is assumed, as the file does not say it.
-    """
+    """Make a model of a file; see `_HELP`."""
     from desim_warehouse.plants import import_layout
 
     given = {option: value for option, value in others.items() if value not in {None, ()}}

@@ -63,7 +63,8 @@ def read_layout(
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
         tasks: a file with the tasks: transport orders of openTCS (XML), or tasks of LoRR or MAPD.
         options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF maps
-            `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and CSV `two_way`.
+            `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and CSV `two_way`;
+            of grids `cell`, the side of a cell in metres.
 
     Returns:
         The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, spoken
 from desim_warehouse.plants import (
     dxf,
     geojson,
@@ -40,6 +40,7 @@ class Format:
     """A format.
 
     Attributes:
+        name: what it is called, for help.
         title: what a file of it is, for messages and help.
         looks: whether a file may be of it, by its path and its first 4,096 bytes without blanks before them; the first
             format that says yes reads the file and says what is wrong with it.
@@ -48,6 +49,7 @@ class Format:
         most: bytes of a file.
     """
 
+    name: str
     title: str
     looks: Callable[[Path, bytes], bool]
     read: Callable[..., Any]
@@ -56,27 +58,46 @@ class Format:
 
 
 FORMATS = (
-    Format("tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
-    Format("a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
-    Format("lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
-    Format("a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
-    Format("a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read, most=_WORDY),
-    Format("a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
-    Format("a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
-    Format("a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
-    Format("a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
-    Format("a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
-    Format("a layout in LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, _WORDY),
-    Format("a building map or navigation graph of Open-RMF (YAML)", rmf.looks, rmf.read, rmf.OPTIONS, rmf.LARGEST),
+    Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
+    Format("GraphML", "a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
+    Format("GeoJSON", "lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
+    Format("DXF", "a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
+    Format("openTCS", "a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read, most=_WORDY),
+    Format("LoRR", "a problem of the League of Robot Runners (JSON)", grid_lorr.looks, grid_lorr.read, ("cell",)),
+    Format("GGO", "a grid of GGO (JSON)", grid_ggo.looks, grid_ggo.read, ("cell",)),
+    Format("RHCR", "a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
+    Format("kiva", "a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
+    Format("MovingAI", "a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
+    Format(
+        "LIF", "a layout in VDMA LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, _WORDY
+    ),
+    Format(
+        "Open-RMF",
+        "a building map or navigation graph of Open-RMF (YAML)",
+        rmf.looks,
+        rmf.read,
+        rmf.OPTIONS,
+        rmf.LARGEST,
+    ),
 )
 
 
 TASK_FILES = (
-    Format("transport orders of openTCS (XML)", xml.looks, orders.read),
-    Format("tasks of the League of Robot Runners", grid_lorr.looks_like_tasks, grid_lorr.read_tasks),
-    Format("tasks of MAPD", grid_kiva.looks_like_tasks, grid_kiva.read_tasks),
+    Format("openTCS", "transport orders of openTCS (XML)", xml.looks, orders.read),
+    Format("LoRR", "tasks of the League of Robot Runners", grid_lorr.looks_like_tasks, grid_lorr.read_tasks),
+    Format("MAPD", "tasks of MAPD", grid_kiva.looks_like_tasks, grid_kiva.read_tasks),
 )
 """What lists the tasks of a plant: `read` gets the plant, too, and adds them to it."""
+
+
+def titles(formats: tuple[Format, ...]) -> str:
+    """What files there are, in words: one or the other."""
+    return spoken([one.title for one in formats], "or")
+
+
+def names_with(option: str) -> str:
+    """The formats in which something can be chosen, by name."""
+    return ", ".join(one.name for one in FORMATS if option in one.options)
 
 
 def read_plant(path: str | Path, **options: Any) -> Plant:
@@ -107,7 +128,6 @@ def add_tasks(plant: Plant, path: str | Path) -> None:
 
 
 def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
-    expected = " or ".join(one.title for one in formats)
     content = content_of(path, what, max(one.most for one in formats))
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
     for one in formats:
@@ -115,4 +135,4 @@ def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format,
             if len(content) > one.most:
                 raise ModelError([f"{path}: too large, expected {one.title} of at most {one.most:,} bytes"])
             return one, content
-    raise ModelError([f"{path}: not {what} that can be read, expected {expected}"])
+    raise ModelError([f"{path}: not {what} that can be read, expected {titles(formats)}"])

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import study_parts
+from desim_warehouse.report import plot, study_parts
 from desim_warehouse.report.explore import MOST_DESIGNS
 from desim_warehouse.report.text import printed
 from desim_warehouse.study.results import Results
@@ -97,6 +97,23 @@ def test_it_says_what_was_run_and_the_command_makes_it_again(folder, content, tm
     assert call(content["command"].replace(str(first), str(again)) + " --quiet")
     pages = [path.read_text(encoding="utf-8").replace(str(path), "PAGE") for path in (first, again)]
     assert pages[0] == pages[1]
+
+
+def test_factors_are_called_what_people_call_them_with_their_unit(tmp_path):
+    """On the page, in the report and on axes; the terminal has the key that one types, and its unit."""
+    changes = {"fleet.robot.breakdowns": {"every": 900, "repair": 20}, "tasks.goods": [11, 8]}
+    study = dw.Study(MULTIBOTS, {"fleet.robot.breakdowns.every": [300, 900], "fleet.size": [1, 2]}, changes=changes)
+    factors = held(study.run(out=tmp_path).page().html)["factors"]
+    assert [factor["head"] for factor in factors] == ["Time between breakdowns (step)", "Number of robots"]
+    assert [factor["label"] for factor in factors] == ["Time between breakdowns (step)", "Number of robots, fleet.size"]
+    assert (
+        plot.by_factor(study.table, factors[0]["key"], "T", model=study.plan.base)
+        .get_xlabel()
+        .startswith("Time between breakdowns (step)")
+    )
+    assert ">Time between breakdowns (step)</th>" in study_parts.results(study.results).source
+    shown = CliRunner().invoke(desim, ["study", str(tmp_path)]).output
+    assert "fleet.robot.breakdowns.every (step)" in shown
 
 
 def test_it_asks_for_nothing_from_outside(folder):

@@ -42,7 +42,7 @@ def test_a_line_for_each_group_goes_through_the_means(runs, model):
         assert half_widths(container) == pytest.approx([HALF_WIDTH] * 3)
     assert ax.get_xlabel() == "Number of robots, fleet.size"
     assert ax.get_ylabel() == "Task time T (step)"
-    assert ax.get_legend().get_title().get_text() == "battery.threshold"
+    assert ax.get_legend().get_title().get_text() == "Charging threshold (energy)"
     assert ax.get_title() == ""
 
 

@@ -20,7 +20,6 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.model.schema import Units
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import browser, notebook, run_parts, study_parts
 from desim_warehouse.report.first_page import example
@@ -108,7 +107,7 @@ def page(made):
 def test_the_results_are_those_of_the_table(page, study_folder):
     table = pd.read_parquet(study_folder / "results.parquet")
     head, *rows = page.tables["results"]
-    assert head[:3] == ["fleet.size", "tasks.goods", "runs"]
+    assert head[:3] == ["Number of robots", "Goods", "runs"]
     assert head[3:5] == ["Task time T (step)", "Collisions S"]
     assert len(rows) == 6
     for size, goods, count, time, collisions, *_ in rows:
@@ -290,26 +289,6 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [2, 2, 2]
     assert lines[2] == "Of 6 designs 2 meet it, 2 do not, 2 are too close to tell."
-
-
-@pytest.mark.parametrize(
-    ("key", "unit"),
-    [
-        ("traffic.node_time", "s"),
-        ("traffic.turn_time", "s"),
-        ("layout.stations.pack.unload_time", "s"),
-        ("tasks.flows.work.due_within", "s"),
-        ("run.length", "s"),
-        ("run.start", ""),
-        ("fleet.robot.speed_loaded", "m per s"),
-        ("traffic.slow.walkway.speed", "m per s"),
-        ("tasks.goods.poisson", "tasks per hour"),
-        ("tasks.flows.work.arrivals.poisson", "tasks per hour"),
-        ("fleet.size", ""),
-    ],
-)
-def test_axes_say_the_unit_of_a_factor(key, unit):
-    assert words.factor_unit(key, Units()) == unit
 
 
 def test_a_study_of_one_design_says_what_it_achieves():

@@ -57,7 +57,7 @@ def facts(study: Results) -> list[tuple[str, str]]:
     seeds = sorted({(row.replication, row.seed) for row in study.rows})
     rows = [
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
-        *((words.factor_head(key, units), _listed(study, key)) for key in study.factors),
+        *((key, ", ".join(map(readable, map(plain, study.levels(key))))) for key in study.factors),
         ("Designs", f"{len(study.designs)}, all combinations"),
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
@@ -83,10 +83,6 @@ def _summary(study: Results) -> str:
         f"{len(study.designs)} designs, {each} run{'s' * (runs != {1})} of each, "
         f"desim-warehouse {version}, {datetime.now().astimezone():%Y-%m-%d}"
     )
-
-
-def _listed(study: Results, key: str) -> str:
-    return ", ".join(map(readable, map(plain, study.levels(key))))
 
 
 def _factor(study: Results, key: str) -> dict[str, Any]:

@@ -90,7 +90,7 @@ def by_factor(
             axes.set_ylim(bottom=0)
         if words.is_share(indicator):
             axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
-        look.legend(axes, len(names), group and words.factor_name(group))
+        look.legend(axes, len(names), group and words.factor_head(group, units))
         return axes
 
 
