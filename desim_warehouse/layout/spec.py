@@ -142,6 +142,11 @@ class Blocks(Part):
         description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
 
+    @property
+    def places(self) -> int:
+        """How many goods there is room for."""
+        return self.columns * self.rows * self.block_width * self.block_depth
+
     @field_validator("rows")
     @classmethod
     def _names(cls, rows: int, info: ValidationInfo) -> int:
@@ -447,6 +452,11 @@ class LayoutSpec(Part):
         FrozenMap(), description="departure, parking and charging zones by name"
     )
     stations: Annotated[Named[StationSpec], By("at")] = Field(FrozenMap(), description="stations beside nodes by name")
+
+    @property
+    def storage_places(self) -> int:
+        """How many storage places there are."""
+        return len(self.storage) if self.blocks is None else self.blocks.places
 
     @property
     def two_way(self) -> bool:

@@ -19,7 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.popularity import PopularityRule, one_place
+from desim_warehouse.model.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (
@@ -59,7 +59,7 @@ class StorageEnd(Part):
 
     def is_random(self, model: Any) -> bool:
         """Whether there is more than one place to draw."""
-        return one_place(self.popularity or model.tasks.popularity, model.floor.storage) is None
+        return is_drawn(self.popularity or model.tasks.popularity, model)
 
 
 def _short_end(value: Any) -> Any:

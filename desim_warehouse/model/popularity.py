@@ -107,6 +107,13 @@ def one_place(popularity: Popularity | Literal["uniform", "layout"], storage: Se
     return asked_for[0] if len(asked_for) == 1 else None
 
 
+def is_drawn(popularity: Popularity | Literal["uniform", "layout"], model: Any) -> bool:
+    """Whether chance decides which storage place of a model is asked for; most often known before it is built."""
+    if popularity == "uniform":
+        return bool(model.layout.storage_places > 1)
+    return one_place(popularity, model.floor.storage) is None
+
+
 def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> Any:
     """The share of every storage place in the demand for drawn goods, a numpy array; None: all alike."""
     import numpy as np

@@ -35,7 +35,7 @@ from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, from_mapping
 from desim_warehouse.model.people import PeopleSpec
 from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.popularity import PopularityRule, one_place
+from desim_warehouse.model.popularity import PopularityRule, is_drawn
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.model.valid import valid
@@ -132,7 +132,7 @@ class RandomGoods(Part):
 
     def is_random(self, model: Model) -> bool:
         """Whether there is more than one place to draw."""
-        return one_place(model.tasks.popularity, model.floor.storage) is None
+        return is_drawn(model.tasks.popularity, model)
 
 
 class SaturatedGoods(Part):
@@ -143,7 +143,7 @@ class SaturatedGoods(Part):
 
     def is_random(self, model: Model) -> bool:
         """Whether there is more than one place to draw."""
-        return one_place(model.tasks.popularity, model.floor.storage) is None
+        return is_drawn(model.tasks.popularity, model)
 
 
 class PoissonGoods(Part):
