@@ -22,7 +22,6 @@ from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.disturbances import OutageSpec
 from desim_warehouse.values.fields import (
-    LATER,
     SECTION,
     By,
     Coordinate,
@@ -199,16 +198,11 @@ class Edge(Part):
     target: NodeName = Field(alias="to", description="the node it leads to")
     length: Length | None = Field(None, description="default: the straight distance")
     speed: Speed | None = Field(None, title="speed limit", description="speed limit; default: none")
-    two_way: Flag = Field(
-        False, description="one lane for both directions, used in one at a time", json_schema_extra=LATER
-    )
-    side_by_side: Flag = Field(
-        False, description="with an edge back: two lanes side by side, not one for both", json_schema_extra=LATER
-    )
+    two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
+    side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
     against: Annotated[float, Field(strict=True, ge=1), limited()] = Field(
         1.0,
         description="driven the other way, from to to from, it counts so many times as long where routes are chosen",
-        json_schema_extra=LATER,
     )
 
     @model_validator(mode="after")
@@ -343,17 +337,13 @@ class BaySpec(PlacesSpec):
     total_chargers: Whole | None = Field(
         None,
         description="instead of chargers: in total, assigned to its nodes round-robin",
-        json_schema_extra=LATER,
     )
     in_lane: Flag = Field(
         False,
         description="its nodes are the slots, one each: no route leads through them, as a robot may be parked there",
-        json_schema_extra=LATER,
     )
 
-    outages: OutageSpec | None = Field(
-        None, description="of each of its chargers; none: they never fail", json_schema_extra=LATER
-    )
+    outages: OutageSpec | None = Field(None, description="of each of its chargers; none: they never fail")
 
     @model_validator(mode="after")
     def _one_in_the_lane(self) -> BaySpec:
@@ -385,30 +375,19 @@ class StationSpec(PlacesSpec):
     hours: CalendarName | None = Field(
         None,
         description="opening hours, a calendar: outside it nothing begins there; default: always open",
-        json_schema_extra=LATER,
     )
     at_close: Literal["finish", "pause"] = Field(
         "finish",
         description="what has begun when it closes is finished, or pauses until it opens again",
-        json_schema_extra=LATER,
     )
-    load_time: Varying | None = Field(
-        None, description="loading there; default: that of the flow or of tasks", json_schema_extra=LATER
-    )
-    unload_time: Varying | None = Field(
-        None, description="unloading there; default: that of the flow or of tasks", json_schema_extra=LATER
-    )
-    work_time: Varying | None = Field(
-        None, description="work on each load unit that is put down there; default: none", json_schema_extra=LATER
-    )
-    workers: Count = Field(
-        1, description="with work_time: load units worked on at a time, at each node", json_schema_extra=LATER
-    )
+    load_time: Varying | None = Field(None, description="loading there; default: that of the flow or of tasks")
+    unload_time: Varying | None = Field(None, description="unloading there; default: that of the flow or of tasks")
+    work_time: Varying | None = Field(None, description="work on each load unit that is put down there; default: none")
+    workers: Count = Field(1, description="with work_time: load units worked on at a time, at each node")
     buffer: Count | None = Field(
         None,
         description="with work_time: places at each node for load units that wait or are worked on; full: robots wait "
         "at the server; default: as many as are needed",
-        json_schema_extra=LATER,
     )
 
     @model_validator(mode="after")
@@ -431,7 +410,6 @@ class LayoutSpec(Part):
     file: Name | None = Field(
         None,
         description="JSON file with keys of this section, relative to the model file: for large layouts",
-        json_schema_extra=LATER,
     )
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")

@@ -18,7 +18,6 @@ from desim_warehouse.layout.spec import (
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec
 from desim_warehouse.values.fields import (
-    LATER,
     NUMBER,
     SECTION,
     Acceleration,
@@ -57,30 +56,22 @@ class RobotSpec(Part):
         None,
         title="speed with a load",
         description="speed from the first load of a task or tour to the end of it; default: speed",
-        json_schema_extra=LATER,
     )
     acceleration: Acceleration | None = Field(
         None,
         description="how it gathers speed, in length units per time unit squared; default: at once",
-        json_schema_extra=LATER,
     )
-    deceleration: Acceleration | None = Field(
-        None, description="how it brakes; default: as it accelerates", json_schema_extra=LATER
-    )
+    deceleration: Acceleration | None = Field(None, description="how it brakes; default: as it accelerates")
     capacity: Annotated[Count, limited("loads")] = Field(
         1,
         title="loads carried at once",
         description="loads that it carries at once; more than one with policies.batching",
-        json_schema_extra=LATER,
     )
     carries: LoadTypes = Field(
-        (),
-        title="load types carried",
-        description="load types (of flows) that it carries; default: all",
-        json_schema_extra=LATER,
+        (), title="load types carried", description="load types (of flows) that it carries; default: all"
     )
-    breakdowns: BreakdownSpec | None = Field(None, description="none: it never breaks down", json_schema_extra=LATER)
-    delays: DelaySpec | None = Field(None, description="none: it loses no time at nodes", json_schema_extra=LATER)
+    breakdowns: BreakdownSpec | None = Field(None, description="none: it never breaks down")
+    delays: DelaySpec | None = Field(None, description="none: it loses no time at nodes")
 
     @property
     def loaded_speed(self) -> float:
@@ -104,27 +95,19 @@ class Kind(Part):
         None,
         title="speed with a load",
         description="default: its own speed, if it has one, else fleet.robot.speed_loaded",
-        json_schema_extra=LATER,
     )
-    acceleration: Acceleration | None = Field(
-        None, description="default: fleet.robot.acceleration", json_schema_extra=LATER
-    )
+    acceleration: Acceleration | None = Field(None, description="default: fleet.robot.acceleration")
     deceleration: Acceleration | None = Field(
         None,
         description="default: its own acceleration, if it has one, else fleet.robot.deceleration",
-        json_schema_extra=LATER,
     )
     capacity: Annotated[Count, limited("loads")] | None = Field(
-        None, title="loads carried at once", description="default: fleet.robot.capacity", json_schema_extra=LATER
+        None, title="loads carried at once", description="default: fleet.robot.capacity"
     )
-    carries: LoadTypes | None = Field(
-        None, title="load types carried", description="default: fleet.robot.carries", json_schema_extra=LATER
-    )
-    breakdowns: BreakdownSpec | None = Field(
-        None, description="default: fleet.robot.breakdowns", json_schema_extra=LATER
-    )
-    delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays", json_schema_extra=LATER)
-    hours: CalendarName | None = Field(None, description="default: fleet.hours", json_schema_extra=LATER)
+    carries: LoadTypes | None = Field(None, title="load types carried", description="default: fleet.robot.carries")
+    breakdowns: BreakdownSpec | None = Field(None, description="default: fleet.robot.breakdowns")
+    delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays")
+    hours: CalendarName | None = Field(None, description="default: fleet.hours")
 
 
 class SpreadEnergy(Part):
@@ -183,12 +166,10 @@ class Fleet(Part):
         (),
         description="where robots stand at the start, from robot 0 on; the others are in their bays, and each has a "
         "place in its bay",
-        json_schema_extra=LATER,
     )
     hours: CalendarName | None = Field(
         None,
         description="shifts and breaks, a calendar: outside it robots take up no work; default: always at work",
-        json_schema_extra=LATER,
     )
     robot: RobotSpec
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
@@ -201,10 +182,7 @@ class Fleet(Part):
             pick=by_type(number=(*NUMBER, str), spread=SECTION),
         ),
     ] = Field(
-        1.0,
-        title="energy at the start",
-        description="what the batteries hold at the start, as a share of the capacity",
-        json_schema_extra=LATER,
+        1.0, title="energy at the start", description="what the batteries hold at the start, as a share of the capacity"
     )
 
     @field_validator("size")

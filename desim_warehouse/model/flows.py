@@ -23,7 +23,6 @@ from desim_warehouse.model.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (
-    LATER,
     SECTION,
     Count,
     Duration,
@@ -289,18 +288,15 @@ class FlowSpec(Part):
     ] = Field(0, description="higher first, for policies that look at it; or several, each for a share of the tasks")
     kinds: tuple[Name, ...] = Field((), description="kinds of robots (fleet.kinds) that do it; default: all robots")
     via: Annotated[tuple[NodeOrStation, ...], AfterValidator(_few_stops)] = Field(
-        (), description="stops in between with the load, in order: nodes or names of stations", json_schema_extra=LATER
+        (), description="stops in between with the load, in order: nodes or names of stations"
     )
-    stop_time: Varying = Field(0.0, description="handling at each stop of via", json_schema_extra=LATER)
+    stop_time: Varying = Field(0.0, description="handling at each stop of via")
     hours: CalendarName | None = Field(
         None,
         description="hours, a calendar: tasks are asked for only then; what a schedule or a file asks for outside it "
         "is released when it opens; default: at all times",
-        json_schema_extra=LATER,
     )
-    load_type: Name | None = Field(
-        None, description="for robots that carry it (carries); default: for all", json_schema_extra=LATER
-    )
+    load_type: Name | None = Field(None, description="for robots that carry it (carries); default: for all")
 
     @field_validator("priority")
     @classmethod

@@ -91,7 +91,7 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge
     """Change a layout section in place: of each lane only the direction `kept` is left, and goods lie along it."""
     turned = {(head, tail) for tail, head in kept}  # the directions that go
     both = turned | {edge[::-1] for edge in turned}
-    edges: MutableSequence[Any] = section["edges"]
+    edges: MutableSequence[Any] = section.get("edges", [])
     for rank in range(len(edges) - 1, -1, -1):
         item = edges[rank]
         edge = _ends(item)

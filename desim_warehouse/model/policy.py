@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_
 from desim_warehouse.errors import got
 from desim_warehouse.model.messages import Problem
 from desim_warehouse.policies import catalogue
-from desim_warehouse.values.fields import LATER, SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
+from desim_warehouse.values.fields import SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
 
 
 def _frozen(value: Any) -> Any:
@@ -97,9 +97,7 @@ class Policies(Part):
     routing: Policy = Field(PolicySpec(name="highways"), description="which route a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
-    batching: Policy = Field(
-        PolicySpec(name="single"), description="which tasks a robot does on one tour", json_schema_extra=LATER
-    )
+    batching: Policy = Field(PolicySpec(name="single"), description="which tasks a robot does on one tour")
     interval: Time = Field(
         0.0,
         title="time between decisions",

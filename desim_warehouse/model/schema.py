@@ -43,7 +43,6 @@ from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, CalendarName, Hours, clock_time
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
-    LATER,
     SECTION,
     Count,
     Duration,
@@ -112,7 +111,6 @@ class Good(Part):
     to: NodeOrStation | None = Field(
         None,
         description="where it is unloaded, a node or the name of a station; default: by unload_at",
-        json_schema_extra=LATER,
     )
 
     @field_validator("due")
@@ -152,7 +150,7 @@ class PoissonGoods(Part):
     poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
     due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
     hours: CalendarName | None = Field(
-        None, description="hours, a calendar: tasks arrive only then; default: at all times", json_schema_extra=LATER
+        None, description="hours, a calendar: tasks arrive only then; default: at all times"
     )
 
     def is_random(self, _model: Model) -> bool:
@@ -198,16 +196,11 @@ GoodsRule = Annotated[
 class Tasks(Part):
     """The work: which goods, where they are unloaded, how long handling takes."""
 
-    goods: GoodsRule | None = Field(
-        None, description="the goods to fetch, one by one or drawn; this or flows", json_schema_extra=LATER
-    )
-    flows: Named[FlowSpec] = Field(
-        FrozenMap(), description="instead of goods: what is brought from where to where", json_schema_extra=LATER
-    )
+    goods: GoodsRule | None = Field(None, description="the goods to fetch, one by one or drawn; this or flows")
+    flows: Named[FlowSpec] = Field(FrozenMap(), description="instead of goods: what is brought from where to where")
     demand: Positive = Field(
         1.0,
         description="multiplies all rates of arrival, schedules, and resampled orders; what is always open stays so",
-        json_schema_extra=LATER,
     )
     popularity: PopularityRule = Field(
         "uniform", description="for drawn goods: uniform, the layout's popularity column, classes or weights"
@@ -216,7 +209,6 @@ class Tasks(Part):
         (),
         min_length=1,
         description="nodes, or names of stations: one for all robots or one each; must be given with goods",
-        json_schema_extra=LATER,
     )
     station_choice: Literal["each", "nearest", "least-loaded", "random"] = Field(
         "each",
@@ -333,7 +325,6 @@ class RunSpec(Part):
         "00:00",
         title="start of the run",
         description="when a run starts: a time of day, or a date with one (2026-03-02T06:00); for orders from files",
-        json_schema_extra=LATER,
     )
     warm_up: Time = Field(0.0, title="warm-up", description="indicators count from here on")
 
@@ -430,25 +421,21 @@ class Model(Part):
         FrozenMap(),
         validate_default=True,
         description="opening hours, shifts and times of closures, by name",
-        json_schema_extra=LATER,
     )
     layout: LayoutSpec
     fleet: Fleet
     tasks: Tasks
     battery: BatterySpec | None = Field(None, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
-    people: Named[PeopleSpec] = Field(
-        FrozenMap(), description="people in the aisles, by name of where they come from", json_schema_extra=LATER
-    )
+    people: Named[PeopleSpec] = Field(FrozenMap(), description="people in the aisles, by name of where they come from")
     policies: Policies = Policies()
     run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
-    prices: Prices | None = Field(None, description="none: no costs are worked out", json_schema_extra=LATER)
+    prices: Prices | None = Field(None, description="none: no costs are worked out")
     log: Literal["all", "moves", "tasks"] = Field("all", description="how much is recorded")
     accept: tuple[Acceptable, ...] = Field(
         (),
         description="error codes of `desim check` to accept: it is simulated anyway, and the report says so",
-        json_schema_extra=LATER,
     )
 
     @classmethod
@@ -524,9 +511,7 @@ class Model(Part):
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:
-        """Everything in the model, defaults too, as plain JSON values: equal models, equal content.
-
-        Keys that came after version 0.1.0 stand there only where they differ from their default.
+        """What is in the model, defaults too, as plain JSON values: equal models, equal content.
 
         Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
         the order of the file, which numbers them. `load` reads it back.
@@ -536,10 +521,8 @@ class Model(Part):
 
     def digest(self) -> str:
         """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
-        content = self.content()
-        if self.traffic.gridlock == "auto" and not self.layout.two_way:
-            content["traffic"]["gridlock"] = "rotate"  # which is the same, and what version 0.1.0 has there
-        return hashlib.sha256(json.dumps(content, separators=(",", ":")).encode() + self.policies.sources()).hexdigest()
+        content = json.dumps(self.content(), separators=(",", ":"))
+        return hashlib.sha256(content.encode() + self.policies.sources()).hexdigest()
 
     def replace(self, overrides: Mapping[str, Any], *, run_code: bool = False) -> Model:
         """Make a changed copy, checked like a file.

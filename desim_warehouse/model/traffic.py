@@ -10,7 +10,6 @@ from desim_warehouse.layout.spec import see_node
 from desim_warehouse.layout.zones import Members, ZoneSpec
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.fields import (
-    LATER,
     By,
     Count,
     Flag,
@@ -65,9 +64,7 @@ class TrafficSpec(Part):
     )
     # Without an acceleration speeds change at once, as in the paper; what that leaves out can be put into `node_time`
     node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
-    turn_time: Time = Field(
-        0.0, description="for every 90 degrees that a robot turns on a node, beside node_time", json_schema_extra=LATER
-    )
+    turn_time: Time = Field(0.0, description="for every 90 degrees that a robot turns on a node, beside node_time")
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "
@@ -77,22 +74,18 @@ class TrafficSpec(Part):
         None,
         title="robots out at once",
         description="most robots under way to or at work at once, from bay to bay; default: all",
-        json_schema_extra=LATER,
     )
     zones: Named[ZoneSpec] = Field(
         FrozenMap(),
         description="parts of the floor for one robot, or in one direction, at a time, by name",
-        json_schema_extra=LATER,
     )
     closures: Named[ClosureSpec] = Field(
-        FrozenMap(), description="parts of the floor that are closed at times, by name", json_schema_extra=LATER
+        FrozenMap(), description="parts of the floor that are closed at times, by name"
     )
     slow: Annotated[Named[SlowSpec], By("in")] = Field(
-        FrozenMap(), description="parts of the floor with a speed limit, always or at times", json_schema_extra=LATER
+        FrozenMap(), description="parts of the floor with a speed limit, always or at times"
     )
-    nodes: Annotated[Named[NodeTraffic], By("at")] = Field(
-        FrozenMap(), description="nodes that differ, by name", json_schema_extra=LATER
-    )
+    nodes: Annotated[Named[NodeTraffic], By("at")] = Field(FrozenMap(), description="nodes that differ, by name")
 
     @field_validator("nodes")
     @classmethod

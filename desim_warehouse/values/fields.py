@@ -174,8 +174,7 @@ def known(info: ValidationInfo) -> Known:
     return info.context if isinstance(info.context, Known) else Known()
 
 
-LATER: dict[str, Any] = {"since": "0.2"}
-"""Marks a key that version 0.1.0 did not have: a model that does not use it is still the same model."""
+_EMPTY: tuple[Any, ...] = (None, (), {})
 
 
 class Part(BaseModel):
@@ -184,11 +183,11 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """What it holds as plain JSON values: defaults too, but of later keys only what differs from them."""
+        """What it holds as plain JSON values: defaults too, but not keys that are empty (none) by default and here."""
         return {
-            field.alias or name: as_json(getattr(self, name))
+            field.alias or name: as_json(value)
             for name, field in type(self).model_fields.items()
-            if field.json_schema_extra != LATER or getattr(self, name) != field.default
+            if (value := getattr(self, name)) != field.default or value not in _EMPTY
         }
 
     def is_random(self, model: Any) -> bool:
