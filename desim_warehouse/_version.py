@@ -1,3 +1,8 @@
 """The version, in one place."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
+
+
+def simulated_with(version: str) -> str:
+    """Which version made what is shown, where it is another than this one; else nothing."""
+    return "" if version == __version__ else f"simulated with version {version}"

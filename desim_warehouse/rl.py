@@ -8,4 +8,5 @@ from desim_warehouse.learn.rl import AllocationEnv
 
 __all__ = ["AllocationEnv"]
 
-warnings.warn("desim_warehouse.rl is now desim_warehouse.learn.rl", DeprecationWarning, stacklevel=2)
+_SAID = "desim_warehouse.rl is now desim_warehouse.learn.rl; the old path will be removed in version 0.4"
+warnings.warn(_SAID, DeprecationWarning, stacklevel=2)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
+from desim_warehouse._version import __version__
 from desim_warehouse.cli.options import with_overrides
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -15,6 +19,9 @@ from desim_warehouse.cli.study_options import (
     write_page,
 )
 from desim_warehouse.cli.tables import show_quantiles, show_summary
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.results import Results
 
 
 def _share(context: click.Context, option: click.Parameter, text: str | None) -> float | None:
@@ -48,17 +55,29 @@ def command(
 ) -> None:
     """Run STUDY, a study file such as studies/paper.yaml, or resume the study of a folder.
 
-    Runs that are already in the folder are not repeated. DIR/results.parquet has a row for each run.
+    Runs that are already in the folder are not repeated; those of another version are shown, or with --out
+    simulated anew. DIR/results.parquet has a row for each run.
     """
     from desim_warehouse.study.study import Study
 
     whole = Study.of(study_plan(study, assignments, timeout=execution.timeout))
-    execution = execution.at_home(study)
     refuse_page(page, whole.plan)
-    with interruptible(whole, execution.out):
-        whole.run(**execution.where())
+    results = None if execution.out else _as_saved(study)
+    if results is None:
+        execution = execution.at_home(study)
+        with interruptible(whole, execution.out):
+            whole.run(**execution.where())
+        results = whole.results
     if share is None:
-        show_summary(whole.results)
+        show_summary(results)
     else:
-        show_quantiles(whole.results, share)
-    write_page(page, whole.results)
+        show_quantiles(results, share)
+    write_page(page, results)
+
+
+def _as_saved(study: str) -> Results | None:
+    """The results of a folder whose study another version finished: these are shown, not simulated anew."""
+    from desim_warehouse.study.results import Results
+
+    results = Results.load(study) if Path(study).is_dir() else None
+    return results if results is not None and results.is_whole and results.version != __version__ else None

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse._version import simulated_with
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text.printed import number, said
 
@@ -24,7 +25,8 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
     found = {name: results.estimates(name) for name in chosen}
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
-    table = Table(title=_title(results, known), title_justify="left", box=None)
+    means = f"means ± half-width ({100 * results.plan.confidence:g} %)" if known else "means"
+    table = Table(title=_title(results, means), title_justify="left", box=None)
     for factor in results.factors:
         table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
     for name in chosen:
@@ -70,7 +72,8 @@ def show_quantiles(results: Results, share: float) -> None:
     chosen = results.chosen(results.plan.indicators or results.usual(4))
     found = {name: results.quantiles(name, share) for name in chosen}
     percent, sure = f"{100 * share:g} %", results.plan.confidence
-    table = Table(title=f"{results.plan.name}: {percent} quantiles over runs, {100 * sure:g} % intervals", box=None)
+    title = _title(results, f"{percent} quantiles over runs, {100 * sure:g} % intervals")
+    table = Table(title=title, title_justify="left", box=None)
     for factor in results.factors:
         table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
     for name in chosen:
@@ -105,9 +108,8 @@ def show_verdicts(results: Results) -> None:
         click.echo(line)
 
 
-def _title(results: Results, known: bool) -> str:
-    percent = f"{100 * results.plan.confidence:g} %"
-    return f"{results.plan.name}: means" + (f" ± half-width ({percent})" if known else "")
+def _title(results: Results, shown: str) -> str:
+    return ", ".join(filter(None, (f"{results.plan.name}: {shown}", simulated_with(results.version))))
 
 
 def _show_failures(results: Results) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,12 +152,3 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
             tasks[rows, 3] = situation.delivery(view, shown) / self.scale
             tasks[rows, 4] = [(self._decision.time - task.release) / self.scale for task in shown]
         return {"robot": robot.clip(-FAR, FAR), "tasks": tasks.clip(-FAR, FAR)}
-
-
-def __getattr__(name: str) -> Any:
-    """The name that the environment had in version 0.1.0."""
-    if name != "Allocation":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = "rl.Allocation is now rl.AllocationEnv; the old name will be removed in version 0.3"
-    warnings.warn(text, DeprecationWarning, stacklevel=2)
-    return AllocationEnv

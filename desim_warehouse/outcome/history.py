@@ -515,14 +515,14 @@ class History:
         curves: list[Curve] = []
         for robot, changes in enumerate(self.changes):
             points = [point for span in changes if span.end > span.start for point in self._corners(span, waits[robot])]
-            points.append((self.end, self._level_at_end(changes[-1], waits[robot])))
+            points.append((self.end, self.log.energy[robot]))
             curves.append(([time for time, _ in points], [level for _, level in points]))
         return curves
 
     @property
     def energy_at_end(self) -> list[float]:
         """The energy left in each robot's battery at the end of the run; empty without batteries."""
-        return self.log.energy or [levels[-1] for _, levels in self.energy_curves]
+        return self.log.energy
 
     @cached_property
     def _rates(self) -> dict[str, float]:
@@ -555,19 +555,6 @@ class History:
                 level, now = at_start - standing * (end - start), end
                 points += [(start, at_start), (end, level)]
         return points
-
-    def _level_at_end(self, span: StateSpan, waits: list[Wait]) -> float:
-        """The energy left to a robot in its last state, which no row says and version 0.1.0 did not store.
-
-        There, without waits in the log, a robot under way is assumed to have driven since its last change of state.
-        """
-        if self.log.energy:
-            return self.log.energy[span.robot]
-        if span.seen.phase is Phase.CHARGING:
-            level = span.energy or 0.0
-            return level + self._charged(level, span.end - span.start)
-        time, level = self._corners(span, waits)[-1]
-        return level - self._rate(span) * (span.end - time)
 
     def _charged(self, level: float, time: float) -> float:
         """Energy charged in a time at a charger; a swapped battery is full only at the end of it."""

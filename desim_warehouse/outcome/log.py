@@ -13,6 +13,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from desim_warehouse import states
+from desim_warehouse._version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -115,6 +116,7 @@ class Log:
     each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows`
     their flows, `orders` their orders, `energy` what the battery of each robot holds at the end; empty without
     batteries. `people`: visits, their time, and their time shared with robots; empty without people.
+    `version`: of desim-warehouse, which wrote it.
     """
 
     level: Detail = "all"
@@ -130,6 +132,7 @@ class Log:
     people: dict[str, float] = field(default_factory=dict)
     begin: float = 0.0
     end: float = 0.0
+    version: str = __version__
     knows_moves: InitVar[bool] = False
     """Whether moves are written at any level, to be read before the log is finished (see `forget_moves`)."""
 

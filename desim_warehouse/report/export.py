@@ -116,7 +116,7 @@ def trace(run: Run) -> dict[str, Any]:
     return {
         "traceEvents": events,
         "displayTimeUnit": "ms",
-        "otherData": {"model": run.model.name, "seed": run.seed, "digest": run.model.digest()},
+        "otherData": {"model": run.model.name, "seed": run.seed, "version": run.version, "digest": run.model.digest()},
     }
 
 

@@ -6,6 +6,7 @@ import math
 import platform
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
@@ -250,10 +251,13 @@ def warm_up(run: Run) -> Html | None:
     return html.paragraph(f"Counted from {words.number(run.record.begin)} {run.model.units.time} on.", "note")
 
 
+def made_with() -> tuple[str, str]:
+    """What makes the report; its runs may be older."""
+    return "Report made with", f"desim-warehouse {__version__}, Python {platform.python_version()}"
+
+
 def method(run: Run, folder: str | None) -> Html:
     """How to get the same run again."""
-    from desim_warehouse import __version__
-
     rows = [
         *(
             [("To repeat it in Python", f"dw.simulate(dw.load_run({folder!r}).model, seed={run.seed})")]
@@ -262,7 +266,7 @@ def method(run: Run, folder: str | None) -> Html:
         ),
         ("Seed", str(run.seed)),
         ("Model", f"{run.model.name}, SHA-256 {run.model.digest()}"),
-        ("desim-warehouse", __version__),
-        ("Report made with", f"Python {platform.python_version()}"),
+        ("desim-warehouse", run.version),
+        made_with(),
     ]
     return html.facts(rows, "method")

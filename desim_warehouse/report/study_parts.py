@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import platform
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -291,7 +290,7 @@ def versions(study: Results) -> list[tuple[str, str]]:
         ("Study seed", str(study.plan.seed)),
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
         *study.versions.items(),
-        ("Report made with", f"Python {platform.python_version()}"),
+        run_parts.made_with(),
     ]
 
 

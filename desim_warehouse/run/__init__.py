@@ -41,6 +41,11 @@ class Run:
         """Whether no random stream and no policy of the user's own was used: every seed gives this run."""
         self.history = History(log, model, layout, seed)
 
+    @property
+    def version(self) -> str:
+        """The version of desim-warehouse that simulated it."""
+        return self.record.version
+
     @cached_property
     def kpis(self) -> dict[str, float]:
         """All indicators that the run has, in the units of its model file."""
@@ -63,7 +68,7 @@ class Run:
 
     def _of_the_paper(self, name: str) -> float:
         """One indicator; none of the others is worked out for it."""
-        return indicators.INDICATORS[name].compute(self.history)
+        return self.kpis[name] if "kpis" in vars(self) else indicators.INDICATORS[name].compute(self.history)
 
     @cached_property
     def verdicts(self) -> list[Verdict]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FORMAT = 1
 RUN, STUDY, PLAN = "run.json", "study.json", "plan.json"
 """The files by which the folders of runs, studies and plans (`desim plan`) are recognised."""
+KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
 
@@ -64,12 +65,12 @@ def _write(run: Run, folder: Path) -> Path:
         table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
-    write_whole(folder / "kpis.json", json.dumps(kpis, indent=2) + "\n")
+    write_whole(folder / KPIS, json.dumps(kpis, indent=2) + "\n")
     for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
         write_whole(folder / f"{name}.csv", as_csv(table, index=True))
     content = {
         "format": FORMAT,
-        "version": __version__,
+        "version": run.version,
         "seed": run.seed,
         "deterministic": run.deterministic,
         "model": run.model.content(),
@@ -99,8 +100,17 @@ def _content(path: Path) -> dict[str, Any]:
     return content
 
 
+def _kpis(folder: Path) -> dict[str, float]:
+    """The indicators that were saved with a run."""
+    kept: dict[str, float | None] = json.loads((folder / KPIS).read_text(encoding="utf-8"))
+    return {name: math.nan if value is None else value for name, value in kept.items()}
+
+
 def load_run(folder: str | Path) -> Run:
-    """A run from the folder it was saved to; raises ReportError where there is none, or it is damaged."""
+    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+
+    Raises ReportError where there is none, or it is damaged.
+    """
     import pandas as pd
 
     from desim_warehouse.model import load
@@ -130,15 +140,19 @@ def load_run(folder: str | Path) -> Run:
             edges=kept["edges"],
             nodes=kept["nodes"],
             due=dict(kept["due"]),
-            flows=dict(kept.get("flows", [])),
-            orders=dict(kept.get("orders", [])),
-            energy=kept.get("energy", []),  # version 0.1.0 did not write it
-            people=kept.get("people", {}),
+            flows=dict(kept["flows"]),
+            orders=dict(kept["orders"]),
+            energy=kept["energy"],
+            people=kept["people"],
             begin=kept["begin"],
             end=kept["end"],
+            version=content["version"],
         )
-        return Run(model, content["seed"], log, layout, deterministic=content.get("deterministic", False))
+        run = Run(model, content["seed"], log, layout, deterministic=content["deterministic"])
+        if run.version != __version__:
+            run.kpis = run.kpis | _kpis(folder)  # another version may count otherwise
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error
+    return run

@@ -140,8 +140,8 @@ def _plan(content: Mapping[str, Any]) -> StudyPlan:
         timeout=content["timeout"],
         name=content["name"],
         description=content["description"],
-        warm_up=tuple(content["warm_up"]) if content.get("warm_up") else None,
-        target=content.get("target", ""),  # 0.1.0 had none
+        warm_up=tuple(content["warm_up"]) if content["warm_up"] else None,
+        target=content["target"],
     )
 
 

@@ -56,6 +56,8 @@ class Results:
     versions: Mapping[str, str] = field(default_factory=dict)
     folder: Path | None = None
     notes: tuple[str, ...] = ()
+    is_whole: bool = False
+    """Whether every run is there that the plan asks for."""
 
     @classmethod
     def load(cls, folder: str | Path) -> Results:
@@ -77,9 +79,14 @@ class Results:
         notes: list[str] = []
         with Store(folder, notes.append, read_only=True, version=record.versions["desim-warehouse"]) as store:
             runner = StudyRunner(record.plan, store, points, record.keys)
-            runner.recall()
+            is_whole = runner.recall()
             rows = tuple(runner.finished())
-        return cls(record.plan, points, rows, record.versions, folder, tuple(notes))
+        return cls(record.plan, points, rows, record.versions, folder, tuple(notes), is_whole)
+
+    @property
+    def version(self) -> str:
+        """The version of desim-warehouse that simulated them."""
+        return self.versions["desim-warehouse"]
 
     # The table
 
@@ -443,7 +450,7 @@ def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
         key = tuple(plain(line[factor]) for factor in factors)
         run = (key, line["replication"])
         values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
-        fixed = bool(line.get("deterministic", False))  # 0.1.0 did not say
+        fixed = bool(line["deterministic"])
         outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
         yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
         seen[run] += 1

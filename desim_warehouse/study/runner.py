@@ -72,15 +72,16 @@ class StudyRunner:
         counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
         self.ask([(point.number, r) for point in self.points for r in range(counts[point.number])])
 
-    def recall(self) -> None:
-        """Replay the study as far as its runs are there, so that `finished` has them."""
+    def recall(self) -> bool:
+        """Replay the study as far as its runs are there, so that `finished` has them; whether none is missing."""
         executor, self.executor = self.executor, None
         try:
             self.replicate()
         except _MissingError:
-            pass
+            return False
         finally:
             self.executor = executor
+        return True
 
     def follow(self, make: Callable[[bool], Procedure[T]], indicator: str, *, flat: float | None = None) -> T:
         """Carry out a sequential procedure: simulate every batch it asks for, and send it the values.

@@ -1,4 +1,4 @@
-"""Results of a study: the same from the study, from its folder, and from folders of version 0.1.0."""
+"""Results of a study: the same from the study and from its folder."""
 
 import dataclasses
 import shutil
@@ -8,14 +8,11 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.execution import store
 from desim_warehouse.study.results import USUAL_LIFELONG
 
 from .conftest import MULTIBOTS
 
-FOLDER = Path(__file__).parent / "folder_0.1.0"
-"""What `desim what-if models/multibots.yaml --vary fleet.size=1,3 --vary 'tasks.unload_at=[M],[N]' --replications 2
---set 'tasks.goods={random: 4}' --indicator T --indicator S --seed 3` of version 0.1.0 wrote."""
+FOLDER = Path(__file__).parents[1] / "kept" / "study"
 LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 2000}
 
 
@@ -24,35 +21,12 @@ def folder(tmp_path):
     return shutil.copytree(FOLDER, tmp_path / "old")
 
 
-def test_a_folder_of_version_0_1_0_is_read():
-    results = dw.Results.load(FOLDER)
-    assert results.table["T"].tolist() == [2710.3, 2835.5, 2710.3, 2835.5, 896.0, 1369.0, 896.0, 1369.0]
-    assert results.table["seed"].tolist() == [121140371966128, 67320962819212] * 4
-    assert results.table["tasks.unload_at"].tolist() == ['["M"]', '["M"]', '["N"]', '["N"]'] * 2
-    saved = pd.read_parquet(FOLDER / "results.parquet")  # it did not say yet whether chance played a part
-    assert results.table.drop(columns="deterministic").equals(saved)
-    assert results.versions["desim-warehouse"] == "0.1.0"
-    (_, third, fourth) = results.compare("T").differences
-    assert third.estimate == fourth.estimate
-    assert third.estimate.mean == pytest.approx(-1640.4)
-    assert "waiting" in results.indicators  # from the journal, though the table has only T and S
-
-
-def test_a_folder_of_another_version_can_be_looked_at_and_is_run_anew(folder, monkeypatch):
-    monkeypatch.setattr(store, "__version__", "99")
-    results = dw.Results.load(folder)
-    assert len(results.rows) == 8
-    assert results.notes == ()
-    study = dw.Study.open(folder).run(out=folder)
-    assert "8 runs are of version 0.1.0 not used again" in study.notes[-1]
-
-
 def test_a_folder_without_its_journal_is_read_from_its_table(folder):
     (folder / "runs.jsonl").unlink()
     results, whole = dw.Results.load(folder), dw.Results.load(FOLDER)
     assert results.table.equals(whole.table)
     assert results.summary().equals(whole.summary())
-    assert results.indicators == ("T", "S")
+    assert results.indicators == whole.indicators
 
 
 def test_a_table_of_another_study_is_refused(folder):
@@ -101,13 +75,6 @@ def test_lifelong_models_show_what_differs_between_them():
     assert tuple(dw.Study(MULTIBOTS, {}, changes=due).run().results.usual(3)) == USUAL_LIFELONG
     ends = dw.Study(MULTIBOTS, {}, changes={"tasks.goods": [1]}).run()
     assert ends.results.usual(3) == ["T", "S", "C"]
-
-
-def test_kept_notebooks_of_version_0_1_0_still_run():
-    from desim_warehouse.report.source import read_study
-
-    with pytest.warns(DeprecationWarning, match=r"report\.study_parts\.read"):
-        assert read_study(FOLDER).baseline == "fleet.size=1, tasks.unload_at=[M]"
 
 
 def test_quantiles_over_days_have_intervals():

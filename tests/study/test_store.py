@@ -37,7 +37,6 @@ def filled(folder, count=5):
 
 
 def test_a_run_is_exact_only_if_its_line_says_so(tmp_path):
-    """A journal of version 0.1.0 said nothing of chance: its runs count as random."""
     with Store(tmp_path, print) as store:
         store.add("model", 0, Outcome({"T": 1.0}, 0.1, deterministic=True))
         store.add("model", 1, Outcome({"T": 1.0}, 0.1))

@@ -7,6 +7,7 @@ import shlex
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse._version import simulated_with
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text import printed, sentences, words
 from desim_warehouse.study.factors import readable
@@ -78,10 +79,9 @@ def _summary(study: Results) -> str:
     """In a line: how many designs and runs, and when they were shown."""
     runs = {len(study.runs(design)) for design in study.designs}
     each = f"{min(runs)}" if len(runs) == 1 else f"{min(runs)} to {max(runs)}"
-    version = study.versions.get("desim-warehouse", "")
     return (
         f"{len(study.designs)} designs, {each} run{'s' * (runs != {1})} of each, "
-        f"desim-warehouse {version}, {datetime.now().astimezone():%Y-%m-%d}"
+        f"{simulated_with(study.version) or f'desim-warehouse {study.version}'}, {datetime.now().astimezone():%Y-%m-%d}"
     )
 
 

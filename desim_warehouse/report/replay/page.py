@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse._version import simulated_with
 from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
@@ -40,7 +41,10 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
 
 
 def labels(runs: Sequence[History]) -> list[str]:
-    """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed."""
+    """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed.
+
+    Of a run that another version simulated it says so.
+    """
     contents = [dict(_flat(history.model.content())) for history in runs]
     keys = dict.fromkeys(key for content in contents for key in content)
     differ = [key for key in keys if key != "name" and len({_text(content.get(key)) for content in contents}) > 1]
@@ -51,7 +55,7 @@ def labels(runs: Sequence[History]) -> list[str]:
             parts.append("...")
         if not differ or len({history.seed for history in runs}) > 1:
             parts.append(f"seed {history.seed}")
-        found.append(", ".join(parts))
+        found.append(", ".join(filter(None, (*parts, simulated_with(history.log.version)))))
     return found
 
 

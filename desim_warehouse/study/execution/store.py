@@ -157,7 +157,8 @@ class Store:
         if torn:
             self.say(f"{path}: the last line was cut short when the study was stopped; that run is done again")
         for version, count in self.foreign.items():
-            self.say(f"{path}: {_runs(count)} of version {version} not used again (this is {self.version}); still kept")
+            anew = f"{self.version} simulates anew"
+            self.say(f"{path}: {_runs(count)} of version {version} not used again, but kept; {anew}")
 
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal; False if it is damaged."""

@@ -1,0 +1,167 @@
+"""What users hold stays valid: folders of version 0.2.0, kept as it wrote them, open and say of which version they are.
+
+`run` is of the tutorial's model. `study` is a what-if with two and three robots, four replications each. `plan` is of
+`desim plan` for a small hall. None of them is ever written again.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.report.plan_parts import read as read_plan
+
+HERE = Path(__file__).parent
+SIMULATED = "simulated with version 0.2.0"
+
+
+def called(*arguments):
+    return CliRunner().invoke(desim, [str(one) for one in arguments], catch_exceptions=False)
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """The three folders, to write into."""
+    for name in ("run", "study", "plan"):
+        shutil.copytree(HERE / name, tmp_path / name)
+    return tmp_path
+
+
+def changed(path, before, after):
+    text = path.read_text(encoding="utf-8")
+    assert before in text
+    path.write_text(text.replace(before, after), encoding="utf-8")
+
+
+def test_a_run_has_the_tables_that_were_saved_with_it():
+    run = dw.load_run(HERE / "run")
+    assert run.version == "0.2.0" != dw.__version__
+    pd.testing.assert_frame_equal(run.log, pd.read_parquet(HERE / "run" / "log.parquet"), check_dtype=False)
+    for name in ("robots", "edges", "nodes"):
+        pd.testing.assert_frame_equal(getattr(run, name), pd.read_csv(HERE / "run" / f"{name}.csv", index_col=0))
+    assert run.history.energy_at_end == [100, 96.08]
+
+
+def test_a_run_has_the_indicators_that_were_saved_with_it(kept):
+    """As if 0.2.0 had counted one collision more than this version does, and known an indicator that is gone."""
+    saved = json.loads((kept / "run" / "kpis.json").read_text())
+    assert {name: dw.load_run(kept / "run").kpis[name] for name in saved} == saved
+    other = saved | {"S": saved["S"] + 1, "gone": 3.5}
+    (kept / "run" / "kpis.json").write_text(json.dumps(other))
+    run = dw.load_run(kept / "run")
+    assert {name: run.kpis[name] for name in other} == other
+    assert saved["S"] + 1 == run.S
+
+
+def test_a_run_of_this_version_is_read_from_its_log_alone(kept):
+    run = dw.load_run(kept / "run")
+    again = dw.simulate(run.model, run.seed)
+    (again.save(kept / "again") / "kpis.json").unlink()
+    assert dw.load_run(kept / "again").kpis == again.kpis
+    assert dw.load_run(kept / "again").version == dw.__version__
+
+
+def test_a_run_that_is_saved_again_stays_of_its_version(kept):
+    dw.load_run(kept / "run").save(kept / "again")
+    assert dw.load_run(kept / "again").version == "0.2.0"
+
+
+def test_a_run_is_replayed_and_the_page_says_of_which_version_it_is(kept):
+    assert called("replay", kept / "run", "-o", kept / "page.html").exit_code == 0
+    assert f'"label":"seed 0, {SIMULATED}"' in (kept / "page.html").read_text(encoding="utf-8").replace('": "', '":"')
+    now = dw.simulate(dw.load_run(kept / "run").model)
+    assert "simulated with" not in now.replay().html
+
+
+@pytest.mark.parametrize(("form", "made"), [("csv", "csv/kpis.csv"), ("parquet", "parquet/kpis.parquet")])
+def test_a_run_is_exported_with_its_saved_indicators(kept, form, made):
+    changed(kept / "run" / "kpis.json", '"S": ', '"S": 100')
+    assert called("export", kept / "run", "--format", form).exit_code == 0
+    table = getattr(pd, f"read_{form}")(kept / "run" / made).set_index("indicator")
+    assert table["value"]["S"] == json.loads((kept / "run" / "kpis.json").read_text())["S"] >= 100
+
+
+def test_a_trace_names_the_version_that_simulated_it(kept):
+    assert called("export", kept / "run", "--format", "trace").exit_code == 0
+    assert json.loads((kept / "run" / "trace.json").read_text())["otherData"]["version"] == "0.2.0"
+
+
+@pytest.mark.parametrize("name", ["run", "study", "plan"])
+def test_a_report_says_which_version_simulated_and_which_reports(kept, name):
+    assert called("report", kept / name).exit_code == 0
+    page = (kept / name / "report.html").read_text(encoding="utf-8")
+    assert "0.2.0" in page
+    assert f"desim-warehouse {dw.__version__}, Python {sys.version.split()[0]}" in page
+
+
+def test_a_study_has_the_table_that_was_saved_with_it():
+    results = dw.Results.load(HERE / "study")
+    pd.testing.assert_frame_equal(results.table, pd.read_parquet(HERE / "study" / "results.parquet"))
+    assert results.version == "0.2.0"
+    assert results.notes == ()
+
+
+def test_a_study_is_compared_and_the_table_says_of_which_version_it_is(kept):
+    said = called("compare", kept / "study")
+    assert said.output.startswith(f"what-if: means ± half-width (95 %), {SIMULATED}\n")
+    assert "-30.25  -40.66  -19.84" in said.output  # T with three robots instead of two, as 0.2.0 said
+
+
+def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(kept):
+    before = {path.name: path.read_bytes() for path in (kept / "study").iterdir()}
+    said = called("study", kept / "study", "--page", kept / "page.html", "--quantile", "50%")
+    assert f"50 % quantiles over runs, 95 % intervals, {SIMULATED}\n" in said.output
+    assert SIMULATED in (kept / "page.html").read_text(encoding="utf-8")
+    assert {path.name: path.read_bytes() for path in (kept / "study").iterdir()} == before
+
+
+def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
+    said = called("study", kept / "study", "--out", kept / "study")
+    assert f"8 runs are of version 0.2.0 not used again, but kept; {dw.__version__} simulates anew" in said.output
+    assert "simulated with" not in said.output
+    assert dw.Results.load(kept / "study").version == dw.__version__
+    assert len((kept / "study" / "runs.jsonl").read_bytes().splitlines()) == 8 + 8
+
+
+def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kept):
+    changed(kept / "study" / "study.json", '"replications": 4', '"replications": 5')
+    assert not dw.Results.load(kept / "study").is_whole
+    said = called("study", kept / "study")
+    assert "8 runs are of version 0.2.0 not used again" in said.output
+    assert len(dw.Results.load(kept / "study").rows) == 2 * 5
+
+
+def test_a_plan_is_read_with_its_answer_and_studies():
+    plan = read_plan(HERE / "plan")
+    assert plan.design["robots"] == 2
+    assert plan.design["mean"] == pytest.approx(0.99887, abs=1e-5)
+    assert {study.version for study in (*plan.studies, *plan.scouts)} == {"0.2.0"}
+    assert plan.model.fleet.size == 2
+
+
+def test_models_and_plans_of_studies_load():
+    content = json.loads((HERE / "run" / "run.json").read_text())["model"]
+    model = dw.load(content)
+    assert (model.name, model.fleet.size) == (content["name"], content["fleet"]["size"])
+    assert dw.load(model.content()) == model
+    assert dw.Study.open(HERE / "study").plan.replications == 4
+
+
+def test_the_environment_keeps_its_former_path_for_now(monkeypatch):
+    pytest.importorskip("gymnasium")
+    from desim_warehouse.learn.rl import AllocationEnv
+
+    monkeypatch.delitem(sys.modules, "desim_warehouse.rl", raising=False)
+    with pytest.warns(
+        DeprecationWarning, match=r"desim_warehouse\.rl is now desim_warehouse\.learn\.rl; .* in version 0\.4"
+    ):
+        from desim_warehouse import rl
+    assert rl.AllocationEnv is AllocationEnv
