@@ -53,8 +53,8 @@ class State:
     `doing`: for people, in figures and on the replay page. `begins`: what its row in the log says. `time`: what is
     done in its share of time. `better`: whether less or more of that is better; None: it depends. `draws`: which
     consumption of the model file applies; None: nothing is drawn. `phase`: the part of its round that a robot is in;
-    None: any. `queue`: what it queues for; only in the phase `QUEUE`. `role`: how the replay page and films draw a
-    robot that is in it. `colour` and `stacked`: in figures, and its place in a stack of states, from below.
+    None: any. `queue`: what it queues for; only in the phase `QUEUE`. `role`: how the replay page draws a robot
+    that is in it. `colour` and `stacked`: in figures, and its place in a stack of states, from below.
     `applies`: whether robots of a model can be in it; else no table, figure or page has it.
     """
 

@@ -16,7 +16,7 @@ COMMANDS = {
     "new": ("new", "Write a first model file from a few words."),
     "draw": ("draw", "Draw the floor of a model as PNG or SVG."),
     "run": ("run", "Simulate a model once and show its indicators."),
-    "replay": ("replay", "Write a page that plays a run in a browser, or a film of it."),
+    "replay": ("replay", "Write a page that plays a run in a browser."),
     "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),
     "export": ("export", "Write a run, or the layout of a model, for other programs."),
     "import": ("import_layout", "Make a model of a layout that another program drew."),

@@ -1,7 +1,8 @@
 """How long a curve is: non-uniform rational B-splines, as robots drive along them.
 
-Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): de Boor's algorithm in homogeneous coordinates;
-the length is integrated with Gauss-Legendre quadrature between the knots, each part halved until both agree.
+Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
+coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
+are halved until both agree.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ _STEEPEST = 30  # degree
 _NODES = 16  # of the quadrature
 _AGREE = 1e-9  # of the length
 _HALVED = 20  # times at most: a cusp converges slowly
-_CHUNK = 2048  # parts at once
 
 
 def arc_length(
@@ -45,74 +45,36 @@ def arc_length(
         raise ValueError("weights that are not above 0")
     if degree == 1:  # along a straight line weights change the pace only
         return sum(math.dist(a, b) for a, b in pairwise(points))
-    return _Curve(degree, knots, points, weights).length()
+    return _length(degree, knots, points, weights)
 
 
-class _Curve:
-    def __init__(
-        self, degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
-    ) -> None:
-        import numpy as np
+def _length(
+    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    import numpy as np
+    from scipy.interpolate import BSpline
 
-        self.np = np
-        self.degree = degree
-        self.knots = np.asarray(knots, dtype=float)
-        factors = np.asarray(weights, dtype=float)[:, None]
-        self.points = np.hstack([np.asarray(points, dtype=float) * factors, factors])
-        self.at, self.share = np.polynomial.legendre.leggauss(_NODES)
+    scale = np.asarray(weights, dtype=float)[:, None]
+    curve = BSpline(np.asarray(knots, dtype=float), np.hstack([points * scale, scale]), degree)
+    at, share = np.polynomial.legendre.leggauss(_NODES)
 
-    def length(self) -> float:
-        np, last = self.np, len(self.points)
-        spans = np.arange(self.degree, last)
-        spans = spans[self.knots[spans] < self.knots[spans + 1]]
-        starts, ends = self.knots[spans], self.knots[spans + 1]
-        parts = self.integrals(spans, starts, ends)
-        tolerance = _AGREE * max(float(parts.sum()), 1e-12)
-        whole = 0.0
-        for _ in range(_HALVED):
-            middles = (starts + ends) / 2
-            left, right = self.integrals(spans, starts, middles), self.integrals(spans, middles, ends)
-            open_ = np.abs(left + right - parts) > tolerance / max(len(parts), 1)
-            whole += float((left + right)[~open_].sum())
-            if not open_.any():
-                break
-            spans = np.concatenate([spans[open_]] * 2)
-            starts, ends = (
-                np.concatenate([starts[open_], middles[open_]]),
-                np.concatenate([middles[open_], ends[open_]]),
-            )
-            parts = np.concatenate([left[open_], right[open_]])
-        else:
-            whole += float(parts.sum())
-        return whole
-
-    def integrals(self, spans: Any, starts: Any, ends: Any) -> Any:
-        """The lengths of parts of the curve, each inside one span of the knots."""
-        np = self.np
-        found = [
-            self.chunk(spans[at : at + _CHUNK], starts[at : at + _CHUNK], ends[at : at + _CHUNK])
-            for at in range(0, len(spans), _CHUNK)
-        ]
-        return np.concatenate(found)
-
-    def chunk(self, spans: Any, starts: Any, ends: Any) -> Any:
+    def lengths(starts: Any, ends: Any) -> Any:
+        """Of parts of the curve, each inside one span of the knots."""
         half = (ends - starts) / 2
-        where = starts[:, None] + half[:, None] * (self.at + 1)
-        return (self.paces(spans, where) * self.share).sum(axis=1) * half
+        where = starts[:, None] + half[:, None] * (at + 1)
+        (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))
+        return np.hypot(dx * weight - x * change, dy * weight - y * change) / weight**2 @ share * half
 
-    def paces(self, spans: Any, where: Any) -> Any:
-        """The length of the derivative, at several places of each span."""
-        np, degree, knots = self.np, self.degree, self.knots
-        near = [self.points[spans - degree + rank][:, None, :] + 0.0 * where[:, :, None] for rank in range(degree + 1)]
-        for level in range(1, degree + 1):
-            if level == degree:
-                width = (knots[spans + 1] - knots[spans])[:, None, None]
-                slope = degree * (near[degree] - near[degree - 1]) / width
-            for rank in range(degree, level - 1, -1):
-                low = knots[spans - degree + rank][:, None]
-                high = knots[spans + 1 + rank - level][:, None]
-                share = ((where - low) / (high - low))[:, :, None]
-                near[rank] = (1 - share) * near[rank - 1] + share * near[rank]
-        weight = near[degree][:, :, 2]
-        x, y = ((slope[:, :, axis] * weight - near[degree][:, :, axis] * slope[:, :, 2]) / weight**2 for axis in (0, 1))
-        return np.hypot(x, y)
+    corners = np.unique(knots[degree : len(points) + 1])
+    starts, ends = corners[:-1], corners[1:]
+    parts = lengths(starts, ends)
+    tolerance = _AGREE * max(float(parts.sum()), 1e-12)
+    whole = 0.0
+    for _ in range(_HALVED):
+        middles = (starts + ends) / 2
+        left, right = lengths(starts, middles), lengths(middles, ends)
+        again = np.abs(left + right - parts) > tolerance / max(len(parts), 1)
+        whole += float((left + right)[~again].sum())
+        starts, ends = np.r_[starts[again], middles[again]], np.r_[middles[again], ends[again]]
+        parts = np.r_[left[again], right[again]]
+    return whole + float(parts.sum())

@@ -1,4 +1,4 @@
-"""The colours of figures, films and replay pages."""
+"""The colours of figures and replay pages."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ GROUND = {
         "wall": "#3a4651",
     },
 }
-"""The floor of a replay page on light or dark ground; films are on light ground."""
+"""The floor of a replay page on light or dark ground."""
 
 PALETTES = {
     "safe": {

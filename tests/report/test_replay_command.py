@@ -44,14 +44,6 @@ def test_a_run_folder_is_shown_as_it_was(tmp_path: Path) -> None:
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == paper_run().replay().html
 
 
-def test_a_film_comes_instead_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    paper_run().save(tmp_path / "run")
-    call("run", "--from", 100, "--to", 120, "--speed", 1, "--gif", "a.gif")
-    assert (tmp_path / "a.gif").exists()
-    assert not (tmp_path / "replay.html").exists()
-
-
 def test_settings_for_a_run_that_is_over_are_refused(tmp_path: Path) -> None:
     paper_run().save(tmp_path / "run")
     with pytest.raises(ReportError, match="--set is for models"):
@@ -66,11 +58,6 @@ def test_another_run_stands_beside_it(tmp_path: Path) -> None:
     assert out.read_text(encoding="utf-8") == run.replay(end=500, beside=paper_run()).html
     call(tmp_path / "run", "--beside", MODEL, "-o", out)
     assert out.read_text(encoding="utf-8") == paper_run().replay(beside=paper_run()).html
-
-
-def test_a_film_of_two_runs_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ReportError, match="leave out --beside, or --gif"):
-        call(MODEL, "--beside", MODEL, "--gif", tmp_path / "a.gif")
 
 
 def test_a_model_that_records_too_little_is_told_what_to_set() -> None:
