@@ -13,6 +13,8 @@ from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.study import Study
 
@@ -69,15 +71,7 @@ def best(
     if not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
     more = _more_is_better(indicator) if maximise is None else maximise
-    if len(study.points) < 2:  # noqa: PLR2004
-        raise StudyError("the best of one design: expected factors with several values")
-
-    def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
-        return _selection_steps(study, delta, first, cap, maximise=more, exact=exact)
-
-    selection = study.follow(steps, indicator, **where)
-    tied = tuple(study.points[number] for number in selection.within)
-    return Best(study.points[selection.best], tied, indicator, more, selection)
+    return _race(study, indicator, more, first, cap, where, delta=delta)
 
 
 def most(
@@ -104,18 +98,37 @@ def most(
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
     """
-    more = _more_is_better(indicator)
+    return _race(study, indicator, _more_is_better(indicator), first, cap, where, share=share)
+
+
+def _race(
+    study: Study,
+    indicator: str,
+    more: bool,
+    first: int,
+    cap: int,
+    where: Mapping[str, Any],
+    *,
+    delta: float = 0.0,
+    share: float = 0.0,
+) -> Best:
+    """KN among the designs of a study, with an indifference zone of `delta`, or of a `share` of the largest mean."""
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
-        raise StudyError("most of one design: expected a factor with several values")
+        raise StudyError("the best of one design: expected factors with several values")
 
     def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
-        means, runs = [], 1 if exact else first
-        for design in range(designs):
-            values = yield from request([(design, replication) for replication in range(runs)])
-            means.append(sum(values) / runs)
-        delta = max(share * max(abs(mean) for mean in means), LEAST_DELTA)
-        return (yield from _selection_steps(study, delta, first, cap, maximise=more, exact=exact))
+        begin, end = (2, 2) if exact else (first, cap)  # designs without chance are compared by two runs each
+        zone = delta
+        if share:
+            values = yield from request([(design, rank) for design in range(designs) for rank in range(begin)])
+            sums = [abs(sum(values[at : at + begin])) for at in range(0, len(values), begin)]
+            zone = max(share * max(sums) / begin, LEAST_DELTA)
+        return (
+            yield from statistics.kn_steps(
+                designs, zone, study.plan.confidence, begin, maximise=more, cap=end, ahead=_AHEAD, deterministic=exact
+            )
+        )
 
     selection = study.follow(steps, indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
@@ -159,22 +172,6 @@ def size(
         )
 
     return study.follow(steps, goal.indicator, **where)
-
-
-def _selection_steps(
-    study: Study, delta: float, first: int, cap: int, *, maximise: bool, exact: bool
-) -> statistics.Procedure[statistics.Selection]:
-    """The steps of KN between all designs; deterministic ones are compared by two runs each."""
-    return statistics.kn_steps(
-        len(study.points),
-        delta,
-        study.plan.confidence,
-        2 if exact else first,
-        maximise=maximise,
-        cap=2 if exact else cap,
-        ahead=_AHEAD,
-        deterministic=exact,
-    )
 
 
 def _more_is_better(name: str) -> bool:
