@@ -17,7 +17,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.cli.tables import show, show_verdicts
+from desim_warehouse.cli.tables import sheet, show, show_verdicts
 from desim_warehouse.errors import spoken
 from desim_warehouse.report.text.printed import number
 
@@ -77,12 +77,8 @@ def command(
 
 def show_best(study: Study, found: Best) -> None:
     """Print the candidates and the answer."""
-    from rich.table import Table
-
     selection = found.selection
-    table = Table(title=f"{found.indicator}: the candidates", title_justify="left", box=None)
-    for name in ("design", "mean", "runs", ""):
-        table.add_column(name, justify="left" if name in {"design", ""} else "right")
+    table = sheet(f"{found.indicator}: the candidates", "design", ">mean", ">runs", "")
     for point in study.points:
         verdict = _verdict(selection, point.number)
         mean, runs = selection.means[point.number], selection.samples[point.number]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import load_model, with_overrides
+from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Check
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command("check")
 @click.argument("model")
 @with_overrides
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: verdict, findings, hand calculation.")
+@with_json("verdict, findings, hand calculation")
 def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check MODEL: the file, its layout, and what a hand calculation shows before a run.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.study_options import read_assignments, with_indicator
-from desim_warehouse.cli.tables import show, show_summary
+from desim_warehouse.cli.tables import sheet, show, show_summary
 from desim_warehouse.report.text.printed import difference
 
 if TYPE_CHECKING:
@@ -40,11 +40,8 @@ def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...],
 
 
 def _show_comparison(indicator: str, found: Comparison) -> None:
-    from rich.table import Table
-
-    table = Table(title=f"\n{indicator}: difference to {found.baseline}", title_justify="left", box=None)
-    for name in ("design", "difference", "from", "to", "p", "verdict"):
-        table.add_column(name, justify="left" if name in {"design", "verdict"} else "right")
+    columns = ("design", ">difference", ">from", ">to", ">p", "verdict")
+    table = sheet(f"\n{indicator}: difference to {found.baseline}", *columns)
     for one in found.differences:
         table.add_row(str(one.design), *difference(one))
     show(table)

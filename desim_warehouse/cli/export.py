@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.options import with_force
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -42,7 +44,7 @@ def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
     help=f"Of a run: {_listed(_RUN)}. Of a model: {_listed(_MODEL)}.",
 )
 @click.option("-o", "--out", metavar="PATH", help="Default: by the format, in the run's folder or beside the model.")
-@click.option("--force", is_flag=True, help="Write over files of a layout that are there.")
+@with_force
 def command(path: str, form: str, out: str | None, force: bool) -> None:
     """Write what is at PATH in an open format: a run (a folder from `desim run --out`), or the layout of a model.
 

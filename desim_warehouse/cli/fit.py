@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.tables import show
+from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Fitted
@@ -42,16 +42,12 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
 
 
 def _show(found: Fitted, unit: str) -> None:
-    from rich.table import Table
-
     times = found.times
     click.echo(
         f"{len(times)} times from {times.min():.4g} to {times.max():.4g} {unit}, mean {times.mean():.4g} {unit}, "
         f"cv {times.std() / times.mean():.4g}"
     )
-    table = Table(box=None)
-    table.add_column("distribution")
-    table.add_column("AIC", justify="right")
+    table = sheet(None, "distribution", ">AIC")
     for one in found.candidates:
         table.add_row(one.distribution.words(unit), f"{one.aic:,.1f}")
     show(table)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from desim_warehouse.cli.options import write_files
+from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.remarks import counted, show_remarks
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
 
@@ -21,7 +21,7 @@ the file does not say it.
 @click.command("import", help=_HELP)
 @click.argument("file")
 @click.option("-o", "--out", metavar="MODEL", help="The model file to write.  [default: standard output]")
-@click.option("--force", is_flag=True, help="Write over a model file that is there.")
+@with_force
 @click.option(
     "--operation",
     "operations",

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import run_of, with_overrides, with_seed
+from desim_warehouse.cli.options import run_of, with_confidence, with_json, with_overrides, with_seed
 from desim_warehouse.cli.run import with_unit
 from desim_warehouse.cli.study_options import with_indicator
-from desim_warehouse.cli.tables import show
+from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -22,15 +22,9 @@ if TYPE_CHECKING:
 @click.argument("source", metavar="MODEL|RUN_DIR")
 @with_overrides
 @with_indicator
-@click.option(
-    "--confidence",
-    type=click.FloatRange(0, 1, min_open=True, max_open=True),
-    default=0.95,
-    show_default=True,
-    help="Of the intervals.",
-)
+@with_confidence
 @with_seed
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@with_json()
 def command(
     source: str,
     assignments: tuple[str, ...],
@@ -67,18 +61,12 @@ def _content(found: OneRun) -> dict[str, float | bool | str | None]:
 
 
 def _show(run: Run, found: dict[str, OneRun], confidence: float) -> None:
-    from rich.table import Table
-
     from desim_warehouse.report.text import words
 
     units = run.model.units
     counted = f"counted from {run.history.begin:,g} to {run.T:,g} {units.time}"
-    table = Table(title=f"{run.model.name}: one run, {counted}", title_justify="left", box=None, pad_edge=False)
-    table.add_column("indicator")
-    for head in ("value", "from", "to"):
-        table.add_column(head, justify="right")
-    table.add_column("unit")
-    table.add_column("note")
+    columns = ("indicator", ">value", ">from", ">to", "unit", "note")
+    table = sheet(f"{run.model.name}: one run, {counted}", *columns, pad_edge=False)
     for name, one in found.items():
         kind = words.indicator_kind(name)
         cells = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import write_model
+from desim_warehouse.cli.options import with_force, write_model
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
@@ -26,7 +26,7 @@ _WORKED_OUT = "worked out by hand"
 @click.option(
     "--due", type=float, default=15, show_default=True, metavar="MINUTES", help="Minutes from an order to its due time."
 )
-@click.option("--force", is_flag=True, help="Overwrite an existing file.")
+@with_force
 def command(file: str | None, *, force: bool, **given: Any) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 

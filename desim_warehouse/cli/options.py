@@ -45,9 +45,30 @@ def with_overrides(command: F) -> F:
     return cast("F", _set(_accept(call)))
 
 
-with_seed = click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
+def _usual(
+    option: str, kind: click.ParamType[Any], text: str, default: float
+) -> tuple[Callable[[F], F], Callable[[F], F]]:
+    """An option with a default, and the same for studies, where none given means that of the study file."""
+    return (
+        click.option(option, type=kind, default=default, show_default=True, help=text),
+        click.option(option, type=kind, help=f"{text}  [default: {default}]"),
+    )
+
+
+with_seed, with_study_seed = _usual("--seed", click.IntRange(min=0), "Seed of all random streams.", 0)
+with_confidence, with_study_confidence = _usual(
+    "--confidence", click.FloatRange(0, 1, min_open=True, max_open=True), "Confidence of intervals and verdicts.", 0.95
 )
+
+
+def with_json(content: str = "") -> Callable[[F], F]:
+    """Add `--json`; `content` says what the object has."""
+    return click.option(
+        "--json", "as_json", is_flag=True, help=f"Print one JSON object{': ' if content else ''}{content}."
+    )
+
+
+with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
 
 
 def write_model(path: str, text: str, *, force: bool) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_model, write_files
+from desim_warehouse.cli.options import load_model, with_force, write_files
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
@@ -21,7 +21,7 @@ _SHOWN = 12
 @click.argument("model")
 @click.option("-o", "--out", required=True, metavar="FILE", help="The model file to write.")
 @click.option("--runs", type=click.IntRange(0), default=5, show_default=True, help="Of either floor, to compare them.")
-@click.option("--force", is_flag=True, help="Overwrite an existing file.")
+@with_force
 def command(model: str, out: str, runs: int, *, force: bool) -> None:
     """Make the two-way lanes of MODEL one-way where the floor stays connected; bridges stay two-way.
 

@@ -28,14 +28,11 @@ def command(study: str, out: str) -> None:
 
 
 def _show(table: pd.DataFrame) -> None:
-    from rich.table import Table
+    from desim_warehouse.cli.tables import sheet, show
 
-    from desim_warehouse.cli.tables import show
-
-    shown = Table(title="The paper's experiment, here | program | paper's figure", title_justify="left", box=None)
     heads = ("robots", "group", "T steps", "program", "diff", "T s", "paper s")
-    for name in (*heads, "S", "program", "paper", "diff", "C", "program", "paper", "diff"):
-        shown.add_column(name, justify="right")
+    names = (*heads, "S", "program", "paper", "diff", "C", "program", "paper", "diff")
+    shown = sheet("The paper's experiment, here | program | paper's figure", *(f">{name}" for name in names))
     for row in table.to_dict("records"):
         counts = (f"{row[name + ending]:{sign}d}" for name in "SC" for ending, sign in _COUNTS)
         shown.add_row(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import load_model
+from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -51,7 +51,7 @@ ALL_YEAR = 8760.0
 @click.option(
     "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@with_json()
 @with_first_and_cap(320)
 @with_question
 @with_execution
@@ -91,13 +91,10 @@ def command(
             robots=_counts(robots, "--robots"),
             chargers=_counts(chargers, "--chargers"),
             zone=None if zone is None else _zone(zone),
-            confidence=question.confidence or 0.95,
-            seed=question.seed or 0,
             runs=runs,
             first=first,
             cap=cap,
-            timeout=execution.timeout,
-            **execution.where(),
+            **question.search(execution),
         )
     took = monotonic() - began
     shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.cli.tables import show
+from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,11 +16,7 @@ _NAMED = 12  # in a row
 
 def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
     """Print remarks, a row for each."""
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    for head in ("", "what", "why", "which"):
-        table.add_column(head)
+    table = sheet(None, "", "what", "why", "which", pad_edge=False)
     for remark in remarks:
         number = len(remark.names)
         kind = remark.kind if remark.what == "assumed" else counted(number, remark.kind)

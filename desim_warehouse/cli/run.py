@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_model, with_overrides, with_seed
-from desim_warehouse.cli.tables import show
+from desim_warehouse.cli.options import load_model, with_json, with_overrides, with_seed
+from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.argument("model")
 @with_overrides
 @with_seed
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: indicators, verdicts, seed, version.")
+@with_json("indicators, verdicts, seed, version")
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
 def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, out: str | None) -> None:
     """Simulate MODEL once and show its indicators."""
@@ -45,16 +45,11 @@ def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, 
 
 
 def _show(run: Run) -> None:
-    from rich.table import Table
-
     from desim_warehouse.report.text import words
 
     robots = f"{run.model.fleet.size} robot{'s' * (run.model.fleet.size != 1)}"
-    table = Table(title=f"{run.model.name}: {robots}, seed {run.seed}", title_justify="left", box=None, pad_edge=False)
-    table.add_column("indicator")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    table.add_column("meaning")
+    columns = ("indicator", ">value", "unit", "meaning")
+    table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", *columns, pad_edge=False)
     for key, value in run.kpis.items():
         shown, unit = with_unit(words.indicator_kind(key), value, run.model.units)
         meaning = words.indicator_name(key).removeprefix("Fleet ")

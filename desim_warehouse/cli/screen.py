@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.study_options import with_indicator
-from desim_warehouse.cli.tables import show
+from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
@@ -32,8 +32,6 @@ def command(folder: str, indicators: tuple[str, ...]) -> None:
 
 
 def _show(study: Results, indicator: str) -> None:
-    from rich.table import Table
-
     effects = study.main_effects(indicator)
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
     first = None if total else study.first_order(indicator)
@@ -43,10 +41,9 @@ def _show(study: Results, indicator: str) -> None:
             f"{indicator}: {number(effects.grand_mean)} on average in every design that ran, so no factor matters"
         )
         return
-    table = Table(title=f"{indicator}: mean {number(effects.grand_mean)}", title_justify="left", box=None)
-    heads = ["factor", "largest - smallest mean", "share alone", *(["with interactions"] if total else [])]
-    for name in (*heads, "mean at each value, minus the grand mean"):
-        table.add_column(name, justify="left" if name == "factor" or name.startswith("mean") else "right")
+    heads = ["factor", ">largest - smallest mean", ">share alone", *([">with interactions"] if total else [])]
+    columns = (*heads, "mean at each value, minus the grand mean")
+    table = sheet(f"{indicator}: mean {number(effects.grand_mean)}", *columns)
     for effect in effects.factors:
         levels = ", ".join(f"{level}: {value:+.4g}" for level, value in effect.effects.items())
         share = first.text(effect.factor) if first else f"{100 * shares[effect.factor]:.1f} %"

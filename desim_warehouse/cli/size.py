@@ -18,7 +18,7 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import runs, show, show_verdicts
+from desim_warehouse.cli.tables import runs, sheet, show, show_verdicts
 from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
@@ -112,11 +112,7 @@ def _see_upwards(values: str, searched: list[Any]) -> None:
 
 
 def _show(key: str, found: Sizing[Any]) -> None:
-    from rich.table import Table
-
-    table = Table(title=f"{found.target}: the values looked at", title_justify="left", box=None)
-    for name in (key, "mean", "from", "to", "runs", "verdict"):
-        table.add_column(name, justify="left" if name == "verdict" else "right")
+    table = sheet(f"{found.target}: the values looked at", f">{key}", ">mean", ">from", ">to", ">runs", "verdict")
     for one in sorted(found.decisions, key=lambda decision: decision.value):
         ends = ("exact", "") if one.low is None or one.high is None else (number(one.low), number(one.high))
         table.add_row(str(one.value), number(one.mean), *ends, str(one.n), one.verdict)

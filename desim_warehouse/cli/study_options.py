@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 from click.core import ParameterSource
 
-from desim_warehouse.cli.options import with_overrides
+from desim_warehouse.cli.options import with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
@@ -69,6 +69,11 @@ class ModelOptions:
     assignments: tuple[str, ...]
     confidence: float | None
     seed: int | None
+
+    def search(self, execution: ExecutionOptions) -> dict[str, Any]:
+        """The arguments of `plan_fleet` and `why` that the options give."""
+        stated = {"confidence": self.confidence or 0.95, "seed": self.seed or 0, "timeout": execution.timeout}
+        return {**stated, **execution.where()}
 
     def study(
         self,
@@ -142,12 +147,8 @@ with_question = _gathered(
     "question",
     [
         with_overrides,
-        click.option(
-            "--confidence",
-            type=click.FloatRange(0, 1, min_open=True, max_open=True),
-            help="Confidence of intervals and verdicts.  [default: 0.95]",
-        ),
-        click.option("--seed", type=click.IntRange(min=0), help="Seed of all random streams.  [default: 0]"),
+        with_study_confidence,
+        with_study_seed,
     ],
 )
 with_execution = _gathered(

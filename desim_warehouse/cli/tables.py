@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,14 +11,14 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text.printed import number, said
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import QuantileEstimate
 
 
 def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
-    from rich.table import Table
-
     from desim_warehouse.report.text import sentences, words
     from desim_warehouse.study.factors import readable
 
@@ -26,19 +26,16 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     found = {name: results.estimates(name) for name in chosen}
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
     means = f"means ± half-width ({100 * results.plan.confidence:g} %)" if known else "means"
-    table = Table(title=_title(results, means), title_justify="left", box=None)
-    for factor in results.factors:
-        table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
-    for name in chosen:
-        table.add_column(name, justify="right")
-    if results.target is not None:
-        table.add_column(words.target(results.target))
-    if results.warm_ups:
-        table.add_column("counted from", justify="right")
-    table.add_column("runs", justify="right")
     judged = any(results.verdicts.values())
-    if judged:
-        table.add_column("verdict")
+    table = sheet(
+        _title(results, means),
+        *_factors(results),
+        *(f">{name}" for name in chosen),
+        *([] if results.target is None else [words.target(results.target)]),
+        *([">counted from"] if results.warm_ups else []),
+        ">runs",
+        *(["verdict"] if judged else []),
+    )
     for point in results.points:
         rows = results.by_point[point.number]
         failed = sum(row.outcome.error is not None for row in rows)
@@ -61,11 +58,15 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     _show_failures(results)
 
 
+def _factors(results: Results) -> list[str]:
+    """Heads of the columns of the factors: their keys, and their units."""
+    from desim_warehouse.report.text import words
+
+    return [words.with_unit(factor, words.factor_unit(factor, results.base.units)) for factor in results.factors]
+
+
 def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
-    from rich.table import Table
-
-    from desim_warehouse.report.text import words
     from desim_warehouse.study.factors import readable
     from desim_warehouse.study.statistics import replications_for_quantile
 
@@ -73,12 +74,7 @@ def show_quantiles(results: Results, share: float) -> None:
     found = {name: results.quantiles(name, share) for name in chosen}
     percent, sure = f"{100 * share:g} %", results.plan.confidence
     title = _title(results, f"{percent} quantiles over runs, {100 * sure:g} % intervals")
-    table = Table(title=title, title_justify="left", box=None)
-    for factor in results.factors:
-        table.add_column(words.with_unit(factor, words.factor_unit(factor, results.base.units)))
-    for name in chosen:
-        table.add_column(name, justify="right")
-    table.add_column("runs", justify="right")
+    table = sheet(title, *_factors(results), *(f">{name}" for name in chosen), ">runs")
     for point in results.points:
         cells = (_said_of_quantile(found[name][point.number]) for name in chosen)
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
@@ -128,7 +124,17 @@ def runs(count: int) -> str:
     return f"{count} run{'s' * (count != 1)}"
 
 
-def show(table: Any, *, err: bool = False, markup: bool = True) -> None:
+def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
+    """A table without lines; a column whose name begins with > is aligned to the right."""
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", box=None, pad_edge=pad_edge)
+    for name in columns:
+        made.add_column(name.removeprefix(">"), justify="right" if name.startswith(">") else "left")
+    return made
+
+
+def show(table: Table, *, err: bool = False, markup: bool = True) -> None:
     """Print a table, at its full width where the output is not a terminal; without `markup` brackets are text."""
     from rich.console import Console
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import load_source
+from desim_warehouse.cli.options import load_source, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.command("why")
 @click.argument("source", metavar="MODEL|RUN_DIR")
 @click.option("--indicator", metavar="NAME", help="What costs are counted in.  [default: throughput, cycle time or T]")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@with_json()
 @with_first_and_cap(160)
 @with_question
 @with_execution
@@ -51,12 +51,9 @@ def command(
         found = why(
             start,
             indicator=indicator,
-            confidence=question.confidence or 0.95,
-            seed=question.seed or 0,
             first=first,
             cap=cap,
-            timeout=execution.timeout,
-            **execution.where(),
+            **question.search(execution),
         )
     model = source if not Path(source).is_dir() else "MODEL"
     said = why_words.sentence(found, start.model.units if isinstance(start, Done) else start.units)
@@ -79,14 +76,11 @@ def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
 
 
 def _show(found: Why, lines: list[str]) -> None:
-    from rich.table import Table
-
-    from desim_warehouse.cli.tables import show
+    from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.report.text.printed import number
 
-    table = Table(title=f"what a relief gains in {found.indicator}", title_justify="left", box=None)
-    for name in ("relief", "waited", "gain", "from", "to", "runs"):
-        table.add_column(name, justify="left" if name == "relief" else "right")
+    columns = ("relief", ">waited", ">gain", ">from", ">to", ">runs")
+    table = sheet(f"what a relief gains in {found.indicator}", *columns)
     for suspect, gain in found.found:
         waited = "" if suspect.waited is None else f"{100 * suspect.waited:.1f} %"
         table.add_row(suspect.relief, waited, *map(number, (gain.mean, gain.low, gain.high)), str(gain.n))
