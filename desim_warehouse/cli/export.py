@@ -66,7 +66,7 @@ def command(path: str, form: str, out: str | None, force: bool) -> None:
 
 
 def _layout(model: Model, form: str, out: Path, force: bool) -> None:
-    from desim_warehouse.cli.remarks import show_remarks
+    from desim_warehouse.cli.tables import show_remarks
     from desim_warehouse.errors import ReportError
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE

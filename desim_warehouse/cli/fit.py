@@ -34,8 +34,8 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
     else:
         click.echo(f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}}}}}")
     if out is not None:
-        from desim_warehouse.cli.figures import save
         from desim_warehouse.report.plot import fitted
+        from desim_warehouse.report.plot.style import save
 
         save(fitted(found, unit=unit).get_figure(root=True), Path(out), "fit")
         click.echo(f"written to {out}")

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.options import with_force, write_files
-from desim_warehouse.cli.remarks import counted, show_remarks
+from desim_warehouse.cli.tables import counted, show_remarks
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
 
 _HELP = f"""Make a model of FILE, a layout of another program.

@@ -11,10 +11,16 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text.printed import number, said
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from rich.table import Table
 
+    from desim_warehouse.plants import Remark
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import QuantileEstimate
+
+_NAMED = 12
+"""Names in a row of remarks."""
 
 
 def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
@@ -145,3 +151,18 @@ def show(table: Table, *, err: bool = False, markup: bool = True) -> None:
         console.print(table.title, style="table.title", soft_wrap=True)
         table.title = None
     console.print(table)
+
+
+def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
+    """What became of a layout on its way from one program to another: a row for each remark."""
+    table = sheet(None, "", "what", "why", "which", pad_edge=False)
+    for remark in remarks:
+        number = len(remark.names)
+        kind = remark.kind if remark.what == "assumed" else counted(number, remark.kind)
+        table.add_row(remark.what, kind, remark.why, remark.which(_NAMED))
+    show(table, err=err, markup=False)
+
+
+def counted(number: int, kind: str) -> str:
+    """A number of things, in words: `2 robots`."""
+    return f"{number} {kind}{'s' * (number != 1)}"

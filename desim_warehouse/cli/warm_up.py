@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from desim_warehouse.cli.figures import save
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 from desim_warehouse.cli.tables import runs
+from desim_warehouse.report.plot.style import save
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 

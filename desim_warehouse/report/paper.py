@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.report.palette import COLOURS
+from desim_warehouse.report.plot.style import save
 from desim_warehouse.run.spreadsheet import as_csv
 from desim_warehouse.study.study import Study
 
@@ -62,9 +63,7 @@ class Reproduction:
         (folder / "paper.csv").write_text(as_csv(self.table, float_format="%.6g"), encoding="utf-8")
         self.table.to_parquet(folder / "paper.parquet", index=False)
         for indicator, (number, _) in FIGURES.items():
-            drawn = self.figure(indicator)
-            for ending in ("png", "svg"):
-                drawn.savefig(folder / f"figure_{number}.{ending}", dpi=150)
+            save(self.figure(indicator), folder, f"figure_{number}")
 
     def figure(self, indicator: str) -> Figure:
         """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""

@@ -60,7 +60,6 @@ class Why:
     """What the suspects cost: each with its gain, the costliest first."""
 
     indicator: str
-    more_is_better: bool
     found: tuple[tuple[Suspect, Gain], ...]
     gains: Gains
 
@@ -286,4 +285,4 @@ def why(
         )
 
     gains = study.follow(steps, name, **where)
-    return Why(name, better == "more", tuple((looked_at[gain.change - 1], gain) for gain in gains.gains), gains)
+    return Why(name, tuple((looked_at[gain.change - 1], gain) for gain in gains.gains), gains)

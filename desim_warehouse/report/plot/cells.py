@@ -86,12 +86,7 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
     if len(at) <= _ARROWS:
         _arrows(axes, floor, at, step)
     low, high = middles.min(axis=0) - step, middles.max(axis=0) + step
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(high[1], low[1])
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    axes.set_xlabel(look.text(f"x ({model.units.length})"))
-    axes.set_ylabel(look.text(f"y ({model.units.length})"))
+    look.floor_axes(axes, model, (low[0], high[0]), (low[1], high[1]))
     used = {AISLE, *colours.values()}
     marks = [("shelf or wall", SHELF), ("aisle", AISLE), *_KEY.items()]
     handles = [

@@ -296,16 +296,11 @@ def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) ->
 
 
 def frame(axes: Axes, floor: Layout, step: float, model: Model, beside: Sequence[tuple[float, float]] = ()) -> None:
-    """The whole floor in sight, y downwards as in the model file, both axes alike, in its length unit."""
+    """The whole floor in sight."""
     nodes = [*(_at(floor, name) for name in floor.graph), *beside]
     xs, ys = [x for x, _ in nodes], [y for _, y in nodes]
     room = 0.25 * step
-    axes.set_xlim(min(xs) - room, max(xs) + room)
-    axes.set_ylim(max(ys) + room, min(ys) - room)
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    axes.set_xlabel(look.text(f"x ({model.units.length})"))
-    axes.set_ylabel(look.text(f"y ({model.units.length})"))
+    look.floor_axes(axes, model, (min(xs) - room, max(xs) + room), (min(ys) - room, max(ys) + room))
 
 
 def _key(axes: Axes, floor: Layout, model: Model) -> None:

@@ -6,12 +6,17 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
+from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.report.palette import COLOURS, FAINT, INK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from desim_warehouse.model import Model
 
 Style = Literal["light", "print"]
 
@@ -68,8 +73,6 @@ _SHRINK = 0.68
 
 
 def _settings(style: Style) -> dict[str, Any]:
-    from desim_warehouse.errors import ReportError
-
     if style not in _STYLES:
         raise ReportError(f"style {style!r}: expected one of {', '.join(_STYLES)}")
     return _STYLES[style]
@@ -158,3 +161,24 @@ def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> N
     """A legend beside the plot; none for a single entry without a name."""
     if entries > 1 or name:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)
+
+
+def floor_axes(axes: Axes, model: Model, xs: tuple[float, float], ys: tuple[float, float]) -> None:
+    """The part of a floor between two x and two y, downwards as in the model file, both alike, in its length unit."""
+    axes.set_xlim(*xs)
+    axes.set_ylim(ys[1], ys[0])
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.set_xlabel(text(f"x ({model.units.length})"))
+    axes.set_ylabel(text(f"y ({model.units.length})"))
+
+
+def save(drawn: Figure | None, folder: Path, name: str) -> None:
+    """Write a figure to a folder as PNG and SVG; raises ReportError where that is not possible."""
+    assert drawn is not None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for ending in ("png", "svg"):
+            drawn.savefig(folder / f"{name}.{ending}", dpi=150)
+    except OSError as error:
+        raise ReportError(f"{folder}: the figure cannot be written there ({reason(error)})") from error
