@@ -69,7 +69,6 @@ def _header(
     blocks = model.layout.blocks
     return {
         "name": model.name,
-        "description": model.description,
         "seed": history.seed,
         "day": _seconds_of_day(model.run.start),
         "units": {"length": model.units.length, "time": model.units.time, "seconds": model.units.seconds},
@@ -78,7 +77,6 @@ def _header(
         "start": scale.start,
         "end": scale.end,
         "begin": history.begin,
-        "finish": history.end,
         "capacity": None if model.battery is None else model.battery.capacity,
         "radii": robot_radii(model),
         "aisle": 0.0 if blocks is None else blocks.aisle_width,
