@@ -1,0 +1,69 @@
+"""Work of a run in bytecodes of Python, which no clock disturbs: `python -m benchmarks.bytecodes [OTHER]`.
+
+With another checkout the counts of both and their ratio are printed. What runs in C (SimPy's queue, NumPy) is not counted.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parents[1]
+RUNS = {
+    "a cell: 6 robots of models/multibots.yaml": ("models/multibots.yaml", {"fleet.size": 6}),
+    "medium: 900 s of models/medium.yaml": ("models/medium.yaml", {"run.length": 900, "run.warm_up": 200}),
+}
+COUNT = """
+import sys
+import desim_warehouse as dw
+from desim_warehouse.world import World
+
+count = 0
+
+def bytecode(frame, event, _):
+    global count
+    count += event == "opcode"
+    return bytecode
+
+def call(frame, event, _):
+    frame.f_trace_opcodes, frame.f_trace_lines = True, False
+    return bytecode
+
+for path, changes in {runs!r}:
+    World(dw.load(path, changes), 0).run()  # what is imported and worked out once is not counted
+    world, count = World(dw.load(path, changes), 0), 0
+    sys.settrace(call)
+    world.run()
+    sys.settrace(None)
+    print(count)
+"""
+
+
+def counts(checkout: Path) -> list[int]:
+    """Bytecodes of every run in a checkout, on the models of this one."""
+    runs = [(str(HERE / path), changes) for path, changes in RUNS.values()]
+    environment = {**os.environ, "PYTHONPATH": str(checkout)}
+    done = subprocess.run(  # noqa: S603 - a checkout that the caller named
+        [sys.executable, "-c", COUNT.format(runs=runs)],
+        cwd=checkout,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return [int(line) for line in done.stdout.split()]
+
+
+def main() -> None:
+    """Print the counts of this checkout, or of both and this one's over the other's."""
+    these = counts(HERE)
+    others = counts(Path(sys.argv[1]).resolve()) if len(sys.argv) > 1 else these
+    print(f"{'bytecodes':<46} {'other':>12} {'this':>12}  ratio")
+    for name, other, this in zip(RUNS, others, these, strict=True):
+        print(f"{name:<46} {other:>12,} {this:>12,}  {this / other:.4f}")
+
+
+if __name__ == "__main__":
+    main()
