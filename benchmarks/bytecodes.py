@@ -1,6 +1,6 @@
 """Work of a run in bytecodes of Python, which no clock disturbs: `python -m benchmarks.bytecodes [OTHER]`.
 
-With another checkout the counts of both and their ratio are printed. What runs in C (SimPy's queue, NumPy) is not counted.
+With another checkout the counts of both and their ratio are printed. What runs in C, such as NumPy, is not counted.
 """
 
 from __future__ import annotations

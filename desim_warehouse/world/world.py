@@ -20,18 +20,19 @@ from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.states import OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.orders.ask import BayChoice, ChargingLevels, Situations, handling_of
 from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand
-from desim_warehouse.world.orders.departures import Departures
 from desim_warehouse.world.orders.dispatch import Dispatcher
-from desim_warehouse.world.orders.duty import duty_of
 from desim_warehouse.world.orders.flows import Flows
-from desim_warehouse.world.orders.routes import Routes
+from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers
-from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.handling import HandlingTimes, handling_of
 from desim_warehouse.world.places.stations import Stations, stations_of
+from desim_warehouse.world.robots.bay_choice import BayChoice
+from desim_warehouse.world.robots.departures import Departures
+from desim_warehouse.world.robots.duty import duty_of
+from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.reach import Reach
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.tallies import less, tallies
@@ -40,6 +41,7 @@ from desim_warehouse.world.traffic.encounters import count_encounters, record_cl
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.motion import Motion
 from desim_warehouse.world.traffic.people import sources
+from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:

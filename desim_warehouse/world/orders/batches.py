@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import TaskBatch, WaitingTasks
-from desim_warehouse.world.orders.ask import asked
+from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.robots.reach import suits
 from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS

@@ -10,7 +10,7 @@ from simpy.core import StopSimulation
 from simpy.events import Event
 
 from desim_warehouse.errors import PolicyError, shown
-from desim_warehouse.world.orders.ask import asked
+from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.robots.forecast import busy_view
 from desim_warehouse.world.robots.reach import may_do
 from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from desim_warehouse.model.policy import Policies
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
-    from desim_warehouse.world.orders.ask import Situations
     from desim_warehouse.world.orders.batches import Batcher
-    from desim_warehouse.world.orders.departures import Departures
+    from desim_warehouse.world.orders.situations import Situations
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 

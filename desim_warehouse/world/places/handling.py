@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.values.distributions import drawn
+from desim_warehouse.model.stations import flow_times, own_times
+from desim_warehouse.policies import Handling
+from desim_warehouse.values.distributions import drawn, mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.policies import Task
     from desim_warehouse.values.distributions import Distribution
@@ -56,3 +59,21 @@ class HandlingTimes:
     def _drawn(self, purpose: str, time: float | Distribution, task: Task) -> float:
         of, number = (f"{purpose}:{task.flow}", task.nth) if task.flow else (purpose, task.number)
         return drawn(time, lambda: self.streams.stream(of, number))
+
+
+def handling_of(model: Model, layout: Layout) -> Handling:
+    """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
+    tasks, cost = model.tasks, model.cost
+    flows = {name: flow_times(tasks, flow) for name, flow in tasks.flows.items()}
+    visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
+    return Handling(
+        tasks.mean_load,
+        tasks.mean_unload,
+        tasks.clear_time,
+        cost.distance,
+        cost.time,
+        cost.collisions,
+        flows,
+        visits,
+        own_times(model, layout),
+    )

@@ -1,4 +1,4 @@
-"""Breakdowns of a robot, and delays at the nodes it passes: drawn from streams of its own.
+"""Breakdowns of a robot, drawn from streams of its own.
 
 A robot breaks down by its time in operation: driving and handling, neither waiting nor in a bay. A breakdown is due
 when that has reached the sum of the times drawn so far, and takes effect where the robot next looks round. So one that
@@ -14,7 +14,7 @@ from desim_warehouse.values.distributions import draws
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec
+    from desim_warehouse.values.disturbances import BreakdownSpec
     from desim_warehouse.values.streams import Streams
 
 
@@ -40,22 +40,3 @@ class Breakdowns:
         self.count += 1
         self._due_after += self._every()
         return self._repair()
-
-
-class NodeDelays:
-    """How long a robot is delayed at the end of each lane that it enters."""
-
-    def __init__(self, spec: DelaySpec, robot: int, streams: Streams) -> None:
-        self._share = spec.share
-        self._chance = streams.stream("delay-share", robot) if 0 < spec.share < 1 else None
-        self._time = draws(spec.time if spec.share else 0.0, streams, "delay", robot)
-        self._move = -1
-        self._delay = 0.0
-
-    def at(self, move: int) -> float:
-        """The delay at the end of its so manyth lane (0: where it starts); the same however often it is asked for."""
-        while self._move < move:
-            self._move += 1
-            hit = self._share > 0 if self._chance is None else self._chance.random() < self._share
-            self._delay = self._time() if hit else 0.0
-        return self._delay

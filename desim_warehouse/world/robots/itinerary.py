@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.oracle import RouteOracle
     from desim_warehouse.policies import Task
-    from desim_warehouse.world.orders.routes import Routes
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.lane import Lane
+    from desim_warehouse.world.traffic.routes import Routes
 
     Place: TypeAlias = tuple[Lane, float]
     Leg: TypeAlias = tuple[list[Lane], Place | None]

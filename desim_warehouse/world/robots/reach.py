@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.model.battery import Consumption
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
-    from desim_warehouse.world.orders.ask import ChargingLevels
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.levels import ChargingLevels
 
 
 MORE = 0.05

@@ -17,12 +17,13 @@ from desim_warehouse.policies import RobotView
 from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Phase
 from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
-from desim_warehouse.world.robots.breakdowns import Breakdowns, NodeDelays
+from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.delays import NodeDelays
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 

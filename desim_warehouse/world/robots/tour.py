@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
-    from desim_warehouse.world.orders.departures import Departures
     from desim_warehouse.world.orders.dispatch import Dispatcher
     from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.stations import Station
     from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.robot import Robot
 
     Steps = Generator[Event, object, None]

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from simpy.events import Event
 
-    from desim_warehouse.world.robots.breakdowns import NodeDelays
     from desim_warehouse.world.traffic.closures import Closure
+    from desim_warehouse.world.traffic.delays import NodeDelays
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Roads
-from desim_warehouse.world.orders.ask import asked
+from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.traffic.closures import wait_at
 
 if TYPE_CHECKING:

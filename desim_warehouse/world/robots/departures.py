@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.orders.duty import Duty
+    from desim_warehouse.world.robots.duty import Duty
 
 
 class Departures:

@@ -1,0 +1,27 @@
+"""A policy asked for its answer: what goes wrong in it is told with the place where."""
+
+from __future__ import annotations
+
+import traceback
+from typing import TYPE_CHECKING, TypeVar
+
+from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Answer = TypeVar("Answer")
+
+
+def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
+    """The answer of a policy; what it raises becomes a PolicyError that says where."""
+    try:
+        return ask()
+    except (WarehouseError, *PASSED_ON):
+        raise
+    except BaseException as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise PolicyError(
+            f"policies.{kind} ({type(policy).__name__}) at time {now:g}: raised {shown(error)} "
+            f"in {last.filename}, line {last.lineno}"
+        ) from error

@@ -1,0 +1,76 @@
+"""What the allocation policy is shown when it decides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.policies import Situation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+
+    from numpy.random import Generator
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.traffic.routes import Routes
+
+
+class Situations:
+    """Builds what the allocation policy decides on."""
+
+    def __init__(
+        self,
+        env: Environment,
+        layout: Layout,
+        travel: FreeTravel,
+        *,
+        routes: Routes,
+        reach: Reach,
+        open_tasks: Mapping[int, Task],
+        streams: Streams,
+    ) -> None:
+        self.env = env
+        self.travel = travel
+        self.routes = routes
+        self.reach = reach
+        self.open_tasks = open_tasks
+        self.streams = streams
+        self._length = layout.length
+        self._generators: dict[str, Generator] = {}
+        self.handling = reach.handling
+
+    def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
+        """The situation at present; `free` are the free robots by number, `fleet` shows all."""
+        reach, routes = self.reach, self.routes
+        return Situation(
+            time=self.env.now,
+            robots=free,
+            tasks=self._tasks(free),
+            travel=self.travel,
+            station=reach.stations.choose,
+            feasible=reach.feasible,
+            allowed=reach.allowed,
+            fleet=fleet,
+            waits=lambda: routes.waits,
+            collisions=lambda: routes.collisions,
+            random=lambda: self._random("allocation"),
+            handling=self.handling,
+            length=self._length,
+            tour_time=reach.tour_time,
+        )
+
+    def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
+        """The open tasks; without those for which nobody may set out yet, as a station is closed."""
+        tasks = self.open_tasks.values()
+        return self.reach.openings.for_somebody(free, tasks) if self.reach.stations.close else tasks
+
+    def _random(self, kind: str) -> Generator:
+        """A policy's own stream."""
+        if kind not in self._generators:
+            self._generators[kind] = self.streams.stream(kind)
+        return self._generators[kind]

@@ -1,0 +1,78 @@
+"""Where a robot goes that leaves its work: the parking policy, asked and its answer checked, or a charger."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.policies import BayView
+from desim_warehouse.policies.asked import asked
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.policies import RobotView
+    from desim_warehouse.world.places.bays import Bay
+    from desim_warehouse.world.robots.reach import Reach
+
+
+class BayChoice:
+    """Where a robot goes that leaves its work: to a charger if its battery wants one, else by the parking policy."""
+
+    def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reach: Reach) -> None:
+        self.env = env
+        self.policy = policy
+        self.travel = travel
+        self.reach = reach
+
+    def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
+        """One of `bays`, those in which it may reserve a slot; `must_charge`: whatever its level."""
+        if self.reach.batteries:
+            levels = self.reach.levels(robot)
+            if must_charge or robot.energy <= self.reach.retreats_at(robot, levels) + EPS * robot.capacity:
+                chargers = [bay for bay in bays if bay.chargers is not None]
+                if chargers:
+                    return self._charger(robot, levels.charger, chargers)
+                if self.reach.chargers:
+                    return self._near_chargers(robot, bays)
+        return self.parking(robot, bays)
+
+    def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
+        """One of `bays` by the parking policy."""
+        policy, now = self.policy, self.env.now
+        views = [_view(bay) for bay in bays]
+        node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
+        for bay in bays:
+            if bay.node == node:
+                return bay
+        raise PolicyError(
+            f"policies.parking ({type(policy).__name__}) at time {now:g}: "
+            f"{shown(node)} is no bay with a free slot for robot {robot.number}"
+        )
+
+    def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
+        """All chargers are taken: wait where they are near."""
+        ways = self.travel.ways
+        return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + self.reach.out_of(bay.node, robot))
+
+    def _charger(self, robot: RobotView, choice: str, bays: Sequence[Bay]) -> Bay:
+        """The charger of its home, the nearest one, or that with the fewest robots for each of its chargers."""
+        if choice == "own":
+            for bay in bays:
+                if bay.node == robot.home:
+                    return bay
+
+        def rank(bay: Bay) -> tuple[float, float]:
+            time = self.travel.ways.time(robot.node, bay.node)
+            assert bay.chargers is not None
+            return (bay.taken / bay.chargers.capacity if choice == "least-loaded" else 0.0), time
+
+        return min(bays, key=rank)
+
+
+def _view(bay: Bay) -> BayView:
+    return BayView(bay.node, bay.free, 0 if bay.chargers is None else int(bay.chargers.capacity), bay.taken)
