@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, OrderedDict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simpy import Event
 from simpy.core import StopSimulation
@@ -28,13 +28,14 @@ from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers
 from desim_warehouse.world.places.handling import HandlingTimes, handling_of
-from desim_warehouse.world.places.stations import Stations, stations_of
+from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.departures import Departures
 from desim_warehouse.world.robots.duty import duty_of
 from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.reach import Reach
 from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
 from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
@@ -45,14 +46,16 @@ from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.model import Model
+    from desim_warehouse.model.policy import PolicySpec
     from desim_warehouse.policies import Task
     from desim_warehouse.world.robots.tallies import Rows
     from desim_warehouse.world.traffic.gridlock import Rule
+    from desim_warehouse.world.traffic.people import PeopleSource
 
 PATIENCE = 300.0
 """Seconds that a robot may wait on two-way lanes before others stay in their bays for it: else they might go on
@@ -65,63 +68,92 @@ class World:
     With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
     `dispatcher.decide(pairs)` in between.
 
-    Each part is given what it needs; only robots know the world.
+    Each part is given what it needs, and none knows the world.
     """
 
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
         self.model = model
-        self.streams = streams = Streams(seed)
-        self.env = env = Clock()
-        self.layout = layout = model.floor
-        self.log = Log(model.log, knows_moves=bool(model.people))  # to know who is in an aisle when somebody comes
-        self.finished = Event(env)
-        self.departures = Departures(model.traffic.most_out, duty_of(env, model))
-        no = absent(model)
-        self.states = [name for name in STATES if name not in no]
+        self.layout = model.floor
+        refuse(model, self.layout)
+        self.env = Clock()
+        self.streams = Streams(seed)
         self._before: tuple[Rows, Rows, Rows] | None = None
-        fleet, policies = model.fleet, model.policies
-        refuse(model, layout)
-        zones = zones_on(layout, model.traffic.zones)
-        self.people = sources(model, layout, edges_inside(layout, fleet.contact, zones) if model.people else ())
-        for source in self.people:
-            source.start(streams, model.hours(source.spec.hours), model.units.hour)
-        restrictions = Restrictions.of(model, layout, self.people)
-        self.traffic = _traffic(env, model, layout, self.log, zones, restrictions)
-        routing = create("routing", policies.routing.name, policies.routing.params)
+        zones = zones_on(self.layout, model.traffic.zones)
+        # People before the log and the lanes: their aisles close, and the log must say who is in one when they come.
+        self.people = self._people(zones)
+        self.log = Log(model.log, knows_moves=bool(self.people))
+        # Lanes before routes and robots, which drive on them, and before bays: on guarded lanes slots are kept.
+        restrictions = Restrictions.of(model, self.layout, self.people)
+        self.traffic = _traffic(self.env, model, self.layout, self.log, zones, restrictions)
+        self._find_ways(restrictions)
+        homes = model.fleet.homes(self.layout.bays)
+        self._open_places(homes)
+        # The list of open tasks is shared: the dispatcher keeps it, those that look ahead read it.
+        open_tasks: OrderedDict[int, Task] = OrderedDict()
+        self._look_ahead(open_tasks)
+        # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
+        self.robots: list[Robot] = []
+        self._take_orders(open_tasks, ask=ask)
+        self._put_into_bays(homes)
+        # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
+        self._stand_on_lanes()
+
+    def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:
+        """Where people come from; they are drawn as far as somebody asks."""
+        model, layout = self.model, self.layout
+        found = sources(model, layout, edges_inside(layout, model.fleet.contact, zones)) if model.people else ()
+        for source in found:
+            source.start(self.streams, model.hours(source.spec.hours), model.units.hour)
+        return found
+
+    def _find_ways(self, restrictions: Restrictions) -> None:
+        """Routes, and free driving times: by what the routing policy looks for, so it is made first."""
+        model, layout = self.model, self.layout
+        routing = _policy("routing", model.policies.routing)
         self.travel = travel_on(
             layout,
-            max(robot.speed for robot in fleet.sorts()),
+            max(robot.speed for robot in model.fleet.sorts()),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
             model.traffic.turn_time,
             model.traffic.node_times,
-            fleet.slowness,
+            model.fleet.slowness,
         )
-        self.routes = Routes(env, routing, layout, self.travel, self.traffic.lanes, fleet.contact, restrictions)
+        lanes, contact = self.traffic.lanes, model.fleet.contact
+        self.routes = Routes(self.env, routing, layout, self.travel, lanes, contact, restrictions)
+
+    def _open_places(self, homes: list[str]) -> None:
+        """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
+        env, model, layout, streams = self.env, self.model, self.layout, self.streams
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
-        by_node = stations_of(env, model, layout, self.handling, self.log)
-        self.stations = Stations(env, model.tasks, by_node, self.travel, streams)
-        homes = fleet.homes(layout.bays)
+        self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams)
         self.bays = _bays(env, layout, homes, streams, keep=self.traffic.rules.guard is not None)
-        open_tasks: OrderedDict[int, Task] = OrderedDict()
+
+    def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
+        """What energy and hours let robots do at these places, and where they go that leave their work."""
+        env, model, policies = self.env, self.model, self.model.policies
         self.reach = Reach(
             env,
             model,
-            layout,
+            self.layout,
             self.travel,
-            ChargingLevels(env, create("charging", policies.charging.name, policies.charging.params)),
+            ChargingLevels(env, _policy("charging", policies.charging)),
             consumption=energy.consumption(model.battery),
             stations=self.stations,
             bays=self.bays,
             open_tasks=open_tasks.values(),
-            handling=handling_of(model, layout),
+            handling=handling_of(model, self.layout),
         )
-        parking = create("parking", policies.parking.name, policies.parking.params)
-        self.bay_choice = BayChoice(env, parking, self.travel, self.reach)
-        self.demand = (Flows if model.tasks.flows else Demand)(env, model, layout, streams)
-        self.robots: list[Robot] = []
-        allocation = create("allocation", policies.allocation.name, policies.allocation.params)
+        self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reach)
+        self.departures = Departures(model.traffic.most_out, duty_of(env, model))
+
+    def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool) -> None:
+        """Where tasks come from, and who gives them out; the dispatcher tells the former what is in hand."""
+        env, model, policies = self.env, self.model, self.model.policies
+        self.demand = (Flows if model.tasks.flows else Demand)(env, model, self.layout, self.streams)
+        self.finished = Event(env)
+        allocation = _policy("allocation", policies.allocation)  # also where it is not asked: it may be refused
         self.dispatcher = Dispatcher(
             env,
             self.log,
@@ -135,37 +167,46 @@ class World:
             reach=self.reach,
             situations=Situations(
                 env,
-                layout,
+                self.layout,
                 self.travel,
                 routes=self.routes,
                 reach=self.reach,
                 open_tasks=open_tasks,
-                streams=streams,
+                streams=self.streams,
             ),
-            on_assigned=self.demand.taken,
-            on_returned=self.demand.returned,
+            demand=self.demand,
+            finished=self.finished,
         )
-        batching = policies.batching
-        if batching.name != "single":
-            self.dispatcher.batcher = Batcher(
-                env,
-                create("batching", batching.name, batching.params),
-                fleet,
-                self.travel,
-                to_come=self.demand.to_come,
-                hand_on=self.dispatcher.put_together,
-            )
-        self._put_into_bays(homes)
-        self._stand_on_lanes()
+        self.batcher: Batcher | None = None
+        if policies.batching.name != "single":
+            batching, to_come = _policy("batching", policies.batching), self.demand.to_come
+            self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
 
     def _put_into_bays(self, homes: list[str]) -> None:
         """The robots, each in the bay beside its home."""
-        fleet, levels = self.model.fleet, energy.start_levels(self.model, self.streams)
+        model = self.model
+        no = absent(model)
+        around = Surroundings(
+            self.env,
+            model,
+            self.streams,
+            self.log,
+            [name for name in STATES if name not in no],
+            self.traffic,
+            self.routes,
+            self.stations,
+            self.handling,
+            self.bays,
+            self.bay_choice,
+            self.reach,
+            self.departures,
+            self.dispatcher,
+        )
+        fleet, levels = model.fleet, energy.start_levels(model, self.streams)
         slow = fleet.slowness > 0  # else nobody takes time to gather speed or to brake
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
-            motion = Motion(*shape.motion) if slow else None
-            robot = Robot(self, number, home, shape, kind, motion)
+            robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None)
             robot.battery.start(level)
             self.bays.settle(robot, self.bays.by_node[home])
             self.robots.append(robot)
@@ -190,7 +231,7 @@ class World:
     def begin(self) -> None:
         """Set everything going at time 0."""
         env, length = self.env, self.model.run.length
-        self.demand.start(self.dispatcher.release)
+        self.demand.start(self.dispatcher.release if self.batcher is None else self.batcher.release)
         for robot in self.robots:
             env.process(robot.life())
         self.departures.duty.watch(self._hours_change)
@@ -243,15 +284,6 @@ class World:
         self.log.begin = self.env.now
         self._before = tallies(self.robots, self.traffic, self.env.now)
 
-    def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
-        departures = self.departures
-        if departures.is_full:
-            self.dispatcher.call()
-        departures.under_way.discard(robot.number)
-        if not departures.under_way and self.dispatcher.done == self.demand.total:
-            self.finished.succeed()
-
     def _stalled(self) -> str:
         blocked = "; ".join(
             f"robot {robot.number} {robot.body.place(self.env.now)}"
@@ -288,8 +320,7 @@ class World:
 
     def _in_no_batch(self) -> str:
         """How many tasks the batching policy has put into no batch, if there are some."""
-        batcher = self.dispatcher.batcher
-        count = 0 if batcher is None else sum(map(len, batcher.waiting))
+        count = 0 if self.batcher is None else sum(map(len, self.batcher.waiting))
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
@@ -298,6 +329,11 @@ class World:
         if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
         return f"; no robot's battery lasts for task {task.number}: {self.reach.why_too_low()}"
+
+
+def _policy(kind: str, spec: PolicySpec) -> Any:
+    """The policy that a model names for a kind of decision."""
+    return create(kind, spec.name, spec.params)
 
 
 def _traffic(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model.fleet import Fleet
     from desim_warehouse.policies import Batching, Task, Travel
+    from desim_warehouse.world.orders.dispatch import Dispatcher
 
     Key = tuple[str, tuple[str, ...]]
 
@@ -30,7 +31,7 @@ class Batcher:
     """Keeps tasks until they are in a batch, and hands each batch on as one task.
 
     Only tasks of one load type, for the same kinds of robots, go together. `to_come` says of a task whether others of
-    its sort will become known whatever is done; `hand_on` takes a batch.
+    its sort will become known whatever is done. The `dispatcher` learns of every task, and gives out batches.
     """
 
     def __init__(
@@ -41,13 +42,13 @@ class Batcher:
         travel: Travel,
         *,
         to_come: Callable[[Task], bool],
-        hand_on: Callable[[Task], None],
+        dispatcher: Dispatcher,
     ) -> None:
         self.env = env
         self.policy = policy
         self.travel = travel
         self.to_come = to_come
-        self.hand_on = hand_on
+        self.dispatcher = dispatcher
         self._robots = set(zip(fleet.kinds_of_robots(), fleet.robots(), strict=True))
         self._waiting: dict[Key, dict[int, Task]] = {}
         self._most: dict[Key, int] = {}
@@ -58,8 +59,9 @@ class Batcher:
         """The tasks that are in no batch yet."""
         return [tasks.values() for tasks in self._waiting.values()]
 
-    def add(self, task: Task) -> None:
-        """Another task is known."""
+    def release(self, task: Task) -> None:
+        """A new task is known."""
+        self.dispatcher.announce(task)
         self._waiting.setdefault((task.load_type, task.kinds), {})[task.number] = task
         self._ask_at(self.env.now)
 
@@ -83,7 +85,7 @@ class Batcher:
                 if batch.at > now + EPS:
                     then = min(then, batch.at)
                 else:
-                    self.hand_on(tour_of([tasks.pop(number) for number in batch.tasks]))
+                    self.dispatcher.give_out(tour_of([tasks.pop(number) for number in batch.tasks]))
         if then < math.inf:
             self._ask_at(then)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict, deque
+from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from simpy.core import StopSimulation
@@ -17,14 +17,16 @@ from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections import OrderedDict
+    from collections.abc import Iterable, Sequence
 
     from simpy import Environment
 
     from desim_warehouse.model.policy import Policies
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
-    from desim_warehouse.world.orders.batches import Batcher
+    from desim_warehouse.world.orders.demand import Demand
+    from desim_warehouse.world.orders.flows import Flows
     from desim_warehouse.world.orders.situations import Situations
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations
@@ -61,8 +63,8 @@ class Dispatcher:
         departures: Departures,
         reach: Reach,
         situations: Situations,
-        on_assigned: Callable[[Task], None],
-        on_returned: Callable[[Task], None],
+        demand: Demand | Flows,
+        finished: Event,
     ) -> None:
         self.env = env
         self.log = log
@@ -75,9 +77,8 @@ class Dispatcher:
         self.departures = departures
         self.reach = reach
         self.situations = situations
-        self.on_assigned = on_assigned
-        self.on_returned = on_returned
-        self.batcher: Batcher | None = None
+        self.demand = demand
+        self.finished = finished
         self.open = open_tasks
         self.free: dict[int, tuple[Robot, Event]] = {}
         self.queues: dict[int, deque[Task]] = {}
@@ -92,18 +93,18 @@ class Dispatcher:
     # What happens
 
     def release(self, task: Task) -> None:
+        """A new task is known, and may be given out."""
+        self.announce(task)
+        self.give_out(task)
+
+    def announce(self, task: Task) -> None:
         """A new task is known."""
         self.released += 1
         self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
-        if self.batcher is not None:
-            self.batcher.add(task)
-            return
-        self.open[task.number] = task
-        self.call()
 
-    def put_together(self, task: Task) -> None:
-        """A batch of tasks is made: they are given out as one."""
+    def give_out(self, task: Task) -> None:
+        """A task, or those of a batch as one, may be given out."""
         self.open[task.number] = task
         self.call()
 
@@ -134,7 +135,7 @@ class Dispatcher:
         task = robot.job
         assert task is not None
         self._record("returned", robot, task)
-        robot.must_charge = True  # else it would take the task again at once
+        robot.charging.require()  # else it would take the task again at once
         if self.reach.give_back(task) > RETURNS:
             raise PolicyError(
                 f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
@@ -144,32 +145,41 @@ class Dispatcher:
         self._forget(robot)
         self.open[task.number] = task
         self.open.move_to_end(task.number, last=False)
-        self.on_returned(task)
+        self.demand.returned(task)
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
         """A task is done; with the last of a tour the robot is free."""
-        place = robot.itinerary.place
-        robot.record("delivered", None if place is None else place[0].edge)
+        robot.record_delivery()
         self.done += 1
-        robot.delivered += 1
         self.stations.forget(stop.task)
         if stop is robot.tour.stops[-1]:
             self._forget(robot)
         else:
             self.stations.release((stop,), ())
 
+    def came_home(self, robot: Robot) -> None:
+        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
+        departures = self.departures
+        if departures.is_full:
+            self.call()
+        departures.under_way.discard(robot.number)
+        if not departures.under_way and self.done == self.demand.total:
+            self.finished.succeed()
+
     def _forget(self, robot: Robot) -> None:
         self.stations.release(robot.tour.stops, robot.tour.slots)
-        robot.job = robot.itinerary.place = None
-        robot.tour.stops, robot.tour.slots = [], []
-        robot.body.task = -1
+        robot.lay_down()
 
     def _record(self, kind: str, robot: Robot, task: Task) -> None:
         """A row of the log for each task of a tour."""
         for member in task.tasks:
-            robot.body.task = member.number
+            robot.body.work_on(member.number)
             robot.record(kind)
+
+    def queue_of(self, robot: int) -> tuple[Task, ...]:
+        """The tasks that a robot is to do after the present one."""
+        return tuple(self.queues.get(robot, ()))
 
     def _put_back(self, number: int) -> None:
         """The tasks of a robot's queue go to the front of the list, in their order."""
@@ -292,12 +302,12 @@ class Dispatcher:
         """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
         for number in sorted(self.free):
             robot, event = self.free[number]
-            if robot.is_charging or robot.must_charge or robot.battery.is_full(self.env.now):
+            if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
                 continue
             if not self.reach.must_charge(self._view(number)) or not (robot.at_charger or self.bays.charger_for(robot)):
                 continue
             del self.free[number]
-            robot.must_charge = True
+            robot.charging.require()
             event.succeed()
 
     def _pass(self) -> None:
@@ -354,17 +364,14 @@ class Dispatcher:
         del self.free[number], self.open[task_number]
         self._vain = 0
         self._passing.discard(number)
-        tour = robot.tour
-        tour.stops = self.stations.stops(view, task, node)
-        tour.slots = self.stations.reserve(tour.stops, robot.docked)
-        robot.job = task
-        robot.must_charge = False
+        stops = self.stations.stops(view, task, node)
+        robot.take_up(task, stops, self.stations.reserve(stops, robot.docked))
         self.departures.under_way.add(number)
         self._record("assigned", robot, task)
-        robot.body.task = task.number
+        robot.body.work_on(task.number)
         event.succeed()
         self.reach.taken(task)
-        self.on_assigned(task)
+        self.demand.taken(task)
 
 
 def _unfit(robot: RobotView, task: Task) -> str:

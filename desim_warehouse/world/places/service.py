@@ -6,7 +6,7 @@ its turn or not; in one that is open in `queueing`, for a server, or with that f
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.world.places.hours import change, open_time
 
@@ -19,15 +19,21 @@ if TYPE_CHECKING:
 
     from desim_warehouse.world.places.stations import Station
     from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.robot import Robot
 
     Steps = Generator[Event, object, None]
+
+
+class Served(Protocol):
+    """A robot as stations know it."""
+
+    def enter(self, state: str) -> None:
+        """Begin something else."""
 
 
 class Service:
     """One robot's visit to a server of a station: `begin`, then `take` the time of handling, then `end`."""
 
-    def __init__(self, env: Environment, robot: Robot, station: Station, stop: Stop) -> None:
+    def __init__(self, env: Environment, robot: Served, station: Station, stop: Stop) -> None:
         self.env = env
         self.robot = robot
         self.station = station

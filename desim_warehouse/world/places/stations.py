@@ -49,19 +49,21 @@ class Station:
         node: str,
         places: int,
         servers: int,
-        hours: Hours | None = None,
+        full: set[str],
         *,
-        pauses: bool = False,
+        hours: Hours | None,
+        pauses: bool,
+        work: Workplace | None,
     ) -> None:
         self.node = node
         self.places = places
         self.taken = 0
         self.inside: set[int] = set()
         self.servers = Servers(env, servers)
-        self.full: set[str] = set()
+        self.full = full
         self.hours = hours
         self.pauses = pauses
-        self.work: Workplace | None = None
+        self.work = work
 
     @property
     def free(self) -> int:
@@ -91,30 +93,6 @@ class Station:
             self.give_up()
 
 
-def stations_of(
-    env: Environment, model: Model, layout: Layout, handling: HandlingTimes, log: Log
-) -> dict[str, Station]:
-    """The stations of a model by their nodes, with their hours, and the work done there."""
-    found = {}
-    for node, item in layout.stations.items():
-        spec = model.layout.stations[item.zone]
-        hours = None if spec.hours is None else model.hours(spec.hours)
-        pauses = spec.at_close == "pause"
-        station = found[node] = Station(env, node, item.places, item.servers, hours, pauses=pauses)
-        if spec.work_time is not None:
-            station.work = Workplace(
-                env,
-                node,
-                log,
-                places=spec.buffer,
-                workers=spec.workers,
-                hours=hours,
-                pauses=pauses,
-                time=partial(handling.work, node),
-            )
-    return found
-
-
 class Stations:
     """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane.
 
@@ -122,15 +100,19 @@ class Stations:
     """
 
     def __init__(
-        self, env: Environment, tasks: Tasks, by_node: dict[str, Station], travel: FreeTravel, streams: Streams
+        self,
+        env: Environment,
+        tasks: Tasks,
+        by_node: dict[str, Station],
+        full: set[str],
+        travel: FreeTravel,
+        streams: Streams,
     ) -> None:
         self.env = env
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
-        self.full: set[str] = set()
+        self.full = full
         self.by_node = by_node
-        for station in by_node.values():
-            station.full = self.full
         self.close = any(station.hours is not None for station in by_node.values())
         self._travel = travel
         self._streams = streams
@@ -282,3 +264,34 @@ class Stations:
         """A task is done: its draw and stops are not needed again."""
         self._drawn.pop(task.number, None)
         self._tours.pop(task.number, None)
+
+
+def stations_of(
+    env: Environment,
+    model: Model,
+    layout: Layout,
+    travel: FreeTravel,
+    handling: HandlingTimes,
+    log: Log,
+    streams: Streams,
+) -> Stations:
+    """The stations of a model, with their hours, and the work done there."""
+    found: dict[str, Station] = {}
+    full: set[str] = set()
+    for node, item in layout.stations.items():
+        spec = model.layout.stations[item.zone]
+        hours = None if spec.hours is None else model.hours(spec.hours)
+        pauses, work = spec.at_close == "pause", None
+        if spec.work_time is not None:
+            work = Workplace(
+                env,
+                node,
+                log,
+                places=spec.buffer,
+                workers=spec.workers,
+                hours=hours,
+                pauses=pauses,
+                time=partial(handling.work, node),
+            )
+        found[node] = Station(env, node, item.places, item.servers, full, hours=hours, pauses=pauses, work=work)
+    return Stations(env, model.tasks, found, full, travel, streams)

@@ -50,9 +50,10 @@ class Alarms:
                 Timeout(self.env, flat_at - now).callbacks.append(self._flat)
         if robot.job is None or robot.phase is not Phase.TO_GOOD:
             return
-        robot.body.recall_at = self._recall()
-        if robot.body.recall_at < self._low_at:
-            self._low_at = robot.body.recall_at
+        recall_at = self._recall()
+        robot.body.recall_from(recall_at)
+        if recall_at < self._low_at:
+            self._low_at = recall_at
             Timeout(self.env, self._low_at - now).callbacks.append(self._low)
 
     def _recall(self) -> float:
@@ -93,6 +94,6 @@ class Alarms:
         if robot.body.recall_at > self.env.now + EPS:
             self.watch()
         elif robot.is_at_good_edge:  # so near that it finishes the task
-            robot.body.recall_at = math.inf
+            robot.body.recall_from(math.inf)
         elif not robot.itinerary.is_declared:  # else only at a node, and if another route is safe from there
             self.give_back(robot)

@@ -14,40 +14,55 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.policies import Levels
-    from desim_warehouse.world.orders.dispatch import Dispatcher
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.chargers import Chargers, FailingChargers
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
-
-    Steps = Generator[Event, object, None]
+    from desim_warehouse.world.robots.surroundings import WorkGiver
 
 LEAST_CHARGE = 0.05
 """Part of its capacity that a robot which must charge takes up before it is free again."""
 
 
 class ChargingStop:
-    """A robot at the chargers of the bay in which it stands; interrupted by one that fails, it goes on at another."""
+    """A robot at the chargers of the bay in which it stands; interrupted by one that fails, it goes on at another.
 
-    def __init__(self, robot: Robot, env: Environment, *, dispatcher: Dispatcher, reach: Reach, bays: Bays) -> None:
+    `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
+    no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
+    """
+
+    def __init__(self, robot: Robot, env: Environment, *, dispatcher: WorkGiver, reach: Reach, bays: Bays) -> None:
         self.robot = robot
         self.env = env
         self.dispatcher = dispatcher
         self.reach = reach
         self.bays = bays
+        self.must_charge = self.is_charging = self.has_charged = False
 
-    def charge(self) -> Steps:
-        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one."""
+    def require(self) -> None:
+        """The robot takes no task before it has charged."""
+        self.must_charge = True
+
+    def waive(self) -> None:
+        """It is given a task as it is."""
+        self.must_charge = False
+
+    def charge(self) -> Generator[Event, object, Event | None]:
+        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one.
+
+        Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
+        """
         robot = self.robot
         battery, bay = robot.battery, robot.bay
         assert bay is not None
         if battery.spec is None or bay.chargers is None:
-            return
+            return None
         robot.enter(robot.at_rest)
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
-        if level < levels.full and (levels.top_up or robot.must_charge or level <= levels.good):
-            ready = level >= levels.sufficient and not robot.must_charge
-            robot.offer = yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None)
+        if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
+            ready = level >= levels.sufficient and not self.must_charge
+            return (yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None))
+        return None
 
     def _charge_at(
         self, chargers: Chargers | FailingChargers, offer: Event | None
@@ -61,9 +76,9 @@ class ChargingStop:
         env, robot = self.env, self.robot
         battery, levels = robot.battery, self.reach.levels.of(robot.view)
         least = levels.sufficient
-        if robot.must_charge:
+        if self.must_charge:
             least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
-        robot.is_charging, robot.must_charge = True, False
+        self.is_charging, self.must_charge = True, False
         swap, failed = levels.swap_time, True
         while failed:
             has_lost_one = robot.phase is Phase.CHARGING
@@ -73,7 +88,7 @@ class ChargingStop:
                 elif not turn.triggered and has_lost_one:
                     robot.enter(robot.at_rest)
                 yield turn if offer is None else turn | offer
-                robot.is_charging = robot.job is None
+                self.is_charging = robot.job is None
                 if robot.job is not None:
                     return offer
                 robot.enter("charging")
@@ -86,8 +101,8 @@ class ChargingStop:
                     swap, failed = swap - (env.now - begun), not done.processed
                     if not failed:
                         battery.unplug(env.now, levels.full)
-                robot.has_charged = robot.has_charged or env.now > begun
-        robot.is_charging = False
+                self.has_charged = self.has_charged or env.now > begun
+        self.is_charging = False
         return offer
 
     def _fill(

@@ -34,11 +34,12 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Task
     from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.itinerary import Place
+    from desim_warehouse.world.robots.surroundings import Surroundings
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.motion import Motion
-    from desim_warehouse.world.world import World
 
     Steps = Generator[Event, object, None]
 
@@ -61,83 +62,89 @@ class Robot:
 
     `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
     elsewhere. `docked` is the station that it is in.
-    `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
-    no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
     `doing`: its state, or that in which it broke down.
     """
 
     def __init__(
-        self, world: World, number: int, home: str, shape: RobotSpec, kind: str = "", motion: Motion | None = None
+        self, around: Surroundings, number: int, home: str, shape: RobotSpec, kind: str, motion: Motion | None
     ) -> None:
-        self.world = world
-        self.env = world.env
+        self.env = env = around.env
+        self.log = around.log
+        self.fleet = around.model.fleet
+        self.clear_time = around.model.tasks.clear_time
+        self.waits_apart = around.model.waits_apart
+        self.meets_people = bool(around.model.people)
+        self.traffic = around.traffic
+        self.bays = bays = around.bays
+        self.bay_choice = around.bay_choice
+        self.reach = reach = around.reach
+        self.departures = around.departures
+        self.dispatcher = dispatcher = around.dispatcher
         self.number = number
         self.kind = kind
         self.speed, self.loaded_speed = shape.speed, shape.loaded_speed
         self.loads = shape.capacity
         self.carries = shape.carries
         self.home = self.parked_at = self.last_bay = home
-        self.body = Body(number, shape.speed, world.traffic.nodes[home], self, motion)
+        delays = None if shape.delays is None else NodeDelays(shape.delays, number, around.streams)
+        self.body = Body(number, shape.speed, around.traffic.nodes[home], self, motion, delays)
         self.itinerary = Itinerary(
             self.body,
-            lanes=world.traffic.lanes,
-            routes=world.routes,
-            free=world.reach.travel(shape.speed).ways,
-            guard=world.traffic.rules.guard,
+            lanes=around.traffic.lanes,
+            routes=around.routes,
+            free=reach.travel(shape.speed).ways,
+            guard=around.traffic.rules.guard,
         )
-        self.battery = Battery(world.model.battery, rates(world.model.battery))
-        if shape.delays is not None:
-            self.body.delays = NodeDelays(shape.delays, number, world.streams)
+        self.battery = Battery(around.model.battery, rates(around.model.battery))
         self.breakdowns: Breakdowns | None = None
         if shape.breakdowns is not None:
-            self.breakdowns = Breakdowns(shape.breakdowns, number, world.streams)
-            self.body.halts_at = self.breakdowns.least_until_due(0.0)
-        self.alarms = Alarms(world.env, self, world.reach, world.dispatcher.give_back)
+            self.breakdowns = Breakdowns(shape.breakdowns, number, around.streams)
+            self.body.breaks_down_at(self.breakdowns.least_until_due(0.0))
+        self.alarms = Alarms(env, self, reach, dispatcher.give_back)
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
         self.tour = Tour(
             self,
-            world.env,
-            dispatcher=world.dispatcher,
-            handling=world.handling,
-            departures=world.departures,
+            env,
+            dispatcher=dispatcher,
+            stations=around.stations,
+            handling=around.handling,
+            departures=around.departures,
         )
-        self.charging = ChargingStop(self, world.env, dispatcher=world.dispatcher, reach=world.reach, bays=world.bays)
+        self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.offer: Event | None = None
-        self.must_charge = self.is_charging = self.has_charged = False
         self.recharged = self.delivered = 0
         self.state = self.doing = AT_START
         self.since_state = 0.0
         self.waited_before = 0.0
-        self.time_in = dict.fromkeys(world.states, 0.0)
+        self.time_in = dict.fromkeys(around.states, 0.0)
 
     def stand(self, start: Start) -> None:
         """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""
-        world = self.world
-        world.traffic.stand(self.body, start)
+        self.traffic.stand(self.body, start)
         if start.edge is None:
             self.parked_at = start.node
-        world.bays.leave(self)
-        world.departures.under_way.add(self.number)
+        self.bays.leave(self)
+        self.departures.under_way.add(self.number)
 
     # The story
 
     def life(self) -> Steps:
         """Work as long as there is any; rest and charge in a bay in between."""
-        exit_time = self.world.model.fleet.first_exit_time
+        exit_time = self.fleet.first_exit_time
         if self.body.is_on_lanes:
             yield from self.begin_on_lanes()
-            exit_time = self.world.model.fleet.exit_time
+            exit_time = self.fleet.exit_time
         elif not self.battery.is_full(self.env.now):
-            yield from self.charging.charge()
+            self.offer = yield from self.charging.charge()
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:
                 continue
             if end is Rest.CHARGE_HERE:
-                yield from self.charging.charge()
+                self.offer = yield from self.charging.charge()
                 continue
             if end is Rest.TASK:
                 yield from self.go_out(exit_time)
@@ -146,18 +153,18 @@ class Robot:
             else:
                 self.reserve_bay(away=end is Rest.MAKE_ROOM)
                 yield from self.go_out(exit_time)
-            exit_time = self.world.model.fleet.exit_time
+            exit_time = self.fleet.exit_time
             yield from self.go_to_bay()
-            yield from self.charging.charge()
+            self.offer = yield from self.charging.charge()
 
     def begin_on_lanes(self) -> Steps:
         """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
-        yield self.world.dispatcher.ask(self)
+        yield self.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield from self.work()
         self.reserve_bay()
         yield from self.go_to_bay()
-        yield from self.charging.charge()
+        self.offer = yield from self.charging.charge()
 
     def work(self) -> Steps:
         """Task after task, or tour after tour, until there is none or the battery calls it back."""
@@ -167,30 +174,30 @@ class Robot:
 
     def ask_for_more(self) -> Steps:
         """The next task is given before the robot clears the place where it unloaded."""
-        yield self.world.dispatcher.ask(self)
+        yield self.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
-        yield Timeout(self.env, self.world.model.tasks.clear_time)
+        yield Timeout(self.env, self.clear_time)
 
     # Parking
 
     def reserve_bay(self, *, away: bool = False) -> None:
         """A slot to go to, its own before it sets out; `away`: one without a charger."""
-        world = self.world
-        self.body.recall_at = math.inf
+        charging = self.charging
+        self.body.recall_from(math.inf)
         if self.is_out:
             self.enter("returning")
         view = self.view()
-        if self.is_out and self.battery.spec is not None:
-            self.must_charge = self.must_charge or world.reach.must_charge(view)
-        bays = [bay for bay in world.bays.by_node.values() if world.bays.may_take(self, bay)]
+        if self.is_out and self.battery.spec is not None and not charging.must_charge and self.reach.must_charge(view):
+            charging.require()
+        bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
         if away:
-            bay = world.bay_choice.parking(view, [bay for bay in bays if bay.chargers is None])
+            bay = self.bay_choice.parking(view, [bay for bay in bays if bay.chargers is None])
         else:
-            bay = world.bay_choice.choose(view, bays, must_charge=self.must_charge)
+            bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
         elsewhere = self.bay is not None and bay is not self.bay
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
             return  # to the bay where its declared route ends: from there it can go on
-        world.bays.take(self, bay)
+        self.bays.take(self, bay)
 
     def go_to_bay(self) -> Steps:
         """Home, or wherever the policies say."""
@@ -200,15 +207,15 @@ class Robot:
             self.enter_bay(self.bay.node)
         self.last_bay = self.bay.node
         self.record("parked")
-        self.world.came_home(self)
+        self.dispatcher.came_home(self)
 
     def go_out(self, exit_time: float) -> Steps:
         """From the bay to standing at its node."""
-        if self.has_charged and self.job is not None:
+        if self.charging.has_charged and self.job is not None:
             self.record("recharged")
-            self.has_charged = False
+            self.charging.has_charged = False
             self.recharged += 1
-        self.world.departures.under_way.add(self.number)
+        self.departures.under_way.add(self.number)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, exit_time)
 
@@ -216,13 +223,12 @@ class Robot:
 
     def rest(self) -> Generator[Event, object, Rest]:
         """In a bay, until it is given a task, or until it must leave or charge for the sake of a battery."""
-        world = self.world
         self.enter(self.at_rest)
-        if self.number in world.bays.making_room:  # decided while it charged
+        if self.number in self.bays.making_room:  # decided while it charged
             return Rest.MAKE_ROOM
-        offer = self.offer or world.dispatcher.wait(self)
+        offer = self.offer or self.dispatcher.wait(self)
         self.offer = None
-        if self.battery.spec is None or (self.at_charger and not world.reach.scarce):
+        if self.battery.spec is None or (self.at_charger and not self.reach.scarce):
             if self.job is None:
                 yield offer
         elif self.at_charger:
@@ -232,12 +238,12 @@ class Robot:
         if self.job is not None:
             return Rest.TASK
         if self.at_charger:
-            return Rest.CHARGE_HERE if self.must_charge else Rest.MAKE_ROOM
-        return Rest.SEEK_CHARGER if world.bays.charger_for(self) else Rest.REST_ON
+            return Rest.CHARGE_HERE if self.charging.must_charge else Rest.MAKE_ROOM
+        return Rest.SEEK_CHARGER if self.bays.charger_for(self) else Rest.REST_ON
 
     def _rest_at_scarce_charger(self, offer: Event) -> Steps:
         """Rest until there is a task, or until another robot must charge and finds no slot but this."""
-        bays = self.world.bays
+        bays = self.bays
         while not offer.triggered:
             yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # whoever seeks a charger now is known then
             if not offer.triggered and bays.wants_room(self):
@@ -248,16 +254,16 @@ class Robot:
 
     def _rest_without_charger(self, offer: Event) -> Steps:
         """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free."""
-        world, bays = self.world, self.world.bays
+        bays, charging = self.bays, self.charging
         while not offer.triggered:
             view = self.view()
-            level = world.reach.rests_until(view, world.reach.levels(view))
+            level = self.reach.rests_until(view, self.reach.levels(view))
             low = self.battery.lasts_until(self.env.now, level)
-            if low > self.env.now + EPS and not self.must_charge:
+            if low > self.env.now + EPS and not charging.must_charge:
                 yield offer | (Timeout(self.env, low - self.env.now) if low < FAR else Event(self.env))
             elif bays.charger_for(self):
-                self.must_charge = True
-                world.dispatcher.withdraw(self)
+                charging.require()
+                self.dispatcher.withdraw(self)
                 return
             else:
                 bays.seekers += 1
@@ -266,8 +272,8 @@ class Robot:
 
     def make_room(self) -> None:
         """Leave the slot at a charger to a robot that seeks one."""
-        self.world.dispatcher.withdraw(self)
-        self.world.bays.making_room.add(self.number)
+        self.dispatcher.withdraw(self)
+        self.bays.making_room.add(self.number)
 
     # Where it is and what it is doing
 
@@ -290,7 +296,7 @@ class Robot:
     @property
     def at_rest(self) -> str:
         """Its state in a bay with nothing to do: outside its hours it is on a break."""
-        return "idle" if self.world.departures.duty.has(self.number) else "on_break"
+        return "idle" if self.departures.duty.has(self.number) else "on_break"
 
     def hours_change(self) -> None:
         """Its hours begin or end: if it rests, it does so in another state from now on."""
@@ -321,11 +327,10 @@ class Robot:
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
         """What policies see of it: by default as a robot that is free where it is."""
         spec = self.battery.spec
-        fleet, tasks = self.world.model.fleet, self.world.model.tasks
         if free_in is None and self.phase is Phase.REST and self.body.is_on_lanes:  # where it stands at the start
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
-            free_in = fleet.exit_time if self.docked is None and self.body.lane is None else tasks.clear_time
+            free_in = self.fleet.exit_time if self.docked is None and self.body.lane is None else self.clear_time
             if self.job is None and self.body.lane is not None and self.body.held is None:  # it unloaded on an edge
                 free_in += time_to_node(self, self.env.now)
         return RobotView(
@@ -339,21 +344,50 @@ class Robot:
             self.speed,
             free,
             free_in,
-            tuple(self.world.dispatcher.queues.get(self.number, ())),
+            self.dispatcher.queue_of(self.number),
             self.kind,
             self.loads,
             self.carries,
         )
 
+    # Work
+
+    def take_up(self, task: Task, stops: list[Stop], slots: list[Station]) -> None:
+        """It is given a task or tour, with a slot in every station where it stops."""
+        self.job = task
+        self.tour.stops, self.tour.slots = stops, slots
+        self.charging.waive()
+
+    def lay_down(self) -> None:
+        """Its task or tour is done, or given back."""
+        self.job = self.itinerary.place = None
+        self.tour.stops, self.tour.slots = [], []
+        self.body.work_on(-1)
+
+    def record_delivery(self) -> None:
+        """It has unloaded a task."""
+        place = self.itinerary.place
+        self.record("delivered", None if place is None else place[0].edge)
+        self.delivered += 1
+
+    # Driving
+
     def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
         """Drive a route, to a place on its last lane (`yield from`); False: recalled, on the node it came to next."""
-        self.body.detours = self.world.routes.detours
-        return self.world.traffic.drive(self.body, route, None if place is None else place[1])
+        self.body.detours = self.itinerary.routes.detours
+        return self.traffic.drive(self.body, route, None if place is None else place[1])
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""
-        self.world.traffic.into_bay(self.body)
+        self.traffic.into_bay(self.body)
         self.parked_at = node
+
+    def dock(self, station: Station) -> None:
+        """From the node it stands on into the station beside it."""
+        self.enter_bay(station.node)
+        self.docked = station
+
+    # States
 
     def enter(self, state: str) -> None:
         """Begin something else: the time goes to the old state, the battery draws the new rate."""
@@ -380,14 +414,14 @@ class Robot:
         """A row of the log: what it does, with its energy."""
         now = self.env.now
         energy = None if self.battery.spec is None else self.battery.level(now)
-        self.world.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
+        self.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
 
     def tally(self, now: float) -> dict[str, float]:
         """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
         body = self.body
         waited = body.waited_by(now)
         worked = now - self.since_state - (waited - self.waited_before)
-        waits = self.world.model.waits_apart
+        waits = self.waits_apart
         apart: dict[str, float] = {wait: body.waited_for(wait, now) for wait in waits}
         return {
             **self.time_in,
@@ -401,27 +435,22 @@ class Robot:
             "crossings": body.crossings,
             "delivered": self.delivered,
             "recharged": self.recharged,
-            **({"encounters": body.encounters} if self.world.model.people else {}),
-            **(
-                {"breakdowns": self.breakdowns.count if self.breakdowns else 0}
-                if self.world.model.fleet.breaks_down
-                else {}
-            ),
+            **({"encounters": body.encounters} if self.meets_people else {}),
+            **({"breakdowns": self.breakdowns.count if self.breakdowns else 0} if self.fleet.breaks_down else {}),
         }
 
     # As the driver of its body
 
     def left_bay(self) -> None:
         """Out of the bay or station: its slot there is free."""
-        world = self.world
         if self.docked is not None:
             self.tour.leaves(self.docked)
             self.docked = None
-            world.dispatcher.call()
+            self.dispatcher.call()
         else:
-            world.bays.leave(self)
-            if world.reach.scarce:
-                world.dispatcher.call()
+            self.bays.leave(self)
+            if self.reach.scarce:
+                self.dispatcher.call()
 
     def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
-    from desim_warehouse.world.orders.dispatch import Dispatcher
     from desim_warehouse.world.places.handling import HandlingTimes
-    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.stations import Station, Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.robots.surroundings import WorkGiver
 
     Steps = Generator[Event, object, None]
 
@@ -39,13 +39,15 @@ class Tour:
         robot: Robot,
         env: Environment,
         *,
-        dispatcher: Dispatcher,
+        dispatcher: WorkGiver,
+        stations: Stations,
         handling: HandlingTimes,
         departures: Departures,
     ) -> None:
         self.robot = robot
         self.env = env
         self.dispatcher = dispatcher
+        self.stations = stations
         self.handling = handling
         self.departures = departures
         self.stops: list[Stop] = []
@@ -59,7 +61,7 @@ class Tour:
         if robot.docked is None or robot.docked is not self.stops[0].station:
             if not self._declare():
                 # To the bay where its declared route ends: from there it can set out anew.
-                robot.body.recall_at = math.inf
+                robot.body.recall_from(math.inf)
                 robot.enter("returning")
                 yield from robot.go_to_bay()
                 self.departures.under_way.add(robot.number)
@@ -73,9 +75,9 @@ class Tour:
                         self.dispatcher.give_back(robot)
                     return False
                 # On as declared; it asks again at the next node: a recall just after now does not hold it on this one.
-                robot.body.recall_at = math.nextafter(self.env.now, math.inf)
+                robot.body.recall_from(math.nextafter(self.env.now, math.inf))
                 drive = robot.drive(drive.rest, place)
-        robot.body.recall_at = math.inf  # also where it loads in the station in which it stands
+        robot.body.recall_from(math.inf)  # also where it loads in the station in which it stands
         yield from self._handle(self.stops[0])
         return True
 
@@ -106,15 +108,15 @@ class Tour:
         if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
         elif stop.act == "visit":
-            self.dispatcher.stations.release((stop,), ())
+            self.stations.release((stop,), ())
         del self.stops[:1]
         robot.body.change_speed(robot.loaded_speed if self.stops else robot.speed)
         if self.stops:
             then = self.stops[0].task.number
             if stop.act == "unload":
-                robot.body.task = then
+                robot.body.work_on(then)
             robot.enter("loaded")  # of a load just taken up the row still names its own task
-            robot.body.task = then
+            robot.body.work_on(then)
         if service is not None:
             service.end()
 
@@ -144,8 +146,7 @@ class Tour:
         """From the node that it stands on into the station beside it, where it has a slot."""
         robot = self.robot
         self.slots.remove(station)
-        robot.enter_bay(station.node)
-        robot.docked = station
+        robot.dock(station)
         station.dock(robot.number)
         robot.record("docked")
 

@@ -58,8 +58,9 @@ class Avoidance:
     at all. Only departures are held back, never robots that are out: holding those would break the proof.
     """
 
-    def __init__(self, env: Environment, patience: float) -> None:
+    def __init__(self, env: Environment, patience: float, *, has_zones: bool = False) -> None:
         self.env = env
+        self.has_zones = has_zones
         self.patience = patience
         self._plans: dict[Body, DeclaredRoute] = {}
         self._users: dict[Step, dict[Body, int]] = defaultdict(dict)
@@ -69,7 +70,6 @@ class Avoidance:
         self._to_serve: dict[Intersection, None] = {}
         self._woken = False
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
-        self.has_zones = False
 
     # Routes
 

@@ -145,6 +145,7 @@ class Body:
         at: Intersection,
         driver: Driver | None = None,
         motion: Motion | None = None,
+        delays: NodeDelays | None = None,
     ) -> None:
         self.number = number
         self.speed = self.pace = speed
@@ -165,7 +166,7 @@ class Body:
         self.waits_for: Body | None = None
         self.delay: Delay | None = None
         self.recall_at = self.halts_at = self.train_pace = self.limit = math.inf
-        self.delays: NodeDelays | None = None
+        self.delays = delays
         self.broken = False
         self.ready_at = -math.inf
         self.mark = 0
@@ -210,6 +211,20 @@ class Body:
         train, self.train_pace = self.train_pace, math.inf
         self.limit = min(lane.limit, train)
         return min(self.speed, self.limit)
+
+    # What it is wanted for
+
+    def work_on(self, task: int) -> None:
+        """From now on it drives for a task, which rows of the log name; -1: for none."""
+        self.task = task
+
+    def recall_from(self, time: float) -> None:
+        """From a time on it is wanted elsewhere; inf: it is not."""
+        self.recall_at = time
+
+    def breaks_down_at(self, time: float) -> None:
+        """From a time on it has broken down when it next looks round."""
+        self.halts_at = time
 
     # Gathering speed and braking
 

@@ -11,7 +11,7 @@ where nobody drives, keep no run going, and hide no stall.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.values.calendars import ALWAYS, Hours
@@ -124,6 +124,11 @@ class RestrictedLane(Lane):
     closures: Sequence[Closure]
     slow: Sequence[Slowness]
 
+    def __init__(self, *args: Any, closures: Sequence[Closure], slow: Sequence[Slowness], **of_lane: Any) -> None:
+        super().__init__(*args, **of_lane)
+        self.closures = closures
+        self.slow = (*slow, Slowness(self.usual)) if slow else ()
+
     @property
     def limit(self) -> float:
         """The speed limit now."""
@@ -133,12 +138,6 @@ class RestrictedLane(Lane):
     @limit.setter
     def limit(self, limit: float) -> None:
         self.usual = limit
-        self.closures = self.slow = ()
-
-    def restrict(self, closures: Sequence[Closure], slow: Sequence[Slowness]) -> None:
-        """What holds for it beside its own limit."""
-        self.closures = closures
-        self.slow = (*slow, Slowness(self.usual)) if slow else ()
 
     def shut_by(self, robot: Body) -> Closure | None:
         """What keeps a robot out now; nothing one that is in a lane of the same closure."""

@@ -86,10 +86,10 @@ class Intersection:
         "waits",
     )
 
-    def __init__(self, rules: Rules, name: str) -> None:
+    def __init__(self, rules: Rules, nodes: list[str]) -> None:
         self.rules = rules
-        self.name = name
-        self.nodes = [name]
+        self.name = nodes[0]
+        self.nodes = nodes
         self.holder: Body | None = None
         self.user: Body | None = None
         self.claims: list[Claim] = []

@@ -86,6 +86,8 @@ class Lane:
         end: Intersection,
         node_time: float,
         inside: bool = False,
+        twin: Lane | None = None,
+        zone_direction: ZoneDirection | None = None,
     ) -> None:
         self.rules = rules
         self.edge = edge
@@ -105,8 +107,10 @@ class Lane:
         self.turns: dict[Lane, float] = {}
         self.last: Body | None = None
         self.entering: Body | None = None
-        self.twin: Lane | None = None
-        self.zone_direction: ZoneDirection | None = None
+        self.zone_direction = zone_direction
+        self.twin = twin
+        if twin is not None:
+            twin.twin = self
         self.wanted = 0
         self.out_at = self.out_since = -math.inf
         self.out_pace = 1.0

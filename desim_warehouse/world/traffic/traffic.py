@@ -7,6 +7,7 @@ Read `drive` for how a robot gets along, `lane` for the queue on an edge, `inter
 from __future__ import annotations
 
 import math
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -18,10 +19,10 @@ from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.rules import Rules, exact_length
-from desim_warehouse.world.traffic.zones import mark_directions
+from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Container, Mapping, Sequence
+    from collections.abc import Callable, Collection, Container, Mapping, Sequence
 
     from simpy import Environment
 
@@ -64,16 +65,16 @@ class Traffic:
         restrictions = Restrictions() if restrictions is None else restrictions
         mixed = mixed or bool(free) or bool(restrictions.slow)
         self.gridlock = Gridlock(env, log, headway=contact, mixed=mixed, rule=rule)
-        guard = Avoidance(env, patience) if rule == "avoid" else None
+        of_zones = directions(zones)
+        guard = Avoidance(env, patience, has_zones=bool(of_zones)) if rule == "avoid" else None
         self.rules = Rules(
             env, log, self.gridlock, contact, theta, node_time, mixed, mixed or log.everything, guard, turn_time
         )
         lengths = {edge: exact_length(length, contact) for edge, length, _, _ in layout.edges}
-        self.nodes = _intersections(layout, self.rules, lengths, zones, free)
-        self.lanes = _lanes(layout, self.rules, self.nodes, lengths, closed(zones), node_times or {}, restrictions)
-        if mark_directions(zones, self.lanes):
-            assert guard is not None
-            guard.has_zones = True
+        self.nodes = _intersections(layout, self.rules, lengths, zones, frozenset(free))
+        self.lanes = _lanes(
+            layout, self.rules, self.nodes, lengths, closed(zones), of_zones, node_times or {}, restrictions
+        )
 
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
@@ -117,28 +118,26 @@ def _intersections(
     rules: Rules,
     lengths: Mapping[Edge, float],
     zones: Sequence[TrafficZone],
-    free: Collection[str],
+    free: frozenset[str],
 ) -> dict[str, Intersection]:
     """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one.
 
     One with a free node among its nodes is free as a whole.
     """
-    nodes = {name: Intersection(rules, name) for name in layout.graph}
+    groups = {name: [name] for name in layout.graph}
     together = [edge for edge, length in lengths.items() if length < rules.headway]
     together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
     for source, target in together:
-        one, other = nodes[source], nodes[target]
+        one, other = groups[source], groups[target]
         if one is not other:
-            one.nodes += other.nodes
-            for name in other.nodes:
-                nodes[name] = one
-    for name in free:
-        closed = nodes[name]
-        if not isinstance(closed, FreeIntersection):
-            found = FreeIntersection(rules, closed.name)
-            found.nodes = closed.nodes
-            nodes.update(dict.fromkeys(closed.nodes, found))
-    return nodes
+            one += other
+            groups.update(dict.fromkeys(other, one))
+    found: dict[str, Intersection] = {}
+    for name, group in groups.items():
+        if name not in found:
+            node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
+            found.update(dict.fromkeys(group, node))
+    return found
 
 
 def _lanes(
@@ -147,15 +146,20 @@ def _lanes(
     nodes: dict[str, Intersection],
     lengths: Mapping[Edge, float],
     inside: Container[Edge],
+    of_zones: Mapping[Edge, ZoneDirection],
     node_times: Mapping[str, float],
     restrictions: Restrictions,
 ) -> dict[Edge, Lane]:
     """By edge."""
-    lanes = {}
+    lanes: dict[Edge, Lane] = {}
     points, headings, restricted = layout.points, layout.headings, restrictions.edges
     for edge, _, limit, two_way in layout.edges:
         source, target = edge
-        lane = (RestrictedLane if edge in restricted else Lane)(
+        kind: Callable[..., Lane] = Lane
+        if edge in restricted:
+            closures, slow = restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ())
+            kind = partial(RestrictedLane, closures=closures, slow=slow)
+        lane = kind(
             rules,
             edge,
             length=lengths[edge],
@@ -167,11 +171,9 @@ def _lanes(
             end=nodes[target],
             inside=edge in inside,
             node_time=node_times.get(target, rules.node_time),
+            twin=lanes.get((target, source)) if two_way else None,
+            zone_direction=of_zones.get(edge),
         )
-        if isinstance(lane, RestrictedLane):
-            lane.restrict(restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ()))
         lane.start.outs.append(lane)
         lanes[edge] = lane
-        if two_way and (twin := lanes.get((target, source))) is not None:
-            lane.twin, twin.twin = twin, lane
     return lanes

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.lane import Lane
 
 
 class Exit:
@@ -46,14 +45,13 @@ class ZoneDirection:
         return robot.entered_at if robot.entered_at > now + EPS else None
 
 
-def mark_directions(zones: Iterable[TrafficZone], lanes: Mapping[tuple[str, str], Lane]) -> bool:
-    """Tell lanes of which zone's direction they are part; whether there is any."""
-    found = False
+def directions(zones: Iterable[TrafficZone]) -> dict[tuple[str, str], ZoneDirection]:
+    """By edge, of which zone's direction it is part."""
+    found = {}
     for zone in zones:
         if zone.rule == "one-direction":
             there, back = ZoneDirection(), ZoneDirection()
             there.opposite, back.opposite = back, there
             for a, b in pairwise(zone.line):
-                lanes[a, b].zone_direction, lanes[b, a].zone_direction = there, back
-            found = True
+                found[a, b], found[b, a] = there, back
     return found

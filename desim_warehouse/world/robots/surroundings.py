@@ -1,0 +1,75 @@
+"""What robots find around them: the floor, the places on it, and who gives them work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from simpy import Environment
+    from simpy.events import Event
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies import Task
+    from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.handling import HandlingTimes
+    from desim_warehouse.world.places.stations import Stations
+    from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.bay_choice import BayChoice
+    from desim_warehouse.world.robots.departures import Departures
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.traffic.routes import Routes
+    from desim_warehouse.world.traffic.traffic import Traffic
+
+
+class WorkGiver(Protocol):
+    """The dispatcher, as robots know it."""
+
+    def wait(self, robot: Robot) -> Event:
+        """A robot in a bay is free: the event is due when it is given a task."""
+
+    def ask(self, robot: Robot) -> Event:
+        """A robot that has just unloaded is free: the event is due at once, with a task or without."""
+
+    def withdraw(self, robot: Robot) -> None:
+        """A robot in a bay is no longer free."""
+
+    def give_back(self, robot: Robot) -> None:
+        """A robot cannot fetch its good after all."""
+
+    def delivered(self, robot: Robot, stop: Stop) -> None:
+        """A robot has unloaded."""
+
+    def came_home(self, robot: Robot) -> None:
+        """A robot is back in a bay."""
+
+    def call(self) -> None:
+        """Something has changed that decisions depend on."""
+
+    def queue_of(self, robot: int) -> tuple[Task, ...]:
+        """The tasks that a robot is to do after the present one."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The same for all robots of a run; `states` are those that robots of this model can be in."""
+
+    env: Environment
+    model: Model
+    streams: Streams
+    log: Log
+    states: Sequence[str]
+    traffic: Traffic
+    routes: Routes
+    stations: Stations
+    handling: HandlingTimes
+    bays: Bays
+    bay_choice: BayChoice
+    reach: Reach
+    departures: Departures
+    dispatcher: WorkGiver
