@@ -452,7 +452,7 @@ class Robot:
             if self.reach.scarce:
                 self.dispatcher.call()
 
-    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
         other = self.itinerary.detour(self.node, route, index, stop)
         if other is not None:
@@ -464,14 +464,14 @@ class Robot:
         breakdowns = self.breakdowns
         assert breakdowns is not None
         while self.is_out and breakdowns.is_due(self.operated()):
-            yield Arrival(self.env, self.body.stands(self.env.now))
+            yield Arrival(self.env, self.body.brake_to_stand(self.env.now))
             repair = breakdowns.begin()
             self.enter("broken")
             self.body.broken = True
             yield Timeout(self.env, repair)
             self.body.broken = False
             self.enter(self.doing)
-        self.body.halts_at = self.env.now + breakdowns.least_until_due(self.operated())
+        self.body.breaks_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""
@@ -480,14 +480,21 @@ class Robot:
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
-    def stands(self, waiting: bool) -> None:
-        """It begins or ends waiting in traffic, where standing may draw less than driving."""
+    def wait_begins(self) -> None:
+        """It begins to wait in traffic, where standing may draw less than driving."""
+        self._draw_in_traffic(WAITING.name)
+
+    def wait_ends(self) -> None:
+        """It waits in traffic no longer."""
+        self._draw_in_traffic(self.state)
+
+    def _draw_in_traffic(self, state: str) -> None:
         if self.battery.varies:
-            self._draw(WAITING.name if waiting else self.state)
+            self._draw(state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
 
-    def will_stand(self, begin: float, end: float) -> None:
+    def wait_is_known(self, begin: float, end: float) -> None:
         """It waits for a time that is known beforehand, where standing may draw less than driving."""
         if self.battery.varies:
             Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))

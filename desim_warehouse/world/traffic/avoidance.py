@@ -125,7 +125,7 @@ class Avoidance:
 
     # Steps
 
-    def admits(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
+    def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
         """Whether a robot may step onto `node`, or over it to stand on `onward`; if so it counts as standing there."""
         stand: Stand = node if onward is None else onward.lane_of_both
         witness = self._witness.get(robot)
@@ -138,7 +138,7 @@ class Avoidance:
             return False
         before = plan.at, plan.stands, plan.direction
         passed = plan.trail[plan.at + 1 : to + 1]
-        if self.has_zones and not self._enters(robot, stand, passed):
+        if self.has_zones and not self._enter_zones(robot, stand, passed):
             return False
         self._count(robot, passed, -1)
         plan.at, plan.stands = to, stand
@@ -153,7 +153,7 @@ class Avoidance:
         self._moved(robot)
         return True
 
-    def _enters(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
+    def _enter_zones(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
         """Whether the zones on a step are free of robots that drive them the other way; if so it is in the last one.
 
         A robot that others count as beyond a zone may still be on its way out. Then it is looked at again when it is.
@@ -247,12 +247,12 @@ class Avoidance:
 
     # Refusals, and asking again
 
-    def waits(self, claim: Claim) -> None:
+    def wait_begins(self, claim: Claim) -> None:
         """A claim has to wait, for whatever reason."""
         if claim.via is not None:
             self._claims[claim.robot] = claim
 
-    def granted(self, claim: Claim) -> None:
+    def wait_ends(self, claim: Claim) -> None:
         """A claim waits no longer."""
         self._claims.pop(claim.robot, None)
 

@@ -29,13 +29,16 @@ class Driver(Protocol):
     def left_bay(self) -> None:
         """It has just left the bay it stood in."""
 
-    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
 
-    def stands(self, waiting: bool) -> None:
-        """It begins (or ends) to wait in traffic."""
+    def wait_begins(self) -> None:
+        """It begins to wait in traffic."""
 
-    def will_stand(self, begin: float, end: float) -> None:
+    def wait_ends(self) -> None:
+        """It waits in traffic no longer."""
+
+    def wait_is_known(self, begin: float, end: float) -> None:
         """It is known that it will wait in traffic from `begin` to `end`."""
 
     def halt(self) -> Steps:
@@ -48,14 +51,17 @@ class NoDriver:
     def left_bay(self) -> None:
         """Nothing to do."""
 
-    def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
+    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
         """None: it waits."""
         return None
 
-    def stands(self, waiting: bool) -> None:
+    def wait_begins(self) -> None:
         """Nothing to do."""
 
-    def will_stand(self, begin: float, end: float) -> None:
+    def wait_ends(self) -> None:
+        """Nothing to do."""
+
+    def wait_is_known(self, begin: float, end: float) -> None:
         """Nothing to do."""
 
     def halt(self) -> Steps:
@@ -73,25 +79,23 @@ class Delay(NamedTuple):
 
 
 class Body:
-    """A robot on the floor.
+    """A robot on the floor; what happens to it are its verbs, and nobody else writes its fields.
 
-    It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
-    intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
-    last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
-    at `since` and is there at `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+    It is in a bay (`lane` and `held` None, `at` its node), on a `lane`, or on an intersection that it has `held` since
+    before it set out for it: out of a bay, or at the end of its lane. With that it has room on the lane `granted`.
+    It drives from `pos`, where it looked last, to `target`, which it is sure to reach without asking for more: from
+    `since` to `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+    It waits for a `claim`, or for the robot ahead on its lane (`waiting_behind`, the drive to go on with), never both.
 
-    It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
-    lane (`waiting_behind`, the drive to go on with).
-    Standing on an intersection it faces its next lane at `ready_at`.
+    It sets out from a stop line on its next lane at once: `out_at`, `out_pace` say when and how fast it passes the end
+    of the one before, `entered_at` when it is really there. A `delay` is counted when it becomes known. On a node it
+    faces its next lane at `ready_at`.
+    `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
+    `stretch` is what it has driven since it stood; None: it gathers speed and brakes in no time.
+    From `recall_at` on it stops at the next node. From `halts_at` on it has broken down when it next looks round: at
+    its target, on a node, before it sets off; `broken`: until it is repaired. `delays`: those it has at nodes.
     `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions;
     `encounters` counts episodes of waiting for people.
-    `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
-    When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
-    `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
-    From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to. From `halts_at` on it has
-    broken down when it next looks round: at its target, on a node, before it sets off; `broken`: it stands until it is
-    repaired. `delays`: those it has at nodes.
-    `stretch` is what it has driven since it stood, where gathering speed and braking take time; None: they take none.
     """
 
     __slots__ = (
@@ -114,7 +118,6 @@ class Body:
         "held",
         "lane",
         "limit",
-        "mark",
         "moves",
         "number",
         "out_at",
@@ -169,7 +172,6 @@ class Body:
         self.delays = delays
         self.broken = False
         self.ready_at = -math.inf
-        self.mark = 0
         self.detours = 0
         self.task = -1
         self.moves = self.rear_ends = self.crossings = 0
@@ -206,11 +208,122 @@ class Body:
             return f"on node {self.lane.edge[1]}"
         return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.position(now):g}"
 
-    def pace_on(self, lane: Lane) -> float:
-        """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest of them."""
+    # Onto lanes and nodes, and off them
+
+    def begin_on_node(self, node: Intersection) -> None:
+        """It stands there at the start of a run."""
+        self.at = node
+
+    def begin_on_lane(self, lane: Lane, ahead: Body | None, position: float) -> None:
+        """It stands there at the start of a run, as the last of the queue."""
+        self._join(lane, ahead)
+        self.pos = self.target = self.goal = position
+        self.driven = -position
+        self.pace = self.take_pace_of(lane)
+
+    def take_pace_of(self, lane: Lane) -> float:
+        """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest, from now on."""
         train, self.train_pace = self.train_pace, math.inf
         self.limit = min(lane.limit, train)
         return min(self.speed, self.limit)
+
+    def hold(self, node: Intersection, room: Lane | None) -> None:
+        """It is granted an intersection, with room on the lane beyond."""
+        self.held = node
+        self.granted = room
+        self.claim = None
+
+    def give_up_room(self) -> None:
+        """It stays where it is; the room that it was granted is for others."""
+        if self.granted is not None:
+            self.granted.entering = None
+            self.granted = None
+
+    def off_lane(self, length: float, out: float) -> None:
+        """It leaves its lane's queue, and passes the lane's end at the time `out`."""
+        front, behind = self.ahead, self.behind
+        self.driven += length
+        self.out_at = out
+        self.out_pace = self.pace
+        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
+            front.behind = behind
+        if behind is not None:
+            behind.ahead = front
+            self.behind = None
+
+    def onto_lane(
+        self, lane: Lane, ahead: Body | None, pace: float, goal: float, target: float, since: float, until: float
+    ) -> None:
+        """From the intersection at the lane's start, as the last of its queue, and on to its first target there."""
+        if ahead is not None:
+            ahead.behind = self
+        self.lane = lane
+        self.ahead = ahead
+        self.held = self.granted = None
+        self.pace = pace
+        self.goal = goal
+        self.pos = 0.0
+        self.target = target
+        self.since = self.entered_at = since
+        self.until = until
+        self.moves += 1
+
+    def onto_short_lane(self, lane: Lane, ahead: Body | None, pace: float, since: float) -> None:
+        """From the node at its start, holding its end, at `since`; it has committed to no target yet."""
+        self._join(lane, ahead)
+        self.pos = self.target = self.goal = 0.0
+        self.entered_at = since
+        self.pace = pace
+        self.moves += 1
+
+    def into_bay(self, node: Intersection) -> None:
+        """From the intersection that it held into the bay or station beside it."""
+        self.lane = self.held = self.ahead = None
+        self.at = node
+        self.pos = self.target = 0.0
+
+    def _join(self, lane: Lane, ahead: Body | None) -> None:
+        self.lane = lane
+        self.ahead = ahead
+        if ahead is not None:
+            ahead.behind = self
+
+    # Along a lane
+
+    def head_for(self, goal: float) -> None:
+        """Where it wants to go on its lane."""
+        self.goal = goal
+
+    def commit(self, target: float, since: float, until: float) -> None:
+        """It sets off for a further target."""
+        self.since = since
+        self.until = until
+        self.target = target
+
+    def drive_on(self, target: float, until: float) -> None:
+        """Under way it goes on to a further target, without a stop."""
+        self.target = target
+        self.until = until
+
+    def arrive(self) -> float:
+        """It is where it was sure to get to."""
+        self.pos = self.target
+        return self.pos
+
+    def turn_on_node(self, time: float, now: float) -> None:
+        """It faces its next lane after a time, once it stands; with nothing to turn it need not stop."""
+        self.ready_at = (self.brake_to_stand(now) if time else now) + time
+
+    def turn_with_ring(self, pace: float) -> None:
+        """It moves with a ring of waiting robots, on its lane and, if it leaves that, on the next."""
+        self.pace = pace
+        if self.claim is not None:
+            self.train_pace = pace
+
+    def start_with_ring(self, time: float, stretch: Stretch) -> None:
+        """The ring has braked and gathered speed, and starts at that time."""
+        self.until = time
+        self.stretch = stretch
 
     # What it is wanted for
 
@@ -241,14 +354,18 @@ class Body:
             return max(now, self.until + self.stretch.braking), self.stretch.anew()
         return max(now, self.until), self.stretch
 
-    def sets_off(self, length: float, now: float) -> float:
-        """When it sets off over a further length on its lane that it may drive now."""
+    def commit_stretch(self, stretch: Stretch) -> None:
+        """It drives a stretch that was worked out before."""
+        self.stretch = stretch
+
+    def commit_length(self, length: float, now: float) -> float:
+        """It drives a further length on its lane, and sets off at the time returned."""
         begin, stretch = self.going_on(now)
         more, self.stretch = stretch.further(length, self.pace)
         return begin + more
 
-    def keeps_pace(self, length: float) -> bool:
-        """Whether a robot under way drives on over a further length as fast as it does now."""
+    def commit_length_under_way(self, length: float) -> bool:
+        """Under way it drives a further length as fast as now; False: that is not possible, and nothing has changed."""
         if self.stretch is None:
             return True
         more, stretch = self.stretch.further(length, self.pace)
@@ -257,8 +374,15 @@ class Body:
         self.stretch = stretch
         return True
 
-    def stands(self, now: float) -> float:
-        """When a robot that stops where it is, or is sure to get to, has braked."""
+    def put_off(self, time: float, pace: float) -> float:
+        """It starts late; returns the part of that time that gathering speed takes anyway."""
+        if self.stretch is None:
+            return 0.0
+        part, self.stretch = self.stretch.later(time, pace)
+        return part
+
+    def brake_to_stand(self, now: float) -> float:
+        """It stops where it is, or is sure to get to; returns when it has braked."""
         if self.stretch is None:
             return now
         braked = max(now, self.until + self.stretch.braking)
@@ -325,18 +449,47 @@ class Body:
         """Episodes behind other robots that have ended."""
         return self.rear_ends - (self.delay is not None and self.delay.end > now)
 
+    def ask_for(self, claim: Claim) -> None:
+        """It has to wait for an intersection and room beyond it, until it holds them."""
+        self.claim = claim
+
+    def wait_begins(self, now: float) -> None:
+        """It begins to wait for its claim."""
+        self.waiting_since = now
+        self.driver.wait_begins()
+
+    def count_wait_at_node(self, duration: float) -> None:
+        """An episode of waiting before an intersection is over."""
+        self.waited += duration
+        self.crossings += 1
+
+    def count_wait_behind(self, duration: float) -> None:
+        """An episode of waiting behind another robot is over, or known."""
+        self.waited += duration
+        self.rear_ends += 1
+
+    def cut_wait_behind(self, left: float, *, begun: bool) -> None:
+        """The run ends before an episode does that was known: what is left of it does not count."""
+        self.waited -= left
+        self.rear_ends -= not begun
+
+    def delay_is_known(self, delay: Delay) -> None:
+        """It will wait behind a slower robot."""
+        self.delay = delay
+        self.driver.wait_is_known(delay.begin, delay.end)
+
     def wait_behind(self, drive: Drive, now: float) -> None:
         """Wait until the robot ahead makes way: `drive` goes on when this one has then moved up."""
         self.waiting_behind = drive
         self.waiting_since = now
         self.waits_for = self.ahead
-        self.driver.stands(waiting=True)
+        self.driver.wait_begins()
 
     def stop_waiting(self, now: float) -> Drive:
         """It has waited behind another and may go on; the caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
-        self.driver.stands(waiting=False)
+        self.driver.wait_ends()
         if now > self.waiting_since + EPS:
             self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
         return drive

@@ -79,16 +79,18 @@ class Drive:
 
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
         there = yield from self._drive()
-        if there and (stands := self.robot.stands(self.env._now)) > self.env._now:
-            yield Arrival(self.env, stands)
+        if there:
+            braked = self.robot.brake_to_stand(self.env._now)
+            if braked > self.env._now:
+                yield Arrival(self.env, braked)
         return there
 
     def _drive(self) -> Generator[Event, object, bool]:
         robot = self.robot
         if robot.lane is not None:
-            robot.goal = robot.lane.stop_line
+            robot.head_for(robot.lane.stop_line)
             if self.stop is not None and not self.route:
-                robot.goal = max(self.stop, robot.pos)
+                robot.head_for(max(self.stop, robot.pos))
                 if robot.held is not None:
                     yield from self._along_short(robot.goal)
                     return True
@@ -107,15 +109,16 @@ class Drive:
             # A recall takes effect at the node that it comes to next, never between nodes.
             if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
-            elif not robot.detours or not self._takes_detour():
+            elif not robot.detours or not self._take_detour():
                 yield from self._pass_when_free(onward)
 
     def _halt(self) -> Steps:
         """Stand until a breakdown is repaired; it goes no farther meanwhile, whoever makes way for it."""
         robot = self.robot
-        goal, robot.goal = robot.goal, robot.pos
+        goal = robot.goal
+        robot.head_for(robot.pos)
         yield from robot.driver.halt()
-        robot.goal = goal
+        robot.head_for(goal)
 
     def _under_way(self) -> Event:
         """Due when the robot is there, or at an intersection where it cannot just go on."""
@@ -175,9 +178,9 @@ class Drive:
         out = begin + rest / robot.pace
         return begin, out, out, stretch
 
-    def _takes_detour(self) -> bool:
-        """Whether a robot held up at an intersection takes another route from there."""
-        other = self.robot.driver.detour(self.route, self.index, self.stop)
+    def _take_detour(self) -> bool:
+        """A robot held up at an intersection takes another route from there, or not."""
+        other = self.robot.driver.take_detour(self.route, self.index, self.stop)
         if other is None:
             return False
         self.route, self.index = other, 0
@@ -214,12 +217,12 @@ class Drive:
         if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
             self.due(robot.until)
             return
-        pos = robot.pos = robot.target
+        pos = robot.arrive()
         if robot.halts_at <= now:
             self._wake()
             return
         if robot.held is not None:
-            if not self._crosses_next_short(now):
+            if not self._cross_next_short(now):
                 self._wake()
             return
         if robot.goal - pos > EPS:
@@ -248,7 +251,7 @@ class Drive:
                 or node.claims  # whoever asked before is served first
                 or not node.is_open(robot, lane, now)
                 or not onward.has_room(robot)  # node and room in one step: nobody stands on a node waiting for room
-                or not (guard is None or guard.admits(robot, node, onward))
+                or not (guard is None or guard.admit(robot, node, onward))
             ):
                 self._wake()
                 return
@@ -292,10 +295,11 @@ class Drive:
             return now, clear
         if lane is None or robot.pos >= lane.length:
             out = now
-            _, _, clear, robot.stretch = self._crossing(onward, stop, clear)
+            _, _, clear, stretch = self._crossing(onward, stop, clear)
         else:
-            begin, out, clear, robot.stretch = self._crossing(onward, stop, now)
+            begin, out, clear, stretch = self._crossing(onward, stop, now)
             lane.out_since = begin
+        robot.commit_stretch(stretch)
         if lane is not None:
             lane.leave(robot, out)
         return begin, clear
@@ -333,15 +337,15 @@ class Drive:
         """Along the lane to its end, all of it granted, and the time at the node spent."""
         robot, lane = self.robot, self.robot.lane
         lane.commit(robot, lane.length, self.env._now)
-        yield Arrival(self.env, self._after_node_time(lane))
-        robot.pos = lane.length
+        yield Arrival(self.env, self._spend_node_time(lane))
+        robot.arrive()
 
-    def _after_node_time(self, lane: Lane) -> float:
-        """When a robot that drives to its lane's end has spent the time at the node."""
+    def _spend_node_time(self, lane: Lane) -> float:
+        """Stop at the lane's end for the time at the node; returns when that is over."""
         robot = self.robot
         spent = lane.node_time if robot.delays is None else lane.node_time + robot.delays.at(robot.moves)
         if robot.stretch is not None and spent:
-            return robot.stands(robot.until) + spent
+            return robot.brake_to_stand(robot.until) + spent
         return robot.until + spent
 
     def _along_short(self, stop: float) -> Steps:
@@ -349,7 +353,7 @@ class Drive:
         robot = self.robot
         robot.lane.commit(robot, stop, self.env._now)
         yield Arrival(self.env, robot.until)
-        robot.pos = stop
+        robot.arrive()
 
     def _from_node(self) -> Generator[Event, object, Departure]:
         """From a bay or an intersection onto the next lane where the robot can stand."""
@@ -361,7 +365,8 @@ class Drive:
         while True:
             if robot.halts_at <= self.env._now:
                 yield from self._halt()
-            if robot.recall_at <= self.env._now and self._may_stay():
+            if robot.recall_at <= self.env._now and self._may_stay:
+                robot.give_up_room()
                 return Departure.RECALLED
             onward = self.onward
             if onward is None:
@@ -390,8 +395,7 @@ class Drive:
         """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""
         robot = self.robot
         if self.turn_time and robot.lane is not None:
-            turning = robot.lane.turn_to(onward)
-            robot.ready_at = (robot.stands(self.env._now) if turning else self.env._now) + turning
+            robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
 
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
@@ -412,23 +416,20 @@ class Drive:
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
         if robot.lane is not None:
             robot.lane.leave(robot, now)
-        onward.enter_standing(robot)
-        if turning:
-            robot.entered_at = now + turning
+        onward.enter_standing(robot, now + turning)
         if log.moves:
             log.enter(now + turning, robot)
-        robot.held = onward.end
         onward.set_off(robot, target, now + turning)
         if not onward.inside:
             node.passed(robot, onward, robot.since)
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        there = self._after_node_time(onward) if target == onward.length else robot.until
+        there = self._spend_node_time(onward) if target == onward.length else robot.until
         self.callbacks = ROLL  # as `due` does
         heappush(env._queue, (there, NORMAL, next(env._eid), self))
 
-    def _crosses_next_short(self, now: float) -> bool:
+    def _cross_next_short(self, now: float) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
         robot, index = self.robot, self.index
         if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
@@ -443,7 +444,7 @@ class Drive:
         beyond = self._rests_beyond()
         guard = self.rules.guard
         if (beyond is not None and not beyond.has_room(robot)) or not (
-            guard is None or guard.admits(robot, node, beyond)
+            guard is None or guard.admit(robot, node, beyond)
         ):
             self.index = index
             return False
@@ -453,19 +454,14 @@ class Drive:
         self._set_out_over_short(onward, onward.length, now)
         return True
 
+    @property
     def _may_stay(self) -> bool:
-        """Whether a recalled robot may stay on the intersection: it leaves the room granted beyond it to others.
+        """Whether a recalled robot may stay on the intersection, and leave the room granted beyond it to others.
 
         Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
         That costs energy, never liveness: its declared route ends in a slot that is its own.
         """
-        robot = self.robot
-        if robot.granted is not None:
-            if self.rules.guard is not None:
-                return False
-            robot.granted.entering = None
-            robot.granted = None
-        return True
+        return self.robot.granted is None or self.rules.guard is None
 
 
 ROLL = [Drive.roll]

@@ -45,7 +45,6 @@ class Gridlock:
         self.mixed = mixed
         self.rule = rule
         self.rotations = 0
-        self._mark = 0
 
     def check(self, robot: Body) -> None:
         """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one.
@@ -55,12 +54,9 @@ class Gridlock:
         """
         if self.rule == "avoid":
             return
-        self._mark += 1
-        mark = self._mark
-        last, member = robot, robot.blocker
-        robot.mark = mark
-        while member is not None and member.mark != mark:
-            member.mark = mark
+        last, member, seen = robot, robot.blocker, {robot}
+        while member is not None and member not in seen:
+            seen.add(member)
             last, member = member, member.blocker
         if member is None:
             if last.claim is not None:  # the chain may be a ring when a lane that is closed opens
@@ -107,7 +103,7 @@ class Gridlock:
         near = [robot for robot in ring if robot.waiting_behind is not None and self._is_near(robot)]
         if near:
             for robot in near:
-                robot.goal = robot.pos  # it handles its good from here, and the ring is complete when it goes on
+                robot.head_for(robot.pos)  # it handles its good from here, and the ring is complete when it goes on
                 robot.stop_waiting(now).due(now)
             return
         self.rotations += 1
@@ -147,15 +143,13 @@ class Gridlock:
         lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
         slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))
         for robot in ring:
-            robot.pace = slowest
-        for claim in claims:
-            claim.robot.train_pace = slowest
+            robot.turn_with_ring(slowest)
         driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]
         if driven:
             begin = max(max(now, robot.until + stretch.braking) for robot, stretch in driven)
             begin += max(stretch.motion.gathers for _, stretch in driven) * slowest / 2
             for robot, stretch in driven:
-                robot.until, robot.stretch = begin, stretch.at_speed(slowest)
+                robot.start_with_ring(begin, stretch.at_speed(slowest))
 
 
 def _describe(ring: list[Body], now: float) -> str:

@@ -143,11 +143,12 @@ class Intersection:
             and self.is_open(robot, via, now)
             and (lane is None or lane.has_room(robot))
             and (over is None or over.shut_by(robot) is None)
-            and (guard is None or guard.admits(robot, self, lane))
+            and (guard is None or guard.admit(robot, self, lane))
         ):
             self.grant(robot, lane)
             return
-        claim = robot.claim = Claim(robot, self, lane, via, over)
+        claim = Claim(robot, self, lane, via, over)
+        robot.ask_for(claim)
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
@@ -155,12 +156,12 @@ class Intersection:
         self.serve(now)
         if robot.claim is not None:
             self.rules.gridlock.check(robot)
-        robot.waiting_since = since = now
         if guard is not None and robot.claim is not None:
-            guard.waits(claim)
-        robot.driver.stands(waiting=True)
+            guard.wait_begins(claim)
+        robot.wait_begins(now)
+        since = now
         yield claim
-        robot.driver.stands(waiting=False)
+        robot.driver.wait_ends()
         now = self.rules.env._now
         if now > since + EPS:
             self.count_claim(claim, other, now - since, now)
@@ -168,20 +169,18 @@ class Intersection:
     def grant(self, robot: Body, lane: Lane | None) -> None:
         """It is the robot's, and with it room on `lane`."""
         self.holder = robot
-        robot.held = self
-        robot.granted = lane
+        robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot
 
     def award(self, claim: Claim, lane: Lane | None) -> None:
         """Grant a waiting claim, with room on `lane`, and wake its robot."""
         self.claims.remove(claim)
-        claim.robot.claim = None
         if claim.lane is not None:
             claim.lane.wanted -= 1
         self.grant(claim.robot, lane)
         if self.rules.guard is not None:
-            self.rules.guard.granted(claim)
+            self.rules.guard.wait_ends(claim)
         claim.succeed()
 
     def serve(self, now: float) -> None:
@@ -194,7 +193,7 @@ class Intersection:
                     # node is never closed, so a robot that crosses would wait for all of it.
                     if self.holder is None:
                         break
-                elif guard is None or guard.admits(claim.robot, self, claim.lane):
+                elif guard is None or guard.admit(claim.robot, self, claim.lane):
                     self.award(claim, claim.lane)
                     return
             else:
@@ -273,8 +272,7 @@ class Intersection:
         """One collision: an episode of waiting before this intersection that ends at `end`."""
         self.waits += 1
         self.blocked += duration
-        robot.waited += duration
-        robot.crossings += 1
+        robot.count_wait_at_node(duration)
         if self.rules.log.everything:
             self.rules.log.collision(end, robot, other, self.name, None, duration)
 
@@ -304,7 +302,6 @@ class FreeIntersection(Intersection):
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
         """The robot may stand on it, with others, and has room on `lane`."""
-        robot.held = self
-        robot.granted = lane
+        robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot

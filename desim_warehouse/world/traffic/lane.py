@@ -177,25 +177,16 @@ class Lane:
         way, and one event still takes it there.
         """
         ahead, mixed = self.last, self.rules.mixed
-        pace = robot.pace_on(self) if mixed else robot.speed
-        target = robot.goal = self.stop_line if stop is None else stop
+        pace = robot.take_pace_of(self) if mixed else robot.speed
+        target = goal = self.stop_line if stop is None else stop
         if ahead is not None:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
-            ahead.behind = robot
         until = clear + target / pace
         if mixed and (late := self.free_at(ahead, target, pace, clear) - until) > EPS:
             self._put_off(robot, ahead, pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
-        robot.lane = self
-        robot.ahead = ahead
-        robot.held = robot.granted = None
-        robot.pace = pace
-        robot.pos = 0.0
-        robot.target = target
-        robot.since = robot.entered_at = clear
-        robot.until = until
-        robot.moves += 1
+        robot.onto_lane(self, ahead, pace, goal, target, clear, until)
         self.last = robot
         self.entering = None
         self.passages += 1
@@ -206,45 +197,26 @@ class Lane:
         last = self.last
         return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
 
-    def enter_standing(self, robot: Body) -> None:
-        """A robot that stood on the node at the lane's start is on the lane, at 0, and has committed to nothing yet."""
-        robot.ahead = self.last
-        if self.last is not None:
-            self.last.behind = robot
+    def enter_standing(self, robot: Body, since: float) -> None:
+        """A robot that stood on the node at the lane's start is on this short lane from `since` on, at 0."""
+        pace = robot.take_pace_of(self) if self.rules.mixed else robot.speed
+        robot.onto_short_lane(self, self.last, pace, since)
         self.last = robot
         self.passages += 1
-        robot.lane = self
-        robot.pos = robot.target = robot.goal = 0.0
-        robot.moves += 1
-        robot.pace = robot.pace_on(self) if self.rules.mixed else robot.speed
 
     def place(self, robot: Body, position: float) -> None:
         """A robot stands here at the start of a run, as the last."""
-        robot.ahead = self.last
-        if self.last is not None:
-            self.last.behind = robot
+        robot.begin_on_lane(self, self.last, position)
         self.last = robot
-        robot.lane = self
-        robot.pos = robot.target = robot.goal = position
-        robot.driven = -position
-        robot.pace = robot.pace_on(self)
 
     def leave(self, robot: Body, out: float) -> None:
         """Take a robot off the queue; it leaves the lane's end at the time `out`."""
-        front, behind = robot.ahead, robot.behind
-        robot.driven += self.length
-        robot.out_at = out
-        robot.out_pace = robot.pace
+        if robot.behind is None:
+            self.last = robot.ahead
+        robot.off_lane(self.length, out)
         if self.rules.exits_matter and out > self.out_at:
             self.out_at = out
             self.out_pace = robot.pace
-        if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
-            front.behind = behind
-        if behind is None:
-            self.last = front
-        else:
-            behind.ahead = front
-            robot.behind = None
 
     def commit(self, robot: Body, target: float, now: float) -> None:
         """Let a robot drive on to `target`, and all set off who gain by it."""
@@ -266,7 +238,7 @@ class Lane:
                 drive = robot.stop_waiting(now)
                 self.set_off(robot, limit, now)
                 drive.due(robot.until)
-            elif not self._drives_on(robot, limit, now):
+            elif not self._drive_on(robot, limit, now):
                 return
             robot = robot.behind
             if robot is None and self.wanted:
@@ -277,30 +249,27 @@ class Lane:
         rules, since = self.rules, now
         mixed = rules.mixed
         if mixed and robot.stretch is not None:
-            since = robot.sets_off(target - robot.pos, now)
+            since = robot.commit_length(target - robot.pos, now)
         until = since + (target - robot.pos) / robot.pace
         if mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
             self._put_off(robot, robot.ahead, robot.pace, since, late, since + late)
             since += late
             until += late
-        robot.since = since
-        robot.until = until
-        robot.target = target
+        robot.commit(target, since, until)
         if rules.log.everything:
             rules.log.drive(robot, since)
 
     def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
         """A robot starts late behind a slower one, or behind one that gathers speed as it has to do itself."""
         if robot.stretch is not None:
-            part, robot.stretch = robot.stretch.later(late, pace)
+            part = robot.put_off(late, pace)
             since, late = since + part, late - part
             if late <= EPS:
                 return
         self.count_wait(robot, ahead, late, end)
-        robot.delay = Delay(self, ahead, since, since + late)
-        robot.driver.will_stand(since, since + late)
+        robot.delay_is_known(Delay(self, ahead, since, since + late))
 
-    def _drives_on(self, robot: Body, target: float, now: float) -> bool:
+    def _drive_on(self, robot: Body, target: float, now: float) -> bool:
         """Let a robot under way drive on to `target` without a stop; or not, if it came too close to a slower one.
 
         Nor if it still gathers speed: what that takes is spent where it was sure to get to.
@@ -312,11 +281,12 @@ class Lane:
             self.rules.mixed
             and (
                 self.free_at(robot.ahead, target, robot.pace, now) > until + EPS
-                or not robot.keeps_pace(target - robot.target)
+                or not robot.commit_length_under_way(target - robot.target)
             )
         ):
             return False
-        since, robot.target, robot.until = robot.until, target, until
+        since = robot.until
+        robot.drive_on(target, until)
         if self.rules.log.everything:
             self.rules.log.drive(robot, since)
         return True
@@ -347,18 +317,17 @@ class Lane:
         """
         self.waits += 1
         self.blocked += duration
-        robot.waited += duration
-        robot.rear_ends += 1
+        robot.count_wait_behind(duration)
         if self.rules.log.everything:
             self.rules.log.collision(end, robot, other, None, self.edge, duration)
 
     def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
         """The run ends before a delay that was counted is over: what is left of it does not count."""
         left = robot.delay_after(now)
-        robot.waited -= left
+        begun = delay.begin < now - EPS
+        robot.cut_wait_behind(left, begun=begun)
         self.blocked -= left
-        if delay.begin >= now - EPS:
+        if not begun:
             self.waits -= 1
-            robot.rear_ends -= 1
         elif self.rules.log.everything:
             self.rules.log.collision(now, robot, delay.other, None, self.edge, now - delay.begin)

@@ -91,7 +91,7 @@ class Traffic:
         if start.edge is None:
             node = self.nodes[start.node]
             node.grant(robot, None)
-            robot.at = node
+            robot.begin_on_node(node)
         else:
             self.lanes[start.edge].place(robot, start.offset)
 
@@ -102,11 +102,9 @@ class Traffic:
         if lane is not None:
             lane.leave(robot, now)
             lane.out_at = -math.inf  # it is in nobody's way any more
-        robot.lane = robot.held = robot.ahead = None
-        robot.at = node
+        robot.into_bay(node)
         if self.rules.guard is not None:
             self.rules.guard.left(robot)
-        robot.pos = robot.target = 0.0
         if node.holder is robot:
             node.holder = None
         if node.claims:
