@@ -480,21 +480,14 @@ class Robot:
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
 
-    def wait_begins(self) -> None:
-        """It begins to wait in traffic, where standing may draw less than driving."""
-        self._draw_in_traffic(WAITING.name)
-
-    def wait_ends(self) -> None:
-        """It waits in traffic no longer."""
-        self._draw_in_traffic(self.state)
-
-    def _draw_in_traffic(self, state: str) -> None:
+    def notice_wait(self, waiting: bool) -> None:
+        """It begins, or ends, to wait in traffic, where standing may draw less than driving."""
         if self.battery.varies:
-            self._draw(state)
+            self._draw(WAITING.name if waiting else self.state)
         elif self.alarms.looks_ahead:
             self.alarms.watch()
 
-    def wait_is_known(self, begin: float, end: float) -> None:
+    def notice_delay(self, begin: float, end: float) -> None:
         """It waits for a time that is known beforehand, where standing may draw less than driving."""
         if self.battery.varies:
             Arrival(self.env, begin).callbacks.append(lambda _: self._draw("waiting"))

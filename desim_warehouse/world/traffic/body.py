@@ -32,13 +32,10 @@ class Driver(Protocol):
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
 
-    def wait_begins(self) -> None:
-        """It begins to wait in traffic."""
+    def notice_wait(self, waiting: bool) -> None:
+        """It begins, or ends, to wait in traffic."""
 
-    def wait_ends(self) -> None:
-        """It waits in traffic no longer."""
-
-    def wait_is_known(self, begin: float, end: float) -> None:
+    def notice_delay(self, begin: float, end: float) -> None:
         """It is known that it will wait in traffic from `begin` to `end`."""
 
     def halt(self) -> Steps:
@@ -55,13 +52,10 @@ class NoDriver:
         """None: it waits."""
         return None
 
-    def wait_begins(self) -> None:
+    def notice_wait(self, waiting: bool) -> None:
         """Nothing to do."""
 
-    def wait_ends(self) -> None:
-        """Nothing to do."""
-
-    def wait_is_known(self, begin: float, end: float) -> None:
+    def notice_delay(self, begin: float, end: float) -> None:
         """Nothing to do."""
 
     def halt(self) -> Steps:
@@ -219,13 +213,13 @@ class Body:
         self._join(lane, ahead)
         self.pos = self.target = self.goal = position
         self.driven = -position
-        self.pace = self.take_pace_of(lane)
+        self.take_pace_of(lane)
 
-    def take_pace_of(self, lane: Lane) -> float:
+    def take_pace_of(self, lane: Lane) -> None:
         """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest, from now on."""
         train, self.train_pace = self.train_pace, math.inf
         self.limit = min(lane.limit, train)
-        return min(self.speed, self.limit)
+        self.pace = min(self.speed, self.limit)
 
     def hold(self, node: Intersection, room: Lane | None) -> None:
         """It is granted an intersection, with room on the lane beyond."""
@@ -239,28 +233,27 @@ class Body:
             self.granted.entering = None
             self.granted = None
 
-    def off_lane(self, length: float, out: float) -> None:
-        """It leaves its lane's queue, and passes the lane's end at the time `out`."""
-        front, behind = self.ahead, self.behind
-        self.driven += length
+    def off_lane(self, out: float) -> None:
+        """It leaves its lane's queue, where the gap closes, and passes the lane's end at the time `out`."""
+        lane, front, behind = self.lane, self.ahead, self.behind
+        self.driven += lane.length
         self.out_at = out
         self.out_pace = self.pace
+        if lane.rules.exits_matter:
+            lane.end_is_passed(out, self.pace)
         if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
             front.behind = behind
-        if behind is not None:
+        if behind is None:
+            lane.last = front
+        else:
             behind.ahead = front
             self.behind = None
 
-    def onto_lane(
-        self, lane: Lane, ahead: Body | None, pace: float, goal: float, target: float, since: float, until: float
-    ) -> None:
+    def onto_lane(self, lane: Lane, ahead: Body | None, goal: float, target: float, since: float, until: float) -> None:
         """From the intersection at the lane's start, as the last of its queue, and on to its first target there."""
-        if ahead is not None:
-            ahead.behind = self
         self.lane = lane
         self.ahead = ahead
         self.held = self.granted = None
-        self.pace = pace
         self.goal = goal
         self.pos = 0.0
         self.target = target
@@ -268,12 +261,11 @@ class Body:
         self.until = until
         self.moves += 1
 
-    def onto_short_lane(self, lane: Lane, ahead: Body | None, pace: float, since: float) -> None:
+    def onto_short_lane(self, lane: Lane, ahead: Body | None, since: float) -> None:
         """From the node at its start, holding its end, at `since`; it has committed to no target yet."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = 0.0
         self.entered_at = since
-        self.pace = pace
         self.moves += 1
 
     def into_bay(self, node: Intersection) -> None:
@@ -449,14 +441,10 @@ class Body:
         """Episodes behind other robots that have ended."""
         return self.rear_ends - (self.delay is not None and self.delay.end > now)
 
-    def ask_for(self, claim: Claim) -> None:
-        """It has to wait for an intersection and room beyond it, until it holds them."""
+    def wait_for(self, claim: Claim, now: float) -> None:
+        """It waits for an intersection and room beyond it, until it holds them."""
         self.claim = claim
-
-    def wait_begins(self, now: float) -> None:
-        """It begins to wait for its claim."""
         self.waiting_since = now
-        self.driver.wait_begins()
 
     def count_wait_at_node(self, duration: float) -> None:
         """An episode of waiting before an intersection is over."""
@@ -476,20 +464,20 @@ class Body:
     def delay_is_known(self, delay: Delay) -> None:
         """It will wait behind a slower robot."""
         self.delay = delay
-        self.driver.wait_is_known(delay.begin, delay.end)
+        self.driver.notice_delay(delay.begin, delay.end)
 
     def wait_behind(self, drive: Drive, now: float) -> None:
         """Wait until the robot ahead makes way: `drive` goes on when this one has then moved up."""
         self.waiting_behind = drive
         self.waiting_since = now
         self.waits_for = self.ahead
-        self.driver.wait_begins()
+        self.driver.notice_wait(waiting=True)
 
     def stop_waiting(self, now: float) -> Drive:
         """It has waited behind another and may go on; the caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
-        self.driver.wait_ends()
+        self.driver.notice_wait(waiting=False)
         if now > self.waiting_since + EPS:
             self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
         return drive

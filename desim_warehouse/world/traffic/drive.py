@@ -197,8 +197,8 @@ class Drive:
         else:
             yield from self._to_node()
 
-    # The event: the hot path of every run. Attributes are read once, and SimPy's queue is used directly: its methods
-    # and properties would be a third of the time of a free crossing.
+    # The event: the hot path of every run, counted in bytecodes (`benchmarks.bytecodes`). Attributes are read once,
+    # and SimPy's queue is used directly: its methods and properties would be a third of a free crossing.
 
     def due(self, time: float) -> None:
         """Have it come up at a time."""
@@ -263,8 +263,8 @@ class Drive:
     def _cross(self, onward: Lane, clear: float, stop: float | None, now: float) -> None:
         """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`.
 
-        The order matters. The robot leaves its lane first, as `leave` closes the gap in that queue and notes when and
-        how fast its end is passed; `enter` may put the start off (behind a slower robot), so the node is passed at
+        The order matters. The robot is off its lane first: that closes the gap in its queue, and notes when and how
+        fast its end is passed. `enter` may put the start off (behind a slower robot), so the node is passed at
         `robot.since`. Only when the robot is on its new lane do those behind it move up; and the node's claims come
         last, as rings are looked for there and must be seen as they are then.
         """
@@ -274,7 +274,7 @@ class Drive:
         if self.slow:
             begin, clear = self._leave(lane, onward, clear, stop, now)
         elif lane is not None:
-            lane.leave(robot, clear - lane.node_time)
+            robot.off_lane(clear - lane.node_time)
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
@@ -291,7 +291,7 @@ class Drive:
         robot, begin = self.robot, now
         if robot.stretch is None:
             if lane is not None:
-                lane.leave(robot, clear - lane.node_time - self._more_time(lane, onward))
+                robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
             return now, clear
         if lane is None or robot.pos >= lane.length:
             out = now
@@ -301,7 +301,7 @@ class Drive:
             lane.out_since = begin
         robot.commit_stretch(stretch)
         if lane is not None:
-            lane.leave(robot, out)
+            robot.off_lane(out)
         return begin, clear
 
     # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
@@ -415,7 +415,7 @@ class Drive:
         robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
         if robot.lane is not None:
-            robot.lane.leave(robot, now)
+            robot.off_lane(now)
         onward.enter_standing(robot, now + turning)
         if log.moves:
             log.enter(now + turning, robot)

@@ -148,7 +148,7 @@ class Intersection:
             self.grant(robot, lane)
             return
         claim = Claim(robot, self, lane, via, over)
-        robot.ask_for(claim)
+        robot.wait_for(claim, now)
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
@@ -158,10 +158,10 @@ class Intersection:
             self.rules.gridlock.check(robot)
         if guard is not None and robot.claim is not None:
             guard.wait_begins(claim)
-        robot.wait_begins(now)
+        robot.driver.notice_wait(waiting=True)
         since = now
         yield claim
-        robot.driver.wait_ends()
+        robot.driver.notice_wait(waiting=False)
         now = self.rules.env._now
         if now > since + EPS:
             self.count_claim(claim, other, now - since, now)

@@ -177,16 +177,18 @@ class Lane:
         way, and one event still takes it there.
         """
         ahead, mixed = self.last, self.rules.mixed
-        pace = robot.take_pace_of(self) if mixed else robot.speed
+        if mixed:
+            robot.take_pace_of(self)
         target = goal = self.stop_line if stop is None else stop
         if ahead is not None:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
-        until = clear + target / pace
-        if mixed and (late := self.free_at(ahead, target, pace, clear) - until) > EPS:
-            self._put_off(robot, ahead, pace, clear, late, now + (clear + late - now))
+            ahead.behind = robot
+        until = clear + target / robot.pace
+        if mixed and (late := self.free_at(ahead, target, robot.pace, clear) - until) > EPS:
+            self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
-        robot.onto_lane(self, ahead, pace, goal, target, clear, until)
+        robot.onto_lane(self, ahead, goal, target, clear, until)
         self.last = robot
         self.entering = None
         self.passages += 1
@@ -199,8 +201,9 @@ class Lane:
 
     def enter_standing(self, robot: Body, since: float) -> None:
         """A robot that stood on the node at the lane's start is on this short lane from `since` on, at 0."""
-        pace = robot.take_pace_of(self) if self.rules.mixed else robot.speed
-        robot.onto_short_lane(self, self.last, pace, since)
+        if self.rules.mixed:
+            robot.take_pace_of(self)
+        robot.onto_short_lane(self, self.last, since)
         self.last = robot
         self.passages += 1
 
@@ -209,14 +212,11 @@ class Lane:
         robot.begin_on_lane(self, self.last, position)
         self.last = robot
 
-    def leave(self, robot: Body, out: float) -> None:
-        """Take a robot off the queue; it leaves the lane's end at the time `out`."""
-        if robot.behind is None:
-            self.last = robot.ahead
-        robot.off_lane(self.length, out)
-        if self.rules.exits_matter and out > self.out_at:
+    def end_is_passed(self, out: float, pace: float) -> None:
+        """A robot leaves the lane's end at the time `out`; the last to do so counts."""
+        if out > self.out_at:
             self.out_at = out
-            self.out_pace = robot.pace
+            self.out_pace = pace
 
     def commit(self, robot: Body, target: float, now: float) -> None:
         """Let a robot drive on to `target`, and all set off who gain by it."""

@@ -100,7 +100,7 @@ class Traffic:
         now = self.rules.env._now
         node, lane = robot.held, robot.lane
         if lane is not None:
-            lane.leave(robot, now)
+            robot.off_lane(now)
             lane.out_at = -math.inf  # it is in nobody's way any more
         robot.into_bay(node)
         if self.rules.guard is not None:
