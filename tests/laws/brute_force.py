@@ -27,11 +27,11 @@ class Watched(Avoidance):
         self.most, self.unsafe, self.safe, self.compared = most, [], [], 0
         return self
 
-    def admits(self, robot, node, onward):
+    def admit(self, robot, node, onward):
         stand = node if onward is None else onward.lane_of_both
         asked = robot not in self._witness  # else it is the answer that was given before
         before = self.state_after(robot, stand)
-        answer = super().admits(robot, node, onward)
+        answer = super().admit(robot, node, onward)
         if asked and sum(map(len, before.values())) <= self.most:
             (self.safe if answer else self.unsafe).append(before)
         return answer

@@ -99,7 +99,7 @@ class Robot:
         self.breakdowns: Breakdowns | None = None
         if shape.breakdowns is not None:
             self.breakdowns = Breakdowns(shape.breakdowns, number, around.streams)
-            self.body.breaks_down_at(self.breakdowns.least_until_due(0.0))
+            self.body.break_down_at(self.breakdowns.least_until_due(0.0))
         self.alarms = Alarms(env, self, reach, dispatcher.give_back)
         self.bay: Bay | None = None
         self.leaving: Bay | None = None
@@ -374,7 +374,7 @@ class Robot:
 
     def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
         """Drive a route, to a place on its last lane (`yield from`); False: recalled, on the node it came to next."""
-        self.body.detours = self.itinerary.routes.detours
+        self.body.allow_detours(self.itinerary.routes.detours)
         return self.traffic.drive(self.body, route, None if place is None else place[1])
 
     def enter_bay(self, node: str) -> None:
@@ -456,7 +456,7 @@ class Robot:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
         other = self.itinerary.detour(self.node, route, index, stop)
         if other is not None:
-            self.body.detours -= 1
+            self.body.count_detour()
         return other
 
     def halt(self) -> Steps:
@@ -467,11 +467,11 @@ class Robot:
             yield Arrival(self.env, self.body.brake_to_stand(self.env.now))
             repair = breakdowns.begin()
             self.enter("broken")
-            self.body.broken = True
+            self.body.break_down()
             yield Timeout(self.env, repair)
-            self.body.broken = False
+            self.body.be_repaired()
             self.enter(self.doing)
-        self.body.breaks_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
+        self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""

@@ -327,9 +327,25 @@ class Body:
         """From a time on it is wanted elsewhere; inf: it is not."""
         self.recall_at = time
 
-    def breaks_down_at(self, time: float) -> None:
+    def break_down_at(self, time: float) -> None:
         """From a time on it has broken down when it next looks round."""
         self.halts_at = time
+
+    def break_down(self) -> None:
+        """It stands until it is repaired."""
+        self.broken = True
+
+    def be_repaired(self) -> None:
+        """It works again."""
+        self.broken = False
+
+    def allow_detours(self, number: int) -> None:
+        """It may take so many detours on the drive that begins."""
+        self.detours = number
+
+    def count_detour(self) -> None:
+        """It takes one of them."""
+        self.detours -= 1
 
     # Gathering speed and braking
 
