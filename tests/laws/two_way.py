@@ -18,7 +18,8 @@ from desim_warehouse.layout.layout import Layout
 from desim_warehouse.model.fleet import RobotSpec
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.outcome.log import Log
-from desim_warehouse.world.traffic.body import Body, NoDriver
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.driver import NoDriver
 from desim_warehouse.world.traffic.traffic import Traffic
 from tests.auditor import Audit
 

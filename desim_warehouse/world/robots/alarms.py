@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
+    from desim_warehouse.policies import Levels
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 
@@ -50,22 +51,22 @@ class Alarms:
                 Timeout(self.env, flat_at - now).callbacks.append(self._flat)
         if robot.job is None or robot.phase is not Phase.TO_GOOD:
             return
-        recall_at = self._recall()
+        levels = self.reach.levels.of(robot.view)
+        self.looks_ahead = levels.margin is not None
+        recall_at = self._recall_at(levels)
         robot.body.recall_from(recall_at)
         if recall_at < self._low_at:
             self._low_at = recall_at
             Timeout(self.env, self._low_at - now).callbacks.append(self._low)
 
-    def _recall(self) -> float:
+    def _recall_at(self, levels: Levels) -> float:
         """When the task must be given back: at the critical level, or when it can no longer be finished in safety.
 
         What the task still needs falls as fast as the energy while the robot drives, so only waiting eats up
         what it has to spare.
         """
         now, robot = self.env.now, self.robot
-        levels = self.reach.levels.of(robot.view)
         recall_at = robot.battery.lasts_until(now, levels.critical)
-        self.looks_ahead = levels.margin is not None
         if levels.margin is not None and robot.body.is_waiting and not robot.is_at_good_edge:
             need = need_now(robot, self.reach, now, levels.charger)
             recall_at = min(recall_at, robot.battery.lasts_until(now, need + levels.margin))

@@ -3,64 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from desim_warehouse.world.traffic.driver import NoDriver
 from desim_warehouse.world.traffic.motion import Stretch
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
-    from simpy.events import Event
-
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.delays import NodeDelays
     from desim_warehouse.world.traffic.drive import Drive
+    from desim_warehouse.world.traffic.driver import Driver
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.motion import Motion
-
-    Steps = Generator[Event, object, None]
-
-
-class Driver(Protocol):
-    """Who decides for a body and learns what happens to it: a robot."""
-
-    def left_bay(self) -> None:
-        """It has just left the bay it stood in."""
-
-    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
-
-    def notice_wait(self, waiting: bool) -> None:
-        """It begins, or ends, to wait in traffic."""
-
-    def notice_delay(self, begin: float, end: float) -> None:
-        """It is known that it will wait in traffic from `begin` to `end`."""
-
-    def halt(self) -> Steps:
-        """It looks round, and a breakdown is due: it stands until it is repaired; in a bay it has none."""
-
-
-class NoDriver:
-    """For bodies that only follow routes."""
-
-    def left_bay(self) -> None:
-        """Nothing to do."""
-
-    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
-        """None: it waits."""
-        return None
-
-    def notice_wait(self, waiting: bool) -> None:
-        """Nothing to do."""
-
-    def notice_delay(self, begin: float, end: float) -> None:
-        """Nothing to do."""
-
-    def halt(self) -> Steps:
-        """It never breaks down."""
-        yield from ()
 
 
 class Delay(NamedTuple):
@@ -73,7 +29,7 @@ class Delay(NamedTuple):
 
 
 class Body:
-    """A robot on the floor; what happens to it are its verbs, and nobody else writes its fields.
+    """A robot on the floor. What happens to it is one of its verbs: others read its fields, and do not set them.
 
     It is in a bay (`lane` and `held` None, `at` its node), on a `lane`, or on an intersection that it has `held` since
     before it set out for it: out of a bay, or at the end of its lane. With that it has room on the lane `granted`.

@@ -182,7 +182,7 @@ class Lane:
         target = goal = self.stop_line if stop is None else stop
         if ahead is not None:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
-            ahead.behind = robot
+            ahead.behind = robot  # here, where there is one: this is the hot path
         until = clear + target / robot.pace
         if mixed and (late := self.free_at(ahead, target, robot.pace, clear) - until) > EPS:
             self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))

@@ -1,0 +1,54 @@
+"""What traffic asks of a robot, and tells it, about the body that it drives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Sequence
+
+    from simpy.events import Event
+
+    from desim_warehouse.world.traffic.lane import Lane
+
+    Steps = Generator[Event, object, None]
+
+
+class Driver(Protocol):
+    """Who decides for a body and learns what happens to it: a robot."""
+
+    def left_bay(self) -> None:
+        """It has just left the bay it stood in."""
+
+    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
+        """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
+
+    def notice_wait(self, waiting: bool) -> None:
+        """It begins, or ends, to wait in traffic."""
+
+    def notice_delay(self, begin: float, end: float) -> None:
+        """It is known that it will wait in traffic from `begin` to `end`."""
+
+    def halt(self) -> Steps:
+        """It looks round, and a breakdown is due: it stands until it is repaired; in a bay it has none."""
+
+
+class NoDriver:
+    """For bodies that only follow routes."""
+
+    def left_bay(self) -> None:
+        """Nothing to do."""
+
+    def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
+        """None: it waits."""
+        return None
+
+    def notice_wait(self, waiting: bool) -> None:
+        """Nothing to do."""
+
+    def notice_delay(self, begin: float, end: float) -> None:
+        """Nothing to do."""
+
+    def halt(self) -> Steps:
+        """It never breaks down."""
+        yield from ()
