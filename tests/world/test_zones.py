@@ -85,7 +85,7 @@ def test_robots_from_both_ends_enter_a_line_at_once_unless_it_is_a_zone_of_one_d
 
 
 def test_the_auditor_sees_what_the_zone_prevents(monkeypatch):
-    monkeypatch.setattr(Avoidance, "_enters", lambda *_: True)
+    monkeypatch.setattr(Avoidance, "_enter_zones", lambda *_: True)
     run = dw.simulate(dw.load(SPINE, LINE))
     assert [line for line in audit(run) if "are both in zone narrow" in line]
     # A zone of one robot is an intersection: to break it the model is exchanged for one that has it.

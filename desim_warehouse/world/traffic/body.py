@@ -253,10 +253,9 @@ class Body:
         self.target = target
         self.until = until
 
-    def arrive(self) -> float:
+    def arrive(self) -> None:
         """It is where it was sure to get to."""
         self.pos = self.target
-        return self.pos
 
     def turn_on_node(self, time: float, now: float) -> None:
         """It faces its next lane after a time, once it stands; with nothing to turn it need not stop."""

@@ -217,7 +217,7 @@ class Drive:
         if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
             self.due(robot.until)
             return
-        pos = robot.arrive()
+        pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
         if robot.halts_at <= now:
             self._wake()
             return
