@@ -97,8 +97,8 @@ MEANS_ELSE = {
     "report/palette.py": {"empty", "loaded", "idle", "charging", "broken"},  # roles on the floor
     "report/text/fleet_words.py": {"charging"},  # in a sentence
     "run/__init__.py": {"loading", "unloading"},  # in a sentence
-    "world/orders/ask.py": {"charging"},  # a kind of policy
     "world/robots/battery.py": {"charging"},  # slots
+    "world/robots/levels.py": {"charging"},  # a kind of policy
     "world/traffic/body.py": {"broken"},
     "world/world.py": {"charging"},  # a kind of policy
 }
@@ -199,7 +199,7 @@ def under_its_name(self, state):
 
 def note(self):
     if self.job is not None and self.tour.stops:
-        view = busy_view(self, self.world.reach, self.env.now)
+        view = busy_view(self, self.reach, self.env.now)
         forecasts.append((self.number, view.node, view.free_in, self.body.recall_at))
 
 Robot.enter = under_its_name
@@ -290,7 +290,7 @@ seen = []
 def repaired_first(self):
     if self.env.now < 100:
         self.robot.enter("down")
-        view = busy_view(self.robot, self.robot.world.reach, self.env.now)
+        view = busy_view(self.robot, self.robot.reach, self.env.now)
         seen.append((self.env.now, view.node, view.free_in))
         yield Timeout(self.env, 100 - self.env.now)
     yield from begin(self)
