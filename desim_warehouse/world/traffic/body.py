@@ -195,8 +195,9 @@ class Body:
         self.driven += lane.length
         self.out_at = out
         self.out_pace = self.pace
-        if lane.rules.exits_matter:
-            lane.end_is_passed(out, self.pace)
+        if lane.rules.exits_matter and out > lane.out_at:  # the last to pass it counts
+            lane.out_at = out
+            lane.out_pace = self.pace
         if front is not None:  # in a rotation it may go before the robot ahead, which is on its node
             front.behind = behind
         if behind is None:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class Lane:
     """Robots queue on it in order, none overtakes.
 
-    `last` is the robot that entered last and is still on it. `entering` is the robot that was granted
-    room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
+    `last` is the robot that entered last and is still on it (`Body.off_lane` sees to that). `entering` is the robot
+    that was granted room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
     place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
     nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
     next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
@@ -211,12 +211,6 @@ class Lane:
         """A robot stands here at the start of a run, as the last."""
         robot.begin_on_lane(self, self.last, position)
         self.last = robot
-
-    def end_is_passed(self, out: float, pace: float) -> None:
-        """A robot leaves the lane's end at the time `out`; the last to do so counts."""
-        if out > self.out_at:
-            self.out_at = out
-            self.out_pace = pace
 
     def commit(self, robot: Body, target: float, now: float) -> None:
         """Let a robot drive on to `target`, and all set off who gain by it."""
