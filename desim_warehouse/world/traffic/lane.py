@@ -29,9 +29,9 @@ class Lane:
     """Robots queue on it in order, none overtakes.
 
     `last` is the robot that entered last and is still on it (`Body.off_lane` sees to that). `entering` is the robot
-    that was granted room and has not yet set out for it; `wanted` counts the waiting claims for room on it. A *short* lane has no
-    place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two
-    nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
+    that was granted room and has not yet set out for it; `wanted` counts the waiting claims for room on it.
+    A *short* lane has no place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside*
+    lane joins two nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
     next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
     other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
