@@ -42,7 +42,7 @@ bench-long: $(READY)  ## the same, with what takes minutes: large fleets, a whol
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
 	$(BIN)/python -m benchmarks.allocation
 
-validation: $(READY)  ## docs/validation.md: the simulation against theory, in about ten minutes
+validation: $(READY)  ## docs/dev/validation.md: the simulation against theory, in about ten minutes
 	$(BIN)/python -m docs.make_validation
 
 pictures: $(READY)  ## the pictures in docs/pictures
