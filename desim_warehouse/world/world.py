@@ -53,8 +53,9 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.gridlock import Rule
 
 PATIENCE = 300.0
-"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it: else they might go on
-setting out into its way for ever."""
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Else they might set out into
+its way for ever.
+"""
 
 
 class World:
@@ -63,7 +64,7 @@ class World:
     With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
     `dispatcher.decide(pairs)` in between.
 
-    Each part is given what it needs; only robots know the world.
+    Each part is given what it needs. Only robots know the world.
     """
 
     def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
@@ -169,7 +170,7 @@ class World:
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
-        """Robots that start there; each is to go to its home until there is a task for it."""
+        """Robots that start there, each bound for its home until there is a task for it."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
             self.robots[number].stand(start)
@@ -242,7 +243,7 @@ class World:
         self._before = tallies(self.robots, self.traffic, self.env.now)
 
     def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
+        """A robot is back in a bay. The last one, with all goods delivered, ends the run (the paper's T)."""
         departures = self.departures
         if departures.is_full:
             self.dispatcher.call()
@@ -291,7 +292,7 @@ class World:
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
-        """Why nobody takes the first open task, if it is for the battery."""
+        """Why no robot takes the first open task, if the battery is the reason."""
         task = next(iter(self.dispatcher.open.values()), None)
         if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
@@ -331,7 +332,7 @@ def _rule(model: Model, layout: Layout) -> Rule:
 
 
 def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, keep: bool) -> Bays:
-    """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
+    """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there."""
     bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
         places = at_home[node] if item.places is None else item.places

@@ -30,7 +30,7 @@ Answer = TypeVar("Answer")
 
 
 def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
-    """The answer of a policy; what it raises becomes a PolicyError that says where."""
+    """The answer of a policy. What it raises becomes a PolicyError that says where."""
     try:
         return ask()
     except (WarehouseError, *PASSED_ON):
@@ -44,7 +44,7 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
 
 
 class ChargingLevels:
-    """Asks the charging policy for the battery levels that hold for a robot; only once if they are the same for all."""
+    """Asks the charging policy for the battery levels that hold for a robot, only once if they are the same for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env
@@ -80,7 +80,7 @@ class BayChoice:
         self.reach = reach
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
-        """One of `bays`, those in which it may reserve a slot; `must_charge`: whatever its level."""
+        """One of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
         if self.reach.batteries:
             levels = self.reach.levels(robot)
             if must_charge or robot.energy <= self.reach.retreats_at(robot, levels) + EPS * robot.capacity:
@@ -129,7 +129,7 @@ def _view(bay: Bay) -> BayView:
 
 
 def handling_of(model: Model, layout: Layout) -> Handling:
-    """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
+    """The handling times of a model as policies and estimates use them: the mean of times that vary."""
     tasks, cost = model.tasks, model.cost
     flows = {name: flow_times(tasks, flow) for name, flow in tasks.flows.items()}
     visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}
@@ -171,7 +171,7 @@ class Situations:
         self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
-        """The situation at present; `free` are the free robots by number, `fleet` shows all."""
+        """The situation at present, with the `free` robots by number and the whole `fleet`."""
         reach, routes = self.reach, self.routes
         return Situation(
             time=self.env.now,
@@ -191,7 +191,7 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
-        """The open tasks; without those for which nobody may set out yet, as a station is closed."""
+        """The open tasks, without those that are held back as a station is closed."""
         tasks = self.open_tasks.values()
         return self.reach.openings.for_somebody(free, tasks) if self.reach.stations.close else tasks
 

@@ -1,7 +1,7 @@
 """How long loading, unloading and work in a station take: what the model says, drawn for each task where it varies.
 
-A task has a stream of its own for each of them, so it takes as long whichever robot does it, and whatever else
-happens: designs that are compared differ by what they decide, not by luck at the shelves.
+A task has a stream of its own for each of them, so it takes as long whichever robot does it. Designs that are compared
+thus differ by what they decide, not by luck at the shelves.
 """
 
 from __future__ import annotations

@@ -27,7 +27,10 @@ LEAST_CHARGE = 0.05
 
 
 class ChargingStop:
-    """A robot at the chargers of the bay in which it stands; interrupted by one that fails, it goes on at another."""
+    """A robot at the chargers of the bay in which it stands.
+
+    Interrupted by one that fails, it goes on at another.
+    """
 
     def __init__(self, robot: Robot, env: Environment, *, dispatcher: Dispatcher, reach: Reach, bays: Bays) -> None:
         self.robot = robot
@@ -37,7 +40,7 @@ class ChargingStop:
         self.bays = bays
 
     def charge(self) -> Steps:
-        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one."""
+        """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one."""
         robot = self.robot
         battery, bay = robot.battery, robot.bay
         assert bay is not None
@@ -54,9 +57,9 @@ class ChargingStop:
     ) -> Generator[Event, object, Event | None]:
         """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
 
-        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
-        take the next one, or it would go to and fro between them at one instant.
-        `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
+        A robot that must charge takes up `LEAST_CHARGE` at least. Else it could switch between being recalled and
+        taking the next task at one instant. `offer` is the event of a robot that is free already. Returns the event of
+        a robot that is free now.
         """
         env, robot = self.env, self.robot
         battery, levels = robot.battery, self.reach.levels.of(robot.view)
@@ -93,7 +96,7 @@ class ChargingStop:
     def _fill(
         self, levels: Levels, least: float, offer: Event | None, lost: Event | None
     ) -> Generator[Event, object, tuple[Event | None, bool]]:
-        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs.
+        """Charge up to `least`, then, free for a task, to what the first open one needs.
 
         True beside the event: the charger has failed (`lost`) before that.
         """

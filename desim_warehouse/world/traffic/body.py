@@ -30,7 +30,7 @@ class Driver(Protocol):
         """It has just left the bay it stood in."""
 
     def detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
+        """Another route for a robot held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
     def stands(self, waiting: bool) -> None:
         """It begins (or ends) to wait in traffic."""
@@ -39,7 +39,7 @@ class Driver(Protocol):
         """It is known that it will wait in traffic from `begin` to `end`."""
 
     def halt(self) -> Steps:
-        """It looks round, and a breakdown is due: it stands until it is repaired; in a bay it has none."""
+        """A breakdown is due: the robot stands until it is repaired. It never breaks down in a bay."""
 
 
 class NoDriver:
@@ -75,23 +75,21 @@ class Delay(NamedTuple):
 class Body:
     """A robot on the floor.
 
-    It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
-    intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked
-    last, to `target`, the position on the lane that it is sure to reach without asking for more; it sets off
-    at `since` and is there at `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+    It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an intersection
+    that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked last, to `target`, the
+    position on the lane that it is sure to reach without another reservation. It sets off at `since` and is there at
+    `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
 
-    It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its
-    lane (`waiting_behind`, the drive to go on with).
-    Standing on an intersection it faces its next lane at `ready_at`.
-    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions;
-    `encounters` counts episodes of waiting for people.
-    `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
-    When it sets out from a stop line it is on the next lane already, though it passes the end of the one before only at
-    `out_at` (with `out_pace`), and enters the next at `entered_at`; a `delay` is counted when it becomes known.
-    From `recall_at` on it is wanted elsewhere: it stops on the next node that it comes to. From `halts_at` on it has
-    broken down when it next looks round: at its target, on a node, before it sets off; `broken`: it stands until it is
-    repaired. `delays`: those it has at nodes.
-    `stretch` is what it has driven since it stood, where gathering speed and braking take time; None: they take none.
+    It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its lane
+    (`waiting_behind`, the drive to go on with). Standing on an intersection it faces its next lane at `ready_at`.
+    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions.
+    `encounters` counts episodes of waiting for people. `limit` bounds its pace on its lane, `train_pace` that on the
+    next, when it turns with a ring of slower robots. When it sets out from a stop line it is on the next lane already,
+    though it passes the end of the one before only at `out_at` (with `out_pace`), and enters the next at `entered_at`.
+    A `delay` is counted when it becomes known. From `recall_at` on it is wanted elsewhere: it stops on the next node
+    that it comes to. From `halts_at` on it breaks down at its next decision: at its target, on a node, or before it
+    sets off. While `broken`, it stands until it is repaired. `delays`: those it has at nodes. `stretch` is what it has
+    driven since it stood, where gathering speed and braking take time, else None.
     """
 
     __slots__ = (
@@ -185,7 +183,7 @@ class Body:
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def passes(self, position: float) -> float:
-        """The time at which it passes `position` on its lane, no farther than its target; the past if it has."""
+        """The time at which it passes `position` on its lane, no farther than its target, or a past time."""
         if position <= self.pos:
             return self.since if position == self.pos else -math.inf
         return self.until - (self.target - position) / self.pace
@@ -264,7 +262,7 @@ class Body:
 
     @property
     def blocker(self) -> Body | None:
-        """The one robot that it waits for; None: it is not blocked, or only time keeps it waiting."""
+        """The one robot that it waits for, or None if it is not blocked or only waits for time to pass."""
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
@@ -318,7 +316,7 @@ class Body:
         self.driver.stands(waiting=True)
 
     def stop_waiting(self, now: float) -> Drive:
-        """It has waited behind another and may go on; the caller says when its drive is due."""
+        """It has waited behind another and may go on. The caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
         self.driver.stands(waiting=False)

@@ -25,7 +25,7 @@ AFTER_DECISIONS = EventPriority(NORMAL + 3)
 class Clock(Environment):
     """SimPy's environment with a lean loop for the one use that a run makes of it: on, until an event has come up.
 
-    SimPy's own loop calls a method for each event and asks a property for the time; that was 7 % of a run.
+    SimPy's own loop calls a method for each event and reads the time from a property, which was 7 % of a run.
     """
 
     now: float = 0.0  # a property in SimPy
@@ -71,7 +71,7 @@ class Clock(Environment):
 
 
 def happened(env: Environment) -> Event:
-    """An event that has succeeded already but is not scheduled: whoever holds it says when its callbacks are called."""
+    """An event that has succeeded already but is not scheduled: its holder says when its callbacks are called."""
     event = Event(env)
     event._ok, event._value = True, None
     return event

@@ -1,8 +1,8 @@
 """Zones: intersections of many nodes for one robot at a time, and lines of lanes with one direction at a time.
 
-One robot: nodes and edges of the zone are one intersection, and its edges lie inside: a robot claims all of it together
-with room beyond, so none waits in it for room, and rings turn past it as past a node (`intersection`, `gridlock`).
-One direction: whoever drives a line of two-way lanes the other way stands in the way of those who have it before them
+One robot: nodes and edges of the zone are one intersection, and its edges lie inside. A robot claims all of it together
+with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`, `gridlock`). One
+direction: a robot that drives a line of two-way lanes the other way blocks those that have still to enter it
 (`avoidance`).
 """
 
@@ -26,7 +26,10 @@ class Exit:
 
 
 class ZoneDirection:
-    """One direction of a line of two-way lanes; `robots` are in it, or were and have not been looked at since."""
+    """One direction of a line of two-way lanes.
+
+    `robots` are in it, or were when they were last looked at.
+    """
 
     __slots__ = ("exit", "opposite", "robots")
 
@@ -36,7 +39,7 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Of a robot that has been granted what lies beyond: when to look whether it has left; None: it has."""
+        """Of a robot that has been granted what lies beyond: when to look whether it has left, or None if it has."""
         lane = robot.lane
         if lane is None:
             return None
@@ -47,7 +50,7 @@ class ZoneDirection:
 
 
 def mark_directions(zones: Iterable[TrafficZone], lanes: Mapping[tuple[str, str], Lane]) -> bool:
-    """Tell lanes of which zone's direction they are part; whether there is any."""
+    """Tell each lane of which zone's direction it is part, and return whether there is any."""
     found = False
     for zone in zones:
         if zone.rule == "one-direction":
