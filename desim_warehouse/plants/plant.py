@@ -114,7 +114,7 @@ class Remark:
     places: tuple[str, ...] = ()
 
     def which(self, most: int | None = None) -> str:
-        """The names, each with its place in the file; at most so many of them."""
+        """The names, each with its position in the file, up to a number."""
         places = self.places or ("",) * len(self.names)
         named = [f"{name} ({place})" if place else name for name, place in zip(self.names, places, strict=True)]
         more = len(named) - len(named[:most])

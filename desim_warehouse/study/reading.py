@@ -122,7 +122,7 @@ def _has_steady_state(model: Model, places: Places) -> None:
 
 
 def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
-    """The model that the study varies; studies need no more than indicators, so little is logged."""
+    """The model that the study varies. Studies need no more than indicators, so little is logged."""
     changes = {"log": "tasks", **changes}
     if isinstance(given, Model):
         return given.replace(changes, run_code=True)

@@ -61,7 +61,7 @@ class Study:
         description: str = "",
         warm_up: Literal["auto"] | None = None,
     ) -> None:
-        """Plan a study; nothing is run yet.
+        """Plan a study, without running anything yet.
 
         Args:
             base: a model, its file, or its content.
@@ -121,7 +121,7 @@ class Study:
 
     @classmethod
     def open(cls, folder: str | Path) -> Study:
-        """The study of a folder with the runs that are finished; nothing is run.
+        """The study of a folder with the runs that are finished, without running anything.
 
         Raises:
             StudyError: where there is no study.
@@ -148,7 +148,7 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Study:
-        """Do the missing runs; the results are the same for any number of workers.
+        """Do the missing runs, with the same results for any number of workers.
 
         Args:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
@@ -192,7 +192,7 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Iterator[StudyRunner]:
-        """The runner of this study, for procedures that choose runs; arguments as in `run`.
+        """The runner of this study, for procedures that choose runs, with arguments as in `run`.
 
         However the block ends, finished runs are in the folder and in `results`.
         """
@@ -263,7 +263,7 @@ class Study:
 
     @property
     def results(self) -> Results:
-        """The finished runs, and what follows from them; they do not change when the study runs on.
+        """The finished runs, and what follows from them. They do not change when the study runs on.
 
         Raises:
             StudyError: where the study has not been run.

@@ -60,11 +60,11 @@ class Budget:
     spent: int = 0
 
     def allows(self, runs: int) -> bool:
-        """Whether so many more may be done."""
+        """Whether this number more may be done."""
         return runs <= self.left
 
     def take(self, runs: int) -> None:
-        """So many are done."""
+        """This number is done."""
         self.left -= runs
         self.spent += runs
 

@@ -47,7 +47,7 @@ class OneRun:
 
     @property
     def note(self) -> str:
-        """What is wrong with the run, in words; nothing: it is long enough."""
+        """What is wrong with the run, in words, or nothing if it is long enough."""
         if not self.independent:
             return f"batches depend on each other (correlation {self.correlation:.2f}): run longer"
         return "" if self.bounded else "too few observations beyond the quantile: run longer"

@@ -27,8 +27,8 @@ Verdict = Literal["meets", "fails", "undecided"]
 class DesignVerdict(Generic[V]):
     """The verdict on one design.
 
-    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
-    are `deterministic` and the mean is exact.
+    `low` and `high` are the bounds the verdict rests on, each valid with `level`. Both are None where the values are
+    `deterministic` and the mean is exact.
     """
 
     value: V

@@ -76,8 +76,8 @@ class Bays:
             return True
         if bay.free <= 0:
             return False
-        # A second slot only if every robot without one would still find one: so whoever leaves its work has somewhere
-        # to go, and nobody queues in a lane.
+        # A second slot only if every robot without one would still find one: so a robot that leaves its work can go
+        # somewhere, and none queues in a lane.
         return robot.bay is None or self.free - 1 >= self.slotless
 
     def take(self, robot: Guest, bay: Bay) -> None:

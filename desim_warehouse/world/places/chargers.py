@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class Chargers(Resource):
     """Chargers that never fail, a SimPy resource."""
 
-    def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - nobody loses a charger
+    def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - no robot loses a charger
         """A robot's request for one, an event. It is given back at the end of the `with` block."""
         return self.request()
 

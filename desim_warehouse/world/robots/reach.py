@@ -152,7 +152,7 @@ class Reach:
         if stations.full or stations.close or any(level.margin is not None for level in levels):
             chosen = self._stations_of(robots, tasks)
         else:
-            chosen = [[]] * len(robots)  # nobody looks at them
+            chosen = [[]] * len(robots)  # not read then
         for i, robot in enumerate(robots if stations.full else ()):
             table[i] &= self._have_room(robot, tasks, chosen[i])
         for i, robot in enumerate(robots if stations.close else ()):

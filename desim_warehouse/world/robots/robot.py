@@ -238,7 +238,7 @@ class Robot:
         """Rest until there is a task, or until another robot must charge and finds no slot but this."""
         bays = self.world.bays
         while not offer.triggered:
-            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # whoever seeks a charger now is known then
+            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # robots that seek a charger now are known then
             if not offer.triggered and bays.wants_room(self):
                 self.make_room()
                 return

@@ -3,9 +3,9 @@
 No robot enters a closed lane. One that is inside drives on and out, and may load there. So a claim for room on it waits
 where the robot stands, holding nothing, and only time keeps it waiting: it blocks no ring.
 
-Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when somebody asks, and a
-robot that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing
-where no robot drives, keep no run going, and hide no stall.
+Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when needed, and a robot
+that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing where no
+robot drives, keep no run going, and hide no stall.
 """
 
 from __future__ import annotations

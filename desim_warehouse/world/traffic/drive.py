@@ -245,9 +245,9 @@ class Drive:
             if (
                 onward.short
                 or robot.recall_at <= clear
-                or node.claims  # whoever asked before is served first
+                or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
-                or not onward.has_room(robot)  # node and room in one step: nobody stands on a node waiting for room
+                or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
                 or not (guard is None or guard.admits(robot, node, onward))
             ):
                 self._wake()

@@ -105,7 +105,7 @@ def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
     for robot, (edge, since) in where.items():
         found[edge].append((robot, since, log.end))
     for stays in found.values():
-        stays.sort(key=lambda stay: (stay[2], stay[1]))  # nobody overtakes
+        stays.sort(key=lambda stay: (stay[2], stay[1]))  # robots never overtake
     return found
 
 

@@ -113,7 +113,7 @@ class Intersection:
         holder = self.holder
         if holder is not None:
             return holder is robot
-        # No closing distance is longer than D: whoever is D beyond is clear of everybody, without a look at the table.
+        # No closing distance is longer than D: a robot D beyond is clear of all, without a look at the table.
         if (now - self.left_at) * self.left_pace >= self.rules.headway:
             return True
         return self.opens_at(robot, via) <= now + EPS
@@ -139,7 +139,7 @@ class Intersection:
         now: float = self.rules.env._now
         guard = self.rules.guard
         if (
-            not self.claims  # whoever asked before is served first
+            not self.claims  # earlier claims are served first
             and self.is_open(robot, via, now)
             and (lane is None or lane.has_room(robot))
             and (over is None or over.shut_by(robot) is None)
@@ -151,7 +151,7 @@ class Intersection:
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
-        other = self.holder or self.user  # the wait is put down to whoever is in the way as it begins
+        other = self.holder or self.user  # the wait is attributed to the robot in the way as it begins
         self.serve(now)
         if robot.claim is not None:
             self.rules.gridlock.check(robot)

@@ -37,7 +37,7 @@ class Visit(NamedTuple):
 
 
 class Aisle:
-    """An aisle that people of one source come to: closed to robots while somebody is in it."""
+    """An aisle that people of one source come to: closed to robots while a person is in it."""
 
     wait = "waiting_person"
     is_person = True
@@ -53,7 +53,7 @@ class Aisle:
         return self.busy_until
 
     def expected_until(self, time: float, now: float) -> float:
-        """For one who sees somebody in it, and not for how long yet: the mean time that is left of a stay, from now.
+        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
 
         Seen at any instant it is E[S^2] / (2 E[S]), the mean residual time of renewal theory.
         """

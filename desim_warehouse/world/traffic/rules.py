@@ -91,9 +91,9 @@ class Rules:
     `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
     other's place. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
     re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
-    in speed, so that one robot can catch up with another on the way. `exits_matter`: somebody asks when a robot leaves
-    the end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are
-    two-way. Where it is None, full rings of waiting robots turn instead.
+    in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
+    end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
+    Where it is None, full rings of waiting robots turn instead.
     """
 
     env: Environment

@@ -100,7 +100,7 @@ class Traffic:
         node, lane = robot.held, robot.lane
         if lane is not None:
             lane.leave(robot, now)
-            lane.out_at = -math.inf  # it is in nobody's way any more
+            lane.out_at = -math.inf  # it is in the way of none any more
         robot.lane = robot.held = robot.ahead = None
         robot.at = node
         if self.rules.guard is not None:
