@@ -53,7 +53,7 @@ ROUNDING = 1e-9
 class Indicator:
     """A figure by which a run is judged.
 
-    `title`: for people, on axes and in reports. `unit`: its kind of unit; the model says what time and length are
+    `title`: for people, on axes and in reports. `unit`: its kind of unit. The model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks. `signed`: whether

@@ -475,14 +475,14 @@ def plan_fleet(
     """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse; its bays with most chargers are those whose chargers are sized. Where its section
+        model: the warehouse. Its bays with most chargers are those whose chargers are sized. Where its section
             `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then chargers.
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3; None: today's only.
-        strategies: key of the model -> its values, to be tried with designs too small; default: `STRATEGIES`.
-        robots: fleet sizes that could be bought; default: around what the hand calculation needs.
+        strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
+        robots: fleet sizes that could be bought (default: around what the hand calculation needs).
         chargers: likewise.
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
+        zone: indifference zone in the indicator's unit (default: 0.01 for shares, else 1 % of the target).
         confidence: that all that is said of one demand is right.
         seed: of all runs.
         runs: the most that may be done.

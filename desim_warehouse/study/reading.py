@@ -26,8 +26,8 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, 
 
     Args:
         path: the file.
-        overrides: further changes to the model, for all runs; they win over the file's `set`.
-        named: how messages call an override; the command line says `--set`.
+        overrides: further changes to the model, for all runs. They win over the file's `set`.
+        named: how messages call an override. The command line says `--set`.
 
     Raises:
         ModelError: with every problem of the study, its model and its designs.

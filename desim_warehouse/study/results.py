@@ -320,7 +320,7 @@ class Results:
     def compare_finished(self, indicator: str, baseline: str | None = None) -> statistics.Comparison | None:
         """The same for the designs that have replications in common with the baseline, None where none has.
 
-        `baseline`: a design by its text; default: the study's.
+        `baseline`: a design by its text (default: the study's).
         """
         chosen = baseline or self.baseline
         base = self.values(chosen, indicator)

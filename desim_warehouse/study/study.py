@@ -66,10 +66,10 @@ class Study:
         Args:
             base: a model, its file, or its content.
             factors: key of the model -> its values, in any form of a study file (`study.design`).
-            replications: of each design; or `{"indicator": "T", "half_width": 0.02}`: until the mean is known.
-            seed: of the study; replication r has the same run seed, and random streams, in every design.
-            indicators: columns of the table; default: all.
-            baseline: values of factors that pick the design to compare with; default: the first.
+            replications: of each design, or `{"indicator": "T", "half_width": 0.02}`: until the mean is known.
+            seed: of the study. Replication r has the same run seed, and random streams, in every design.
+            indicators: columns of the table (default: all).
+            baseline: values of factors that pick the design to compare with (default: the first).
             design: grid, paired, or a sampled design such as `{"sobol": 64}`.
             changes: changes to the model for all runs (`set` of a study file).
             confidence: of intervals.
@@ -153,14 +153,14 @@ class Study:
         Args:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
-            out: the study folder; runs there are reused, whichever study did them.
+            out: the study folder. Runs there are reused, whichever study did them.
             progress: show progress on standard error.
 
         Returns:
             The study itself.
 
         Raises:
-            StudyError: where the folder or the cluster cannot be used; finished runs are kept.
+            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
         with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:

@@ -106,7 +106,7 @@ def write_results(table: pa.Table, path: Path) -> None:
     """Write the table atomically.
 
     Raises:
-        StudyError: where it cannot be written; what was there before stays.
+        StudyError: where it cannot be written. What was there before stays.
     """
     import pyarrow.parquet as pq
 

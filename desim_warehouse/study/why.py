@@ -246,7 +246,7 @@ def why(
 
     Args:
         source: a run with `log: all`, or a model, of which one is made.
-        indicator: what costs are counted in; default: `usual_indicator`.
+        indicator: what costs are counted in (default: `usual_indicator`).
         confidence: that all intervals hold.
         seed: of the runs.
         first: replications before anything is decided.

@@ -97,7 +97,7 @@ class Store:
         """Keep a finished run.
 
         Raises:
-            StudyError: where it cannot be written, such as on a full disk; runs before it are kept.
+            StudyError: where it cannot be written, such as on a full disk. Runs before it are kept.
         """
         if self.file is not None:
             self._write(_line(model, seed, outcome))

@@ -79,7 +79,7 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
     """The mean of an indicator at each level of each factor, minus the grand mean over all runs.
 
     Args:
-        table: a row per run, columns for factors and indicators; rows with a missing indicator are left out.
+        table: a row per run, columns for factors and indicators. Rows with a missing indicator are left out.
         factors: columns to look at.
         indicator: column with the output.
         bins: a numeric factor with more than 12 values is cut into this number of bins of equally many runs.
@@ -115,7 +115,7 @@ def first_order(
     """First-order Sobol indices from the given runs, from any design.
 
     Args:
-        table: a row per run; rows with a missing indicator are left out.
+        table: a row per run. Rows with a missing indicator are left out.
         factors: columns that were varied, each independently of the others.
         indicator: column with the output.
         bins: of a numeric factor with more than 12 values; default: of five points each, at least 2. Fewer and

@@ -80,7 +80,7 @@ def smallest_meeting(
         values: the designs to choose from, smallest (cheapest) first.
         target: as "throughput_per_hour >= 220".
         confidence: that every "meets" and "fails" of the search is right.
-        n0: replications at the first look at a design; every further look doubles them.
+        n0: replications at the first look at a design. Every further look doubles them.
         cap: most replications of a design; a mean not clear by then is "undecided" and taken as not meeting.
         search: "bisection", or "scan" through the values from the smallest, which needs no monotone response.
         deterministic: the models use no random numbers: one run of a design is exact.
