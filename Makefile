@@ -16,7 +16,7 @@ test: $(READY)  ## lint, types, layers, all tests
 	@$(MAKE) --no-print-directory lint tests
 
 SLOWER = own_code or hash_seed or own_policy_page or limits or junk or stepped_reference or fifty_thousand or we_ship \
-    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient
+    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient or (shipped_model and large)
 
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
