@@ -72,7 +72,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _used(model: Model) -> list[tuple[str, str]]:
-    """Every place of a model that names a calendar, and which."""
+    """Every key of a model that names a calendar, and which."""
     layout, fleet, tasks = model.layout, model.fleet, model.tasks
     places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]

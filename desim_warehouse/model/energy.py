@@ -1,6 +1,6 @@
 """The battery model: what is drawn in each state, and how the level rises at a charger.
 
-In one place, for the simulation and for whatever works out a battery's level from the log.
+Kept together, for the simulation and for whatever works out a battery's level from the log.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class Places:
     ranks: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
     def of(self, keys: Keys, *, at_key: bool = False) -> Place:
-        """The place of a value (or of its key), or of the nearest section around it that has one."""
+        """The position of a value (or of its key), or of the nearest section around it that has one."""
         for size in range(len(keys), -1, -1):
             part = keys[:size]
             if part and part[-1] in _PAIR and part not in self.keys:
@@ -73,7 +73,7 @@ class Places:
         return Place(0, 0, 0, self.source)
 
     def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
-        """The place, and how a message begins: the place and the key, the key once only."""
+        """The position, and how a message begins: the position and the key, the key once only."""
         place, key = self.of(keys, at_key=at_key), dotted(keys)
         if place.names:  # ranks of values say nothing to a person who wrote 1..6
             key = dotted(tuple(key for key in keys[place.names :] if isinstance(key, str)))

@@ -1,4 +1,4 @@
-"""A file or a mapping as a document: plain values, and the place of each; YAML 1.2, safe, every key once."""
+"""A file or a mapping as a document: plain values, and the position of each; YAML 1.2, safe, every key once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a model file, or a mapping, to a Model: every problem at once, each with its place."""
+"""From a model file, or a mapping, to a Model: every problem at once, each with its position."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def pieces(history: History) -> Iterator[list[Piece]]:
 
 
 def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
-    """A robot's time, cut wherever its state or its place changes, or a wait begins or ends."""
+    """A robot's time, cut wherever its state or its edge changes, or a wait begins or ends."""
     cuts = {history.begin, *(stay.start for stay in stays)}
     cuts.update(time for span in spans for time in (span.start, span.end))
     cuts.update(time for wait in waits for time in (wait.start, wait.end))

@@ -202,7 +202,7 @@ class Log:
         self.event(now, wait, robot.number, robot.task, node, waited, edge=edge)
 
     def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
-        """A full ring of robots, on these edges, that turned by one place."""
+        """A full ring of robots, on these edges, that turned by one position."""
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
 

@@ -156,7 +156,7 @@ class Plant:
             self.remarks.append(Remark(what, kind, names, why, tuple(places)))
 
     def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
-        """Keep a remark about parts of the plant, by their names and places."""
+        """Keep a remark about parts of the plant, by their names and positions."""
         parts = list(parts)
         self.note(what, kind, [part.name for part in parts], why, [part.place for part in parts])
 

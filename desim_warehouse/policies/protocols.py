@@ -108,7 +108,7 @@ class Levels:
 
     Attributes:
         critical: at or below it a robot charges: it gets no task, and gives back one whose good it has not reached.
-        good: a robot that leaves its work goes to a charger at or below it, above it to a parking place.
+        good: a robot that leaves its work goes to a charger at or below it, above it to a parking slot.
         sufficient: from here on charging may be interrupted for work.
         full: charging ends here.
         margin: energy to be left on reaching a charger after the task; a robot gets no task, and keeps none that it

@@ -1,4 +1,4 @@
-"""From a study file, or from arguments, to a plan: all problems at once, each with its place."""
+"""From a study file, or from arguments, to a plan: all problems at once, each with its position."""
 
 from __future__ import annotations
 

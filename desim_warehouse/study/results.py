@@ -379,7 +379,7 @@ class Results:
         return statistics.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
 
     def sobol(self, indicator: str) -> statistics.SobolIndices:
-        """First-order and total Sobol indices; the design must be {saltelli: n}; replications are averaged."""
+        """First-order and total Sobol indices, with replications averaged. The design must be {saltelli: n}."""
         plan = self.plan
         if plan.rule.name != "saltelli":
             raise StudyError(

@@ -45,10 +45,10 @@ class DesignVerdict(Generic[V]):
 class Sizing(Generic[V]):
     """The answer, every design examined in the order of the search, and caveats.
 
-    `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour:
-    that it "fails" makes the answer the smallest; "undecided" says so in `note`; None if there is no
-    neighbour. `falls` lists pairs of probed values between which the response clearly moves away from the
-    target: then it is not monotone, and only search="scan" can be trusted.
+    `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour: that it
+    "fails" makes the answer the smallest, "undecided" says so in `note`, and it is None if there is no neighbour.
+    `falls` lists pairs of probed values between which the response clearly moves away from the target: then it is not
+    monotone, and only search="scan" can be trusted.
     """
 
     smallest: V | None

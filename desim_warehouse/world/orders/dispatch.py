@@ -125,7 +125,7 @@ class Dispatcher:
         return event
 
     def withdraw(self, robot: Robot) -> None:
-        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
+        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its slot."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 

@@ -233,7 +233,7 @@ class Stations:
         return stops
 
     def is_settled(self, tour: Task) -> bool:
-        """Whether the places of a tour leave no choice."""
+        """Whether the stops of a tour leave no choice."""
         return all(
             (task.drop is not None or len(task.to or self.nodes) == 1)
             and all(place.storage is not None or len(place.nodes) == 1 for place in task.via)

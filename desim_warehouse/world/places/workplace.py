@@ -55,7 +55,7 @@ class Workplace:
         self.time = time
 
     def put(self, task: Task, place: Request | None) -> None:
-        """A load unit has been put down, on a place of the buffer that was reserved for it."""
+        """A load unit has been put down, in room of the buffer that was reserved for it."""
         self.env.process(self._work(task, place))
 
     def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:

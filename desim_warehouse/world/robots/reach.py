@@ -311,7 +311,7 @@ class Reach:
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
         """Energy from the start of the good's edge to a charger after the task, kept while the task is open.
 
-        Not of a tour with a choice of places, which may be others the next time.
+        Not of a tour with a choice of stops, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""

@@ -165,7 +165,7 @@ class Robot:
             yield from self.ask_for_more()
 
     def ask_for_more(self) -> Steps:
-        """The next task is given before the robot clears the place where it unloaded."""
+        """The next task is given before the robot leaves the slot or node where it unloaded."""
         yield self.world.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, self.world.model.tasks.clear_time)

@@ -75,10 +75,10 @@ class Delay(NamedTuple):
 class Body:
     """A robot on the floor.
 
-    It is in one of three places: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an intersection
-    that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked last, to `target`, the
-    position on the lane that it is sure to reach without another reservation. It sets off at `since` and is there at
-    `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+    It is in one of three positions: in a bay (`lane` None, `at` its node), on a lane (`held` None), or on an
+    intersection that it holds, at the end of the lane that it came by. It drives from `pos`, where it looked last, to
+    `target`, the position on the lane that it is sure to reach without another reservation. It sets off at `since` and
+    is there at `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
 
     It waits in one of two ways: for an intersection and room beyond it (`claim`), or for the robot ahead on its lane
     (`waiting_behind`, the drive to go on with). Standing on an intersection it faces its next lane at `ready_at`.

@@ -1,6 +1,6 @@
 """The clock of a run, and events that SimPy does not offer: due at an exact instant, or after all others of one.
 
-Together with `drive.py`, the place where SimPy's private names are used: `env._queue`, `env._eid`, `event._ok`.
+Together with `drive.py`, the only file where SimPy's private names are used: `env._queue`, `env._eid`, `event._ok`.
 """
 
 from __future__ import annotations

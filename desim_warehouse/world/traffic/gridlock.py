@@ -5,7 +5,7 @@ claims, or the last robot on the lane it wants room on. So who-waits-for-whom is
 where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they do: the ring turns by
 one position, and each member is nearer to where it is going.
 
-A member whose own stop is less than a place ahead cannot move on by a whole place. It handles its good from where it
+A member whose own stop is less than a position ahead cannot move on by a whole one. It handles its good from where it
 stands. When it is blocked again, the ring is complete.
 
 A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto the
@@ -137,7 +137,7 @@ class Gridlock:
             claim.node.award(claim, claim.lane if room else None)
 
     def _is_near(self, robot: Body) -> bool:
-        """Whether a robot's own stop is less than a place ahead, so that it would not make room for the next."""
+        """Whether a robot's own stop is less than a position ahead, so that it would not make room for the next."""
         return robot.goal - robot.pos < self.headway - EPS
 
     @staticmethod

@@ -4,7 +4,7 @@ A robot commits to a target on its lane that keeps it a headway behind the targe
 Nothing polls: a robot that makes way lets those behind come up at once, down the queue, and at the lane's start the
 intersection decides who gets the room (`Intersection.serve`).
 
-The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's place.
+The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's position.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Lane:
     """Robots queue on it in order, none overtakes.
 
     `last` is the robot that entered last and is still on it. `entering` is the robot that was granted room and has not
-    yet set out for it. `wanted` counts the waiting claims for room on it. A *short* lane has no place to stand clear of
+    yet set out for it. `wanted` counts the waiting claims for room on it. A *short* lane has no room to stand clear of
     both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins two nodes of one intersection, and
     counts as short. `stop_line` is D before the end, where a robot claims what comes next. At the end itself
     `node_time` is spent. Of a two-way lane there is one for each direction, and each is the other's `twin`: robots are

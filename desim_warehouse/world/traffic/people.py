@@ -78,7 +78,7 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """With the random streams of a run; `hours`: when people come; `hour`: in its time units."""
+        """With the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         self._next = next(self._arrivals, math.inf)

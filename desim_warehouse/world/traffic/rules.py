@@ -89,7 +89,7 @@ class Rules:
     """What holds everywhere on a floor, for its lanes and intersections.
 
     `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
-    other's place. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
+    other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
     re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
     in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
     end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
