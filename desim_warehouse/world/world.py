@@ -72,7 +72,9 @@ class World:
         self.streams = streams = Streams(seed)
         self.env = env = Clock()
         self.layout = layout = model.floor
-        self.log = Log(model.log, knows_moves=bool(model.people))  # to know who is in an aisle when somebody comes
+        self.log = Log(
+            model.log, knows_moves=bool(model.people)
+        )  # to know which robots are in an aisle when a person comes
         self.finished = Event(env)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
         no = absent(model)
@@ -89,7 +91,7 @@ class World:
         routing = create("routing", policies.routing.name, policies.routing.params)
         self.travel = travel_on(
             layout,
-            max(robot.speed for robot in fleet.sorts()),
+            max(robot.speed for robot in fleet.distinct()),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
@@ -160,7 +162,7 @@ class World:
     def _put_into_bays(self, homes: list[str]) -> None:
         """The robots, each in the bay beside its home."""
         fleet, levels = self.model.fleet, energy.start_levels(self.model, self.streams)
-        slow = fleet.slowness > 0  # else nobody takes time to gather speed or to brake
+        slow = fleet.slowness > 0  # else robots take no time to gather speed or to brake
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
             motion = Motion(*shape.motion) if slow else None
@@ -304,7 +306,7 @@ def _traffic(
 ) -> Traffic:
     """The Highways in use, by what the model says of traffic and of its robots."""
     fleet, spec = model.fleet, model.traffic
-    speeds = {speed for robot in fleet.sorts() for speed in (robot.speed, robot.loaded_speed)}
+    speeds = {speed for robot in fleet.distinct() for speed in (robot.speed, robot.loaded_speed)}
     return Traffic(
         env,
         layout,
