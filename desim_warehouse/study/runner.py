@@ -90,7 +90,7 @@ class StudyRunner:
             make: makes it, told whether the models are deterministic, so that one run is exact. Where runs show that
                 to be wrong, it is made anew; the runs that are done count.
             indicator: whose values it is sent.
-            flat: the value of a run that ended because a robot ran flat. If None, such a run is an error like any other.
+            flat: the value of a run that ended because a robot ran flat, or None for an error like any other.
         """
         exact, drew, first = self.deterministic, False, True
         procedure, values = make(exact), cast("list[float] | None", None)
