@@ -11,10 +11,12 @@ SOURCES := desim_warehouse tests benchmarks studies docs
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
 
-test: lint tests  ## lint, types, layers, all tests
+test: $(READY)  ## lint, types, layers, all tests
+	@echo "lint, types, layers and all tests take about 9 minutes on two cores (make quick: under 40 s)"
+	@$(MAKE) --no-print-directory lint tests
 
 SLOWER = own_code or hash_seed or own_policy_page or limits or junk or stepped_reference or fifty_thousand or we_ship \
-    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient
+    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient or (shipped_model and large)
 
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
@@ -42,7 +44,7 @@ bench-long: $(READY)  ## the same, with what takes minutes: large fleets, a whol
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md
 	$(BIN)/python -m benchmarks.allocation
 
-validation: $(READY)  ## docs/validation.md: the simulation against theory, in about ten minutes
+validation: $(READY)  ## docs/dev/validation.md: the simulation against theory, in about ten minutes
 	$(BIN)/python -m docs.make_validation
 
 pictures: $(READY)  ## the pictures in docs/pictures

@@ -224,7 +224,7 @@ def _short(number: float) -> str:
 
 
 def report(names: Sequence[str] = tuple(PARTS)) -> None:
-    """Print the table of docs/performance.md."""
+    """Print the table of docs/dev/performance.md."""
     print("| part | sizes | microseconds | a | exponent |\n|---|---|---|---|---|")
     for name in names:
         part, (times, slope) = PARTS[name], measured(name)

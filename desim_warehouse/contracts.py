@@ -196,7 +196,7 @@ class BatchingContract(_Contract):
     }
 
     def waiting(self, count: int, *, to_come: bool = False, after: float = 0.0) -> WaitingTasks:
-        """So many tasks, released 10 apart; the policy is asked `after` the last of them."""
+        """Tasks released 10 apart, with the policy called `after` the last of them."""
         from desim_warehouse.policies import Task, WaitingTasks
         from desim_warehouse.world import World
 

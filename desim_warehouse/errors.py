@@ -32,7 +32,7 @@ class WarehouseError(Exception):
 
 
 class ModelError(WarehouseError):
-    """A model or study file with problems: `problems` lists them all, one line each, with their place."""
+    """A model or study file with problems: `problems` lists them all, one line each, with their position."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("\n".join(problems))

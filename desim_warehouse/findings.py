@@ -1,4 +1,4 @@
-"""What a check of a model can find: every code with its severity and meaning, and a finding with place and cure."""
+"""What a check of a model can find: every code with its severity and meaning, and a finding with position and cure."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ CODES: dict[str, Code] = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing to know about a model: its code, the place, what is wrong, and what to do about it."""
+    """One thing to know about a model: its code, the position, what is wrong, and what to do about it."""
 
     code: str
     place: str
@@ -94,7 +94,7 @@ class Finding:
 
     @property
     def problem(self) -> str:
-        """One line: place, what is wrong, what to do, and the code."""
+        """One line: position, what is wrong, what to do, and the code."""
         return f"{self.place}: {self.text}{'; ' if self.cure else ''}{self.cure} [{self.code}]"
 
     def __str__(self) -> str:

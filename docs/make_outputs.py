@@ -1,12 +1,14 @@
 """What the examples print, made anew: `python -m docs.make_outputs [--slow] [PAGE ...]`.
 
 For a change that moves numbers on purpose: look at the difference, and say under "Results change" in CHANGELOG.md
-what moved and why. An output that holds `...` is left as it is; write `?` for one that is not known yet. Blocks that
-take minutes, marked `<!-- slow: why -->`, are carried out with `--slow` only.
+what moved and why. Write `?` for an output that is not known yet. Of an output that is elided (`...`), each line that
+is shown is replaced by the new line most like it. Blocks that take minutes, marked `<!-- slow: why -->`, run with
+`--slow` only.
 """
 
 from __future__ import annotations
 
+import difflib
 import os
 import shutil
 import sys
@@ -47,9 +49,13 @@ def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
 
 
 def _change(line: int, want: list[str], got: str) -> list[Change]:
-    if "..." in "\n".join(want) or pages.same("\n".join(want), got):
+    if pages.same("\n".join(want), got):
         return []
-    return [(line, len(want), [text.rstrip() for text in got.strip("\n").splitlines()])]
+    printed = [text.rstrip() for text in got.strip("\n").splitlines()]
+    if "..." not in "\n".join(want):
+        return [(line, len(want), printed)]
+    shown = [(at, text) for at, text in enumerate(want) if "..." not in text]
+    return [(line + at, 1, new) for at, text in shown if (new := difflib.get_close_matches(text, printed, n=1))]
 
 
 def main(arguments: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""docs/validation.md with its figures, made anew: `python -m docs.make_validation` (some ten minutes of processor).
+"""docs/dev/validation.md with its figures, made anew: `python -m docs.make_validation` (some ten minutes of processor).
 
 The cases are those of the tests (`tests/theory/cases.py`, `tests/reference`), with the same seeds; `make test` checks
 that the fast ones still give the rows of the page, `make test-long` all of them.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "validation.md"
+PAGE = ROOT / "docs" / "dev" / "validation.md"
 PICTURES = ROOT / "docs" / "pictures"
 MULTIBOTS = ROOT / "models" / "multibots.yaml"
 ROBOTS = tuple(range(1, 13))
@@ -39,7 +39,7 @@ with it, and beside the paper. `make validation` makes this page; seeds are fixe
 checks the fast rows and the laws below, `make test-long` all of them.
 
 Whether a *model* is right, your layout, times and orders, no page can say: compare a run of yesterday's orders with
-what happened yesterday ([What it cannot do](cannot.md), [STRESS checklist](stress.md)).
+what happened yesterday ([What it cannot do](../cannot.md), [STRESS checklist](stress.md)).
 
 ## How it is judged
 
@@ -48,9 +48,9 @@ what happened yesterday ([What it cannot do](cannot.md), [STRESS checklist](stre
   seeds are fixed it is known that none does.
 - Where nothing is random: one run, and how near it must come.
 
-![Where chance plays a part: simulated against theory, with 99 % intervals](pictures/validation.png)
+![Where chance plays a part: simulated against theory, with 99 % intervals](../pictures/validation.png)
 
-![Where it does not: closed lines and rings by the number of robots](pictures/validation-curves.png)
+![Where it does not: closed lines and rings by the number of robots](../pictures/validation-curves.png)
 """
 LITTLE = """## Little's law on every run
 

@@ -1,11 +1,20 @@
-"""Hypothesis profiles: `fast` for every day, `long` for make test-long."""
+"""Hypothesis profiles, `fast` for every day and `long` for make test-long; and why tests were skipped."""
 
 from __future__ import annotations
 
 import os
+from collections import Counter
 
 from hypothesis import settings
 
 settings.register_profile("fast", max_examples=60, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+
+def pytest_terminal_summary(terminalreporter):
+    """One line for each reason, however many tests were skipped for it."""
+    reports = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
+    for reason, count in reasons.most_common():
+        terminalreporter.write_line(f"{count} skipped: {reason}")

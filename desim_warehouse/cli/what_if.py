@@ -87,7 +87,7 @@ def command(
 
 
 def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:
-    """The rule of `--until`; it begins with so many replications as are asked for, or the usual number."""
+    """The rule of `--until`, which begins with the replications given, or the usual number."""
     from desim_warehouse.model.parse import read_yaml
 
     first = {"minimum": often} if isinstance(often, int) and often > 1 else {}

@@ -98,7 +98,7 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
 
 
 def _waits(model: Model) -> list[str]:
-    """What a robot of the model may wait for that nobody plans its battery by."""
+    """What a robot of the model may wait for without a reserve in its battery."""
     known = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
@@ -307,7 +307,7 @@ def _battery(model: Model) -> BatterySpec:
 def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding | None:
     """All robots come to charge together, and those that wait run flat.
 
-    Certain where every state draws the same, all start alike, parking never leads to a charger, and nobody charges
+    Certain where every state draws the same, all start alike, parking never leads to a charger, and no robot charges
     before he has to; likely where the states draw differently.
     """
     battery, known = _battery(model), levels(model)
@@ -393,7 +393,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     chargers = list(chargers_at(model, layout))
     if known is None or known.margin is not None or not chargers:
         return
-    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.sorts())
+    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.distinct())
     flow, draws = free_flow(model, layout, slowest), battery.draws
     more = _more_loads(model, layout, flow) + (2 * draws.empty + draws.loaded) * flow.travel.stop_time
     if isinstance(flow, FlowMix):

@@ -28,7 +28,7 @@ class Cycle:
         return self.empty + self.load + self.loaded + self.unload + self.clear
 
     def shared(self, loads: int) -> Cycle:
-        """The part of one task of a tour of so many loads that takes no longer than one task: the best that it can be.
+        """The part of one task of a tour with this many loads that takes no longer than one task: the best possible.
 
         Every load is handled by itself; the drives, and what it takes to clear the last place, are shared.
         """

@@ -63,7 +63,7 @@ class HandCalculation:
         width: of the floor, from the westernmost to the easternmost node; `height` from north to south.
         metre: the length unit in metres; None where its name does not say.
         lanes_hold: robots that can stand in the lanes at once.
-        robots: size of the fleet; `at_work` of them can be on a task, as station places allow.
+        robots: size of the fleet; `at_work` of them can be on a task, as station slots allow.
         most_out: robots that may be under way at once; None: all.
         cycle: the mean task, over robots of different speeds.
         rate: tasks per time unit demanded; None where the demand is a list, or saturated.
@@ -264,7 +264,7 @@ def _mean_cycle(speeds: Counter[tuple[float, float]], cycles: dict[tuple[float, 
 
 
 def _at_work(model: Model, layout: Layout) -> int:
-    """Robots that can be on a task at once: each needs a place at its station from the beginning."""
+    """Robots that can be on a task at once: each needs a slot at its station from the beginning."""
     used = destinations(model, layout)
     if model.tasks.flows or not all(node in layout.stations for node in used):
         return model.fleet.size

@@ -72,7 +72,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _used(model: Model) -> list[tuple[str, str]]:
-    """Every place of a model that names a calendar, and which."""
+    """Every key of a model that names a calendar, and which."""
     layout, fleet, tasks = model.layout, model.fleet, model.tasks
     places = [(f"layout.stations.{name}.hours", station.hours) for name, station in layout.stations.items()]
     places += [(f"tasks.flows.{name}.hours", flow.hours) for name, flow in tasks.flows.items()]
@@ -105,7 +105,7 @@ def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
     """Stations that are open only long after all robots have ended their hours, so that no task gets there."""
     if not (model.fleet.has_hours and model.layout.has_hours):
         return
-    slowest = min(robot.speed for robot in model.fleet.sorts())
+    slowest = min(robot.speed for robot in model.fleet.distinct())
     once_round = 10 * sum(data["length"] for *_, data in layout.graph.edges(data=True)) / slowest
     robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
     of = specs(model, layout)

@@ -76,7 +76,7 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
     away = idle_away(model, layout)
 
     def drawn(charging: float) -> float:
-        """Drawn by the fleet in the long run, with so many robots charging."""
+        """Drawn by the fleet in the long run, with this number of robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
         work = free if rate is None else min(rate * cycle.time, free)
         return work * at_task + max(robots - charging - work, 0.0) * away * draws.standing

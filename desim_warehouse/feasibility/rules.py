@@ -68,7 +68,7 @@ def _width(model: Model) -> Iterator[Finding]:
     blocks = model.layout.blocks
     if blocks is None:
         return
-    width = 2 * max(robot.radius for robot in model.fleet.sorts())
+    width = 2 * max(robot.radius for robot in model.fleet.distinct())
     aisles = {"aisle_width": blocks.aisle_width, "cross_aisle_width": blocks.cross_aisle_width or blocks.aisle_width}
     narrow = [(aisle, key) for key, aisle in aisles.items() if aisle < width * (1 - 1e-9)]
     if narrow:
@@ -93,7 +93,7 @@ def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
             f"the floor is {sides[0]:g} x {sides[1]:g} m",
             f"lengths are in {length}; units.length says so, e.g. mm",
         )
-    robots = model.fleet.sorts()
+    robots = model.fleet.distinct()
     for speed in dict.fromkeys(speed for robot in robots for speed in (robot.speed, robot.loaded_speed)):
         real = speed * metre / model.units.seconds
         text = f"a robot drives {amount(real)} m/s ({amount(3.6 * real)} km/h)"

@@ -2,7 +2,7 @@
 
 Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
 clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.avoidance`) the start must be safe,
-too: nobody stands, by way of others, in his own way home. Full rings of one-way lanes turn, however they came about.
+too: no robot may block its own way home through others. Full rings of one-way lanes turn, however they came about.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def _in_lane(layout: Layout, use: Use) -> Iterator[Finding]:
-    """Bays in the lane leave everything else connected without them, and nobody else has to go where they are.
+    """Bays in the lane leave everything else connected without them, and no other robot has to go where they are.
 
     Else a parked robot would hold up others for as long as there is no task for it ("well-formed infrastructure":
     Cap, Vokrinek and Kleiner, ICAPS 2015).

@@ -62,8 +62,8 @@ class Layout:
 
     `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
     inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
-    that leads against a preferred direction `counts` so many times where routes are chosen.
-    The order of a node's successors is the order in which Algorithm 1 tries them.
+    that leads against a preferred direction `counts` that many times where routes are chosen. The order of a node's
+    successors is the order in which Algorithm 1 tries them.
     """
 
     graph: nx.DiGraph

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _TRIALS = 2000
 _HUBS, _TRIPS = 32, 200_000
-"""On a large floor trips are measured from so many hubs at least, and to so many nodes from all of them together."""
+"""On a large floor, the least number of hubs from which trips are measured, and of nodes to which they lead."""
 _WORK = 200_000_000
 """Nodes times hubs times trials: about a minute."""
 

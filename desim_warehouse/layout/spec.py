@@ -84,7 +84,7 @@ def _node_or(zones: str) -> AfterValidator:
 def _nodes(zones: str) -> AfterValidator:
     """Replace the name of a bay or station by its nodes; a node of the same name wins.
 
-    One that is wrong itself has no nodes: its name stays, so that nobody calls the list empty.
+    One that is wrong itself has no nodes: its name stays, so that the list does not count as empty.
     """
 
     def nodes(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Driving times of robots where nobody is in the way, by the routes that they take and the turns at their ends."""
+"""Driving times of robots on a free floor, by the routes that they take and the turns at their ends."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def _quarters(angle: Any) -> Any:
 
 
 def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
-    """How long turns take, and the stops for them: of so many quarters each, a number or an array of them."""
+    """How long turns take, and the stops for them: by quarters of a turn, a number or an array of them."""
     return turn_time * quarters + stop_time * (quarters > 0)
 
 

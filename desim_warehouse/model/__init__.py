@@ -1,4 +1,7 @@
-"""Model files: reading, checking, overriding; a frozen `Model` comes out, or every problem with its place."""
+"""Model files: reading, checking, overriding.
+
+A frozen `Model` comes out, or every problem with its position in the file.
+"""
 
 from __future__ import annotations
 

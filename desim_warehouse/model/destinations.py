@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def own_destinations(model: Model, layout: Layout) -> list[tuple[str, ...]]:
-    """For every task of the list the nodes of which one it goes to; empty: by tasks.unload_at. [] for drawn goods."""
+    """For every task of the list the nodes of which one it goes to, empty for tasks.unload_at; [] for drawn goods."""
     goods = model.tasks.goods
     if not isinstance(goods, tuple):
         return []
@@ -27,7 +27,7 @@ def own_destinations(model: Model, layout: Layout) -> list[tuple[str, ...]]:
 
 
 def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
-    """All nodes where goods are unloaded, those of tasks.unload_at first; of flows those where they are loaded, too.
+    """All nodes where goods are unloaded, those of tasks.unload_at first. With flows also where goods are loaded.
 
     And those where they stop on their way. Nodes that only a file of orders names are not among them.
     """

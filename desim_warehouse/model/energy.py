@@ -1,6 +1,6 @@
 """The battery model: what is drawn in each state, and how the level rises at a charger.
 
-In one place, for the simulation and for whatever works out a battery's level from the log.
+Kept together, for the simulation and for whatever works out a battery's level from the log.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ def consumption(spec: BatterySpec | None) -> Consumption:
 
 
 def rates(spec: BatterySpec | None) -> dict[str, float]:
-    """Energy per time unit in every state but charging; beside a charger a robot at rest draws nothing instead."""
+    """Energy per time unit in every state but charging. Beside a charger a robot at rest draws nothing instead."""
     drawn = consumption(spec)
     return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:
-    """What the battery of each robot holds at the start of a run; inf without battery.
+    """What the battery of each robot holds at the start of a run, inf without battery.
 
     Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
     """

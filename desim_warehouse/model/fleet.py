@@ -222,7 +222,7 @@ class Fleet(Part):
         special = [robot for kind in self.kinds.values() for robot in [self._of(kind)] * kind.count]
         return special + [self.robot] * (self.size - len(special))
 
-    def sorts(self) -> list[RobotSpec]:
+    def distinct(self) -> list[RobotSpec]:
         """The robots that differ: one of each kind, and an ordinary one, if there is one."""
         special = [self._of(kind) for kind in self.kinds.values()]
         return special + [self.robot] * (self.size > sum(kind.count for kind in self.kinds.values()))
@@ -242,12 +242,12 @@ class Fleet(Part):
         )
 
     def kinds_of_robots(self) -> list[str]:
-        """The kind of every robot, by number; ordinary ones have none."""
+        """The kind of every robot, by number, None for ordinary ones."""
         special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
         return special + [""] * (self.size - len(special))
 
     def hours_of_robots(self) -> list[str | None]:
-        """The calendar of every robot, by number; None: it is always at work."""
+        """The calendar of every robot, by number, None if it is always at work."""
         special = [kind.hours or self.hours for kind in self.kinds.values() for _ in range(kind.count)]
         return special + [self.hours] * (self.size - len(special))
 
@@ -275,27 +275,27 @@ class Fleet(Part):
     @property
     def fastest_empty(self) -> float:
         """The highest speed of any robot without a load."""
-        return max(robot.speed for robot in self.sorts())
+        return max(robot.speed for robot in self.distinct())
 
     @property
     def largest_capacity(self) -> int:
         """The most loads that any robot carries at once."""
-        return max(robot.capacity for robot in self.sorts())
+        return max(robot.capacity for robot in self.distinct())
 
     @property
     def fastest(self) -> float:
         """The highest speed of any robot, with a load or without."""
-        return max(max(robot.speed, robot.loaded_speed) for robot in self.sorts())
+        return max(max(robot.speed, robot.loaded_speed) for robot in self.distinct())
 
     @property
     def slowness(self) -> float:
         """What a stop takes at most for each unit of speed, beyond a drive at a steady pace: v / 2a + v / 2d."""
-        return max(sum(robot.motion) for robot in self.sorts()) / 2
+        return max(sum(robot.motion) for robot in self.distinct()) / 2
 
     @property
     def breaks_down(self) -> bool:
         """Whether any robot breaks down."""
-        return any(robot.breakdowns is not None for robot in self.sorts())
+        return any(robot.breakdowns is not None for robot in self.distinct())
 
     @property
     def contact(self) -> float:
@@ -304,4 +304,4 @@ class Fleet(Part):
         One D for all: with a distance for each pair a large robot would not fit where a small one stood, and a full
         ring could not turn.
         """
-        return 2 * max(robot.radius for robot in self.sorts()) + self.robot.margin
+        return 2 * max(robot.radius for robot in self.distinct()) + self.robot.margin

@@ -1,4 +1,4 @@
-"""Flows: what is brought from where to where, when it is asked for, and how; several run at once."""
+"""Flows: what is brought from where to where, when, and how. Several run at once."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class StorageEnd(Part):
 
 
 def _short_end(value: Any) -> Any:
-    """`storage` is any storage place; one name is a list of one."""
+    """`storage` is any storage place. One name is a list of one."""
     if value == STORAGE:
         return StorageEnd()
     return (value,) if isinstance(value, str) else value
@@ -154,7 +154,7 @@ class Batch(Part):
 
 
 class ScheduleArrivals(Part):
-    """`schedule: [{at: 1 h, tasks: 30}]`: so many at these times, and then no more."""
+    """`schedule: [{at: 1 h, tasks: 30}]`: these numbers at these times, and then no more."""
 
     schedule: tuple[Batch, ...] = Field(min_length=1, description="times, and how many tasks at each")
 
@@ -366,7 +366,7 @@ class FlowSpec(Part):
 
     @property
     def routes(self) -> tuple[Route, ...]:
-        """From where to where, and the part of the tasks of each; a single one without a matrix."""
+        """From where to where, and the part of the tasks of each. Without a matrix there is a single one."""
         if not self.from_to:
             assert self.source is not None
             assert self.target is not None
@@ -376,7 +376,7 @@ class FlowSpec(Part):
 
     @property
     def when(self) -> PoissonArrivals | SaturatedArrivals | ProfileArrivals | ScheduleArrivals | OrdersArrivals:
-        """When tasks are asked for; by default as often as the matrix says."""
+        """When tasks arrive, by default as often as the matrix says."""
         if self.arrivals is None:
             return PoissonArrivals(poisson=math.fsum(pair.per_hour for pair in self.from_to))
         return self.arrivals
@@ -417,7 +417,7 @@ _ENDS = {
 
 
 def in_words(flow: FlowSpec, demand: float) -> str:
-    """A flow in a few words, such as `dock to storage, 40 tasks an hour`; `demand`: multiplies what is asked for."""
+    """A flow in a few words, such as `dock to storage, 40 tasks an hour`, with its rate times `demand`."""
     (first, *more) = flow.routes
     way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
     way += f" by way of {spoken(flow.via)}" if flow.via else ""
@@ -442,7 +442,7 @@ def _named(end: tuple[str, ...] | StorageEnd) -> str:
 
 
 def mean_rate(flow: FlowSpec, length: float, hour: float, hours: Hours = ALWAYS) -> float | None:
-    """Tasks an hour over the first `length` of a run; None: as many as can be done, or as a file says.
+    """Tasks an hour over the first `length` of a run, or None for as many as can be done or as a file says.
 
     `hours`: those of the flow.
     """
@@ -463,7 +463,7 @@ def fixed_orders(flow: FlowSpec) -> bool:
 
 
 class Rates:
-    """A profile of arrival rates, and how many tasks it makes by a time; it begins anew when it is over."""
+    """A profile of arrival rates, and how many tasks it makes by a time. It begins anew when it is over."""
 
     def __init__(self, profile: Profile, hour: float, demand: float = 1.0) -> None:
         self.every = hour if profile.every is None else profile.every
@@ -479,7 +479,7 @@ class Rates:
         return rounds * self.sums[-1] + self.sums[step] + (rest - step * self.every) * self.rates[step]
 
     def when(self, tasks: float) -> float:
-        """The time by which so many tasks are expected: the inverse of `expected`.
+        """The time by which a number of tasks is expected: the inverse of `expected`.
 
         A Poisson process of rate 1, taken through it, is one with these rates (Cinlar, Introduction to Stochastic
         Processes, 1975): arrival by arrival the same chance, whatever the rates.

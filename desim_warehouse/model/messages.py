@@ -35,7 +35,7 @@ def dotted(keys: Keys) -> str:
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """A place that a message points to; places are ordered as a reader meets them."""
+    """A position that a message points to. Positions are ordered as a reader meets them."""
 
     rank: int  # the file first, then overrides and the tables it names
     line: int
@@ -62,7 +62,7 @@ class Places:
     ranks: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
     def of(self, keys: Keys, *, at_key: bool = False) -> Place:
-        """The place of a value (or of its key), or of the nearest section around it that has one."""
+        """The position of a value (or of its key), or of the nearest section around it that has one."""
         for size in range(len(keys), -1, -1):
             part = keys[:size]
             if part and part[-1] in _PAIR and part not in self.keys:
@@ -73,9 +73,9 @@ class Places:
         return Place(0, 0, 0, self.source)
 
     def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
-        """The place, and how a message begins: the place and the key, the key once only."""
+        """The position, and how a message begins: the position and the key, the key once only."""
         place, key = self.of(keys, at_key=at_key), dotted(keys)
-        if place.names:  # ranks of values say nothing to whoever wrote 1..6
+        if place.names:  # ranks of values say nothing to a person who wrote 1..6
             key = dotted(tuple(key for key in keys[place.names :] if isinstance(key, str)))
         return place, place.text if not key or place.text.endswith(f" {key}") else f"{place.text}: {key}"
 
@@ -133,7 +133,7 @@ def printable(text: str) -> str:
 _MOST = 50
 """Problems that are told at once."""
 _MORE: Keys = ("\0more",)
-"""Where the number of those that are not told stands."""
+"""Where the number of problems that are not shown stands."""
 _OURS = {
     "int_type": "should be a whole number",
     "int_from_float": "should be a whole number",
@@ -225,7 +225,7 @@ class Outline:
 
     @property
     def schema(self) -> Node:
-        """The JSON Schema; shared, so not to be changed."""
+        """The JSON Schema, which is shared and must not be changed."""
         return _schema(self._model)
 
     def known(self, keys: Keys) -> bool:
@@ -255,7 +255,7 @@ class Outline:
         return f"{node['maxItems']} entries" + (f", {node['description']}" if "description" in node else "")
 
     def unknown_key(self, keys: Keys) -> Problem:
-        """A key that no such file has, with the nearest one that can be; or one of another form of its section."""
+        """A key that no such file has, with the nearest valid one, or a key of another form of its section."""
         forms = [form for form in self._at(keys[:-1]) if keys[-1] in form.get("properties", {})]
         if forms:
             others = " or ".join(spoken(form.get("required") or form["properties"]) for form in forms)

@@ -37,9 +37,9 @@ NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 
 
 class OrderLine(NamedTuple):
-    """A row of the file; times from the start of the run, in the model's unit.
+    """A row of the file, with times from the start of the run, in the model's unit.
 
-    `source`, `target`: name of a node or station, number of a storage place, `storage` for any; `via`: stops on the
+    `source`, `target`: name of a node or station, number of a storage place, `storage` for any. `via`: stops on the
     way, by name or number. None: what the flow says. `due`, `priority`: None where the file says nothing.
     """
 
@@ -157,7 +157,7 @@ def resampled(
 ) -> Iterator[OrderLine]:
     """Orders drawn anew, stretch by stretch of this width: as many as there are on average, `demand` times.
 
-    In each stretch their number is Poisson, each is one of those in it, and its release anywhere in it; an order keeps
+    In each stretch their number is Poisson, each is one of those in it, and its release anywhere in it. An order keeps
     its rows, and the time until it is due. `stream` gives the generator of the n-th stretch.
 
     Source: the block bootstrap (Kuensch 1989) for a process whose rate changes with the time of day.
@@ -240,7 +240,7 @@ def _stat(path: Path) -> Any:
 
 
 class _Chunk:
-    """Some rows of a file; `problems` is what is wrong with them."""
+    """Some rows of a file, and the `problems` with them."""
 
     def __init__(
         self, table: pd.DataFrame, spec: OrdersFile, how: Reading, first: int, midnight: dt.datetime | None
@@ -253,7 +253,7 @@ class _Chunk:
         self.problems: list[str] = []
 
     def lines(self, before: float) -> list[OrderLine]:
-        """The rows; where there are problems, only those that could be read matter."""
+        """The rows. Where there are problems, only those that could be read matter."""
         import numpy as np
 
         size = len(self.table)
@@ -290,7 +290,7 @@ class _Chunk:
         return ["" if value is None or value != value else str(value).strip() for value in cells.tolist()]  # noqa: PLR0124
 
     def _times(self, column: str, *, needed: bool = False) -> Any:
-        """Times from the start of the run in the model's unit; nan where there is none."""
+        """Times from the start of the run in the model's unit, nan where there is none."""
         import numpy as np
         import pandas as pd
 
@@ -374,7 +374,7 @@ class _Chunk:
         return f"{among}a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"
 
     def _ends(self, column: str) -> list[str | int | None]:
-        """Names of nodes and stations, numbers of storage places; `storage` is any of these."""
+        """Names of nodes and stations, numbers of storage places, `storage` for any of these."""
         if column not in self.table:
             return [None] * len(self.table)
         found: list[str | int | None] = []
@@ -411,7 +411,7 @@ def _seconds_of_day(start: str) -> float:
 
 
 def _midnight(start: str) -> dt.datetime | None:
-    """The day on which the run starts; None where only its time is known."""
+    """The day on which the run starts, or None where only its time is known."""
     if "T" not in start:
         return None
     return dt.datetime.fromisoformat(start.partition("T")[0])

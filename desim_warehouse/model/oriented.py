@@ -53,7 +53,7 @@ def orientation(model: Model) -> Orientation:
 
 
 def orient(model: Model) -> Model:
-    """A copy of a model with its two-way lanes made one-way; bridges stay two-way."""
+    """A copy of a model with its two-way lanes made one-way. Bridges stay two-way."""
     return oriented(model, orientation(model))
 
 
@@ -99,7 +99,7 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge
             continue
         is_two_way = isinstance(item, dict) and item.pop("two_way", False)
         if isinstance(item, dict):
-            item.pop("against", None)  # nobody drives it that way any more
+            item.pop("against", None)  # it is not driven that way any more
         if edge in turned:
             if not is_two_way:
                 del edges[rank]  # its twin stays

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
-    """Split `KEY=VALUE` of an option of the command line; the value is YAML, such as `3`, `[11, 8]` or `{random: 20}`.
+    """Split `KEY=VALUE` of a command-line option, where the value is YAML, such as `3`, `[11, 8]` or `{random: 20}`.
 
     Raises:
         ModelError: where there is no key or no value, or the value is not YAML.
@@ -59,7 +59,7 @@ def _rank(text: Any) -> list[tuple[int, str]]:
 
 
 def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> list[Problem]:
-    """Set one value; returns what is wrong with it, or why it cannot be set."""
+    """Set one value, and return what is wrong with it or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
     for key in path:
@@ -80,7 +80,7 @@ def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> lis
 
 
 def _opened(section: Any, keys: Keys, places: Places, said: str) -> Any:
-    """What lies below a key; a policy given by its name becomes a section, a missing section is made."""
+    """What lies below a key. A policy given by its name becomes a section, and a missing section is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
     if len(keys) == 2 and keys[0] == "policies" and key in Policies.model_fields:  # noqa: PLR2004 - policies.charging

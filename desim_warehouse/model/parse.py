@@ -1,4 +1,4 @@
-"""A file or a mapping as a document: plain values, and the place of each; YAML 1.2, safe, every key once."""
+"""A file or a mapping as a document: plain values, and the position of each; YAML 1.2, safe, every key once."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class _Reader:
         return Place.in_file(0, self.places.source, mark.line + 1, mark.column + 1)
 
     def size(self, node: Any) -> int:
-        """How many values a node stands for; they are counted before a million of them is made."""
+        """How many values a node stands for, counted before a million of them is made."""
         if id(node) not in self.sizes:
             self.sizes[id(node)] = 1  # for an alias in what it stands for, which `value` refuses
             inside = [item for _, item in node.value] if node.id == "mapping" else node.value

@@ -1,4 +1,4 @@
-"""What a model says of people in the aisles: pickers, forklifts, whoever robots keep away from."""
+"""What a model says of people in the aisles: pickers, forklift drivers, and others that robots keep away from."""
 
 from __future__ import annotations
 

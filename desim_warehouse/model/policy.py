@@ -15,7 +15,7 @@ from desim_warehouse.values.fields import SECTION, Forms, FrozenMap, Name, Part,
 
 
 def _frozen(value: Any) -> Any:
-    """Parameters that nobody can change, their names in one order."""
+    """Parameters that cannot be changed, with their names in one order."""
     if isinstance(value, Mapping):
         return FrozenMap({key: _frozen(value[key]) for key in sorted(value)})
     if isinstance(value, list | tuple):

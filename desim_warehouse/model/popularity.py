@@ -115,7 +115,7 @@ def is_drawn(popularity: Popularity | Literal["uniform", "layout"], model: Any) 
 
 
 def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> Any:
-    """The share of every storage place in the demand for drawn goods, a numpy array; None: all alike."""
+    """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares."""
     import numpy as np
 
     if popularity == "uniform":

@@ -1,4 +1,4 @@
-"""From a model file, or a mapping, to a Model: every problem at once, each with its place."""
+"""From a model file, or a mapping, to a Model: every problem at once, each with its position."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def load(
         overrides: dotted keys and their values, such as `{"fleet.size": 3, "tasks.goods": [11, 8]}`, in any
             order: sections are set before what lies in them. An entry of a list is named by its rank, as in
             `fleet.start.0`, a parameter of a policy by its name, as in `policies.charging.margin`.
-        named: how messages call an override; the command line says `--set`.
+        named: how messages call an override. The command line says `--set`.
         run_code: import the user's own policies as well and ask them about their parameters. Without it none of
             their code is run, and what is wrong with them is found when they are made: by `simulate` or `check`.
 

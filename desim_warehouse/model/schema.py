@@ -80,7 +80,7 @@ class Units(Part):
 
     @property
     def metre(self) -> float | None:
-        """Metres in the length unit; None where its name does not say."""
+        """Metres in the length unit, or None where its name does not say."""
         return float(METRES[self.length]) if self.length in METRES else None
 
     @property
@@ -505,7 +505,7 @@ class Model(Part):
         return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
-        """A calendar as times of a run; None: always."""
+        """A calendar as times of a run, or None for always."""
         if calendar is None:
             return ALWAYS
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
@@ -513,8 +513,8 @@ class Model(Part):
     def content(self) -> dict[str, Any]:
         """What is in the model, defaults too, as plain JSON values: equal models, equal content.
 
-        Keys of sections stand in the order of the schema; named parts (nodes, bays, stations, kinds) in
-        the order of the file, which numbers them. `load` reads it back.
+        Keys of sections stand in the order of the schema. Named parts (nodes, bays, stations, kinds) stand in the order
+        of the file, which numbers them. `load` reads it back.
         """
         found: dict[str, Any] = super().content()
         return found

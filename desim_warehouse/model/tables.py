@@ -1,4 +1,4 @@
-"""Files that a model file names: layouts in JSON; in CSV storage places, their weights, times, from-to matrices."""
+"""Files that a model file names: layouts in JSON, and storage places, weights, times and from-to matrices in CSV."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def _storage(named: dict[str, Any], _: Keys, folder: Path, places: Places) -> li
 
 
 def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Places) -> dict[str, Any]:
-    """Orders stay in their file, which is read while the run goes on; the model keeps its full path and its digest."""
+    """Orders stay in their file, which is read while the run goes on. The model keeps its full path and its digest."""
     if not isinstance(named["file"], str):
         return named
     path = (folder / named["file"]).absolute()
@@ -209,7 +209,7 @@ class _Row:
     at: Mapping[str, Place]
 
     def number(self, column: str) -> float | str:
-        """The cell as a number; any other stays text, and is refused at its place."""
+        """The cell as a number. Any other stays text, and is refused at its position."""
         try:
             return float(self.cells[column])
         except ValueError:
@@ -224,7 +224,7 @@ class _Table:
 
     @classmethod
     def read(cls, path: Path, keys: Keys, places: Places) -> _Table:
-        """Read a CSV file with a header; `keys` is where it is named."""
+        """Read a CSV file with a header, which is named at `keys`."""
         import csv
 
         try:
@@ -255,7 +255,7 @@ class _Table:
         return cls(str(path), header, rows)
 
     def require(self, column: str, keys: Keys) -> None:
-        """Refuse a table without this column; `keys` is where the column is named."""
+        """Refuse a table without this column, which is named at `keys`."""
         if column in self.header:
             return
         near = nearest(column, self.header)
@@ -266,7 +266,7 @@ class _Table:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Columns in words; of many the first."""
+    """Columns in words, of many only the first."""
     return spoken(names) if len(names) <= _LISTED else f"{', '.join(names[:_LISTED])} and {len(names) - _LISTED:,} more"
 
 

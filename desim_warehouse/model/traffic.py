@@ -36,7 +36,7 @@ class NodeTraffic(Part):
 
 
 class ClosureSpec(Part):
-    """A part of the floor that is closed at times: nobody enters it then, and who is in it drives on and out."""
+    """A part of the floor that is closed at times: robots do not enter it then, and drive on and out of it."""
 
     members: Members = Field(
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
@@ -101,5 +101,5 @@ class TrafficSpec(Part):
 
     @property
     def free_nodes(self) -> frozenset[str]:
-        """Nodes at which nobody waits."""
+        """Nodes at which no robot waits."""
         return frozenset(name for name, node in self.nodes.items() if node.free)

@@ -1,4 +1,4 @@
-"""The values of a document as a part of the schema, or every problem with its place."""
+"""The values of a document as a part of the schema, or every problem with its position."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """An exact account of time: every second of every robot and task has one cause, and the parts add up to the whole.
 
-What a robot does is its state; while it waits in traffic, what it waits for. Both are cut at the same instants, so
+What a robot does is its state or, while it waits in traffic, what it waits for. Both are cut at the same instants, so
 nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
-here (see `states`); a new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
+here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ OF_ROBOTS = {
         *_TRAFFIC,
     )
 }
-"""The parts of a robot's time, in the order of columns; edges, nodes and hours have the same."""
+"""The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
 OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
-"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue; then what that robot does."""
+"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue, then what that robot does."""
 OF_WORK = ("task", "flow", "station")
-"""Accounts of the time of tasks; the others are of robots."""
+"""Accounts of the time of tasks. The others are of robots."""
 
 
 class Piece(NamedTuple):
@@ -101,7 +101,7 @@ ALL = "all tasks"
 
 
 def pieces(history: History) -> Iterator[list[Piece]]:
-    """For each robot its time in pieces, in order; they fill the run from 0 to its end."""
+    """For each robot its time in pieces, in order, which fill the run from 0 to its end."""
     waits: defaultdict[int, list[Wait]] = defaultdict(list)
     for wait in history.waits:
         waits[wait.robot].append(wait)
@@ -110,7 +110,7 @@ def pieces(history: History) -> Iterator[list[Piece]]:
 
 
 def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
-    """A robot's time, cut wherever its state or its place changes, or a wait begins or ends."""
+    """A robot's time, cut wherever its state or its edge changes, or a wait begins or ends."""
     cuts = {history.begin, *(stay.start for stay in stays)}
     cuts.update(time for span in spans for time in (span.start, span.end))
     cuts.update(time for wait in waits for time in (wait.start, wait.end))
@@ -204,7 +204,7 @@ def _by_station(history: History) -> Found:
 
 
 def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:
-    """The parts of each row's mean task; rows without tasks, and tasks without one of the rows, are left out."""
+    """The parts of each row's mean task, without rows that have no tasks and tasks that are in no row."""
     tasks = counted_tasks(history)
     of = {number: row(task) for number, task in tasks.items()}
     count = Counter(of.values())

@@ -98,7 +98,7 @@ Spans = tuple[list[int], list[float]]
 
 
 def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
-    """How many tasks were delivered in each of so many equal spans of time, and the sums of their cycle times."""
+    """How many tasks were delivered in each of equal spans of time, and the sums of their cycle times."""
     width = (end - begin) / spans
     counts, times = [0] * spans, [0.0] * spans
     for task in tasks:
@@ -130,7 +130,7 @@ class StateSpan(NamedTuple):
 
 
 class Assignment(NamedTuple):
-    """A robot with a task from its assignment to its delivery or return (`ended`; `open` at the end of the run)."""
+    """A robot with a task from its assignment to its delivery or return (`ended`, or `open` at the end of the run)."""
 
     robot: int
     task: int
@@ -151,8 +151,8 @@ class Trip(NamedTuple):
 class Wait(NamedTuple):
     """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
 
-    `on`: the edge on which it stands; None in a bay or station. `cause`: `waiting`, a collision; or it waits before
-    `node` for something else, by its name in `states.APART`.
+    `on` is the edge on which it stands, None in a bay or station. `cause` is `waiting` for a collision, else what it
+    waits for before `node`, by its name in `states.APART`.
     """
 
     robot: int
@@ -187,7 +187,7 @@ class Whereabouts(NamedTuple):
 
 
 class Blocked(NamedTuple):
-    """An edge that nobody enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
+    """An edge that no robot enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
 
     `visit` is -1 for a calendar.
     """
@@ -199,7 +199,7 @@ class Blocked(NamedTuple):
 
 
 class Rotation(NamedTuple):
-    """A full ring of robots that turned by one place, and the edges that they were on (`A>B`; "" in a bay)."""
+    """A full ring of robots that turned by one position, and the edges that they were on (`A>B`, "" in a bay)."""
 
     time: float
     robots: tuple[int, ...]
@@ -212,7 +212,10 @@ def _blocked(row: LogRow, end: float) -> Blocked:
 
 
 class History:
-    """The history of a run, from the start at 0 to `end`; indicators count from `begin`, the end of the warm-up, on."""
+    """The history of a run, from the start at 0 to `end`.
+
+    Indicators count from `begin`, the end of the warm-up, on.
+    """
 
     def __init__(self, log: Log, model: Model, layout: Layout, seed: int) -> None:
         self.log = log
@@ -223,7 +226,7 @@ class History:
         self.end: float = log.end
 
     def rows(self, *kinds: str) -> Iterator[LogRow]:
-        """The rows of some kinds, in order of time; all rows if none is named."""
+        """The rows of some kinds, in order of time, or all rows if none is named."""
         if not kinds:
             return map(LogRow._make, self.log.rows)
         rows = self._work if _MOTION.isdisjoint(kinds) else self.log.rows
@@ -306,7 +309,7 @@ class History:
 
     @cached_property
     def orders(self) -> list[OrderHistory]:
-        """The orders, in order of release; an order is late by its latest task, None: it was not due."""
+        """The orders, in order of release, each as late as its latest task (None: it was not due)."""
         of: dict[tuple[str, str], list[TaskHistory]] = {}
         for task in self.tasks.values():
             if task.order:
@@ -347,7 +350,7 @@ class History:
 
     @cached_property
     def trips(self) -> list[Trip]:
-        """What robots did on one trip each, in the order in which the trips ended; tasks given back are in none."""
+        """What robots did on one trip each, in the order in which the trips ended. Tasks given back are in none."""
         taken: dict[int, list[tuple[int, float]]] = defaultdict(list)
         left: dict[int, int] = defaultdict(int)
         found = []
@@ -367,7 +370,7 @@ class History:
 
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
-        """For each robot all its states in order of time, also those of zero length; at the start it is idle."""
+        """For each robot all its states in order of time, also those of zero length. At the start it is idle."""
         batteries = self.model.battery is not None
         levels = energy.start_levels(self.model, Streams(self.seed))
         starts = self.model.fleet.starts(self.layout.bays)
@@ -386,7 +389,7 @@ class History:
 
     @cached_property
     def states(self) -> list[list[StateSpan]]:
-        """For each robot its states in order of time; together they fill the run, none of zero length."""
+        """For each robot its states in order of time. They fill the run, and none has zero length."""
         return [[span for span in robot if span.end > span.start] for robot in self.changes]
 
     @cached_property
@@ -398,7 +401,7 @@ class History:
 
     @cached_property
     def waits(self) -> list[Wait]:
-        """All waiting episodes, in the order in which they ended; needs `log: all`."""
+        """All waiting episodes, in the order in which they ended. Needs `log: all`."""
         on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
         found = []
         for row in self.rows("drive", "enter", "parked", "docked", "collision", *APART):
@@ -455,7 +458,7 @@ class History:
 
     @cached_property
     def chargings(self) -> list[ChargeSpan]:
-        """When robots were at a charger, one robot after the other; without batteries never."""
+        """When robots were at a charger, one robot after the other. Empty without batteries."""
         return [
             ChargeSpan(
                 span.robot, span.start, span.end, span.energy or 0.0, at_end if after is None else after.energy or 0.0
@@ -478,7 +481,7 @@ class History:
 
     @cached_property
     def lowest_energy(self) -> float:
-        """The lowest energy of any robot in the counted time, whatever the level of the log; nan without batteries.
+        """The lowest energy of any robot in the counted time, whatever the level of the log, nan without batteries.
 
         Levels only fall between charge cycles, so the lowest is at the beginning of a state, or at an end.
         """
@@ -494,16 +497,16 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The counted time that all robots together queued for a charger; their other queueing was for a server."""
+        """The counted time that all robots together queued for a charger. Their other queueing was for a server."""
         return math.fsum(
             self.within(span.start, span.end) for robot in self.changes for span in robot if span.seen.queue == CHARGER
         )
 
     @cached_property
     def energy_curves(self) -> list[Curve]:
-        """For each robot times and energies between which its battery level is linear; empty without batteries.
+        """For each robot times and energies between which its battery level is linear. Empty without batteries.
 
-        The log has the energy at every change of state. In between it falls at the state's rate; where standing draws
+        The log has the energy at every change of state. In between it falls at the state's rate. Where standing draws
         another rate, waits are corners too, as far as they are recorded (`log: all`), and a tapered charge is sampled.
         """
         if self.model.battery is None:
@@ -529,7 +532,7 @@ class History:
         return energy.rates(self.model.battery)
 
     def _rate(self, span: StateSpan) -> float:
-        """What a robot draws in a state; beside a charger it draws nothing while it rests or waits to be charged."""
+        """What a robot draws in a state. Beside a charger it draws nothing while it rests or waits to be charged."""
         state = span.seen
         if state.is_parked and (state.phase is not Phase.REST or self.layout.bays[span.node].chargers != 0):
             return 0.0
@@ -557,7 +560,7 @@ class History:
         return points
 
     def _charged(self, level: float, time: float) -> float:
-        """Energy charged in a time at a charger; a swapped battery is full only at the end of it."""
+        """Energy charged in a time at a charger. A swapped battery is full only at the end of it."""
         battery = self.model.battery
         if battery is None or self.model.policies.charging.name == "swap":
             return 0.0

@@ -53,7 +53,7 @@ ROUNDING = 1e-9
 class Indicator:
     """A figure by which a run is judged.
 
-    `title`: for people, on axes and in reports. `unit`: its kind of unit; the model says what time and length are
+    `title`: for people, on axes and in reports. `unit`: its kind of unit. The model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks. `signed`: whether
@@ -89,12 +89,12 @@ def _count(tally: str) -> Callable[[History], int]:
 
 
 def _collisions(history: History) -> int:
-    """Waiting episodes, however often a robot would stop and start in one; counted in steps S grows without limit."""
+    """Waiting episodes, however often a robot would stop and start in one. Counted in steps, S grows without limit."""
     return int(history.totals["rear_ends"] + history.totals["crossings"])
 
 
 def _cost(history: History) -> float:
-    """The paper's outlook: distance x w_d + time x w_t + S x w_c; the counted time, without a warm-up T."""
+    """The paper's outlook: distance x w_d + time x w_t + S x w_c, with the counted time (without a warm-up T)."""
     weights, distance = history.model.cost, history.totals["distance"]
     return distance * weights.distance + history.counted * weights.time + _collisions(history) * weights.collisions
 
@@ -180,7 +180,7 @@ def _energy_lowest(history: History) -> float:
 
 
 def _energy_drift(history: History) -> float:
-    """Energy charged minus energy drawn; 0 where the two differ by rounding alone."""
+    """Energy charged minus energy drawn, 0 where the two differ by rounding alone."""
     battery, hours = history.model.battery, history.counted / history.model.units.hour
     if battery is None or not hours:
         return math.nan
@@ -210,7 +210,7 @@ def _breaks_down(history: History) -> bool:
 
 
 def _station_wait(history: History) -> float:
-    """Robots queue for a server or for a charger; rounding may leave these sums just below 0."""
+    """Robots queue for a server or for a charger. Rounding may leave these sums just below 0."""
     return max(_time_in(history, _QUEUEING) - history.charger_wait, 0.0)
 
 
@@ -270,7 +270,7 @@ def _has_due_times(tasks: History | FlowHistory) -> bool:
 
 
 def _share_of(state: State) -> Indicator:
-    """The share of the fleet's time in a state; waiting in traffic is counted apart, and they add up to 1."""
+    """The share of the fleet's time in a state. Waiting in traffic is counted apart, and they add up to 1."""
     return Indicator(
         f"share_{state.name}",
         f"Fleet {state.doing}",
@@ -637,7 +637,7 @@ def kpis(history: History) -> dict[str, float]:
 
 
 def look_up(name: str) -> Indicator | None:
-    """An indicator of ours by its name, also of a flow (`on_time:outbound`); None where there is none."""
+    """An indicator of ours by its name, also of a flow (`on_time:outbound`), or None."""
     base, colon, flow = name.partition(":")
     indicator = INDICATORS.get(base)
     if not colon or indicator is None:
@@ -646,7 +646,7 @@ def look_up(name: str) -> Indicator | None:
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1; unbounded for others."""
+    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1, others unbounded."""
     indicator = look_up(name)
     if indicator is None:
         return -math.inf, math.inf
@@ -654,7 +654,7 @@ def within(name: str) -> tuple[float, float]:
 
 
 def find(name: str) -> Indicator:
-    """An indicator by its name; raises StudyError where there is none, naming the nearest."""
+    """An indicator by its name. Raises StudyError where there is none, naming the nearest."""
     indicator = look_up(name)
     if indicator is None:
         near = nearest(name, INDICATORS)

@@ -1,8 +1,8 @@
 """The output of a run: one row per event, and the tallies, which are the same at every level of detail.
 
-A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nobody else takes rows apart by position:
-`history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its meaning in
-`COLUMNS`, and to the methods of `Log` that write it; a kind of row has a line in `KINDS`.
+A row is a plain tuple with the columns of `LogRow` while the simulation runs. Nothing else takes rows apart by
+position: `history` reads them, and `Run.log` shows them as a table. To add a column, add it to `LogRow` with its
+meaning in `COLUMNS`, and to the methods of `Log` that write it. A kind of row has a line in `KINDS`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Detail = Literal["all", "moves", "tasks"]
 STATES = tuple(states.STATES)
-"""What a robot is doing; waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
+"""What a robot is doing. Waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
 NONE = -1
 """No robot, or no task."""
 
@@ -112,11 +112,11 @@ class _Body(Protocol):
 class Log:
     """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
 
-    `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for
-    each robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows`
-    their flows, `orders` their orders, `energy` what the battery of each robot holds at the end; empty without
-    batteries. `people`: visits, their time, and their time shared with robots; empty without people.
-    `version`: of desim-warehouse, which wrote it.
+    `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for each
+    robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows` their
+    flows, `orders` their orders, `energy` what the battery of each robot holds at the end, empty without batteries.
+    `people` has visits, their time, and their time shared with robots, and is empty without people.
+    `version` is that of desim-warehouse, which wrote it.
     """
 
     level: Detail = "all"
@@ -202,7 +202,7 @@ class Log:
         self.event(now, wait, robot.number, robot.task, node, waited, edge=edge)
 
     def rotation(self, now: float, robots: tuple[int, ...], edges: tuple[str, ...]) -> None:
-        """A full ring of robots, on these edges, that turned by one place."""
+        """A full ring of robots, on these edges, that turned by one position."""
         self.event(now, "rotation", robots[0], NONE, None, float(len(robots)))
         self.rings.append((now, robots, edges))
 
@@ -233,7 +233,7 @@ class Log:
         del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
 
     def frame(self) -> pd.DataFrame:
-        """The rows as a table with the columns of `LogRow`; edges as `A>B`, robot, task and other -1 if none."""
+        """The rows as a table with the columns of `LogRow`, edges as `A>B`, and -1 for no robot, task or other."""
         import pandas as pd
 
         table = pd.DataFrame.from_records(self.rows, columns=list(LogRow._fields))

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def equipment(prices: Prices, kinds: Sequence[str], chargers: int) -> float:
-    """What robots of these kinds, and so many chargers, cost a year."""
+    """What robots of these kinds, and these chargers, cost a year."""
     return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds) + prices.charger * chargers
 
 
 def annual_cost(history: History) -> float:
-    """The cost of a year of `prices.hours` hours like those counted; nan without prices, or where none were."""
+    """The cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
@@ -38,7 +38,7 @@ def annual_cost(history: History) -> float:
 
 
 def cost_per_task(history: History) -> float:
-    """The year's cost by the tasks that it delivers at the rate counted; nan where there were none."""
+    """The year's cost by the tasks that it delivers at the rate counted, nan where there were none."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     tasks = history.totals["delivered"] / hours if hours else 0.0
     return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan

@@ -2,10 +2,10 @@
 
 A floor has a most that it lets through, with some number of robots under way, and lets less through with more of them:
 the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation Research B 42 (2008)
-759-770). A run draws a part of that curve only where the number under way changes, and long enough that jams have
-time to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on average, and
-windows with many robots under way are held against those with fewer. Where the number hardly changes, as with work
-always waiting, one run cannot say it; `desim size --key traffic.most_out` tries it out.
+759-770). A run draws a part of that curve only where the number under way changes, and long enough that jams have time
+to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on average, and windows
+with many robots under way are held against those with fewer. Where the number hardly changes, as with work always
+waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TASKS_A_WINDOW = 2
 LEAST_WINDOWS = 6
 """Windows with many robots, and with fewer, that are needed."""
 STANDARD_ERRORS = 4
-"""By which more must be done with fewer robots, of the difference of the two means; and by `LEAST_GAIN`."""
+"""By which more must be done with fewer robots, of the difference of the two means, beside `LEAST_GAIN`."""
 LEAST_GAIN = 0.05
 BANDS = 10
 """Windows are put together whose number of robots under way is the same to a tenth of the most."""
@@ -35,7 +35,7 @@ FEWER = 8
 
 
 class PastKnee(NamedTuple):
-    """With `cap` robots under way, on average, more was done an hour than with `many`; `gain`: what part more."""
+    """With `cap` robots under way, on average, more was done an hour than with `many`, by the part `gain`."""
 
     cap: int
     many: int
@@ -50,7 +50,7 @@ class Window(NamedTuple):
 
 
 def past_knee(history: History) -> PastKnee | None:
-    """What the counted part of a run shows; None: nothing."""
+    """What the counted part of a run shows, or None."""
     fleet = history.counted * len(history.log.robots)
     if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
         return None

@@ -1,7 +1,7 @@
 """Stations and chargers: how many of their servers or chargers are in use and how many robots queue, at any time.
 
-Both are read from the account of time, so that utilisation and queues here are the sums of its parts there. A server
-is in use while a robot loads or unloads in the station; needs `log: all`.
+Both are read from the account of time, so that utilisation and queues here are the sums of its parts there. A server is
+in use while a robot loads or unloads in the station. Needs `log: all`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Resource:
     hours: Hours = ALWAYS
 
     def utilisation(self, begin: float, end: float) -> float:
-        """The share of the time of all servers or chargers in use between two times; nan if they are the same.
+        """The share of the time of all servers or chargers in use between two times, nan if they are the same.
 
         Of a station with hours that of the time in which it is open: more than 1 where it finishes what it has begun.
         """
@@ -49,7 +49,7 @@ class Resource:
         return area(self.busy, begin, end) / (self.number * time) if time > 0 else float("nan")
 
     def mean_queue(self, begin: float, end: float) -> float:
-        """Robots that queue between two times, on average; nan if they are the same."""
+        """Robots that queue between two times, on average, nan if they are the same."""
         return area(self.queue, begin, end) / (end - begin) if end > begin else float("nan")
 
 
@@ -87,7 +87,7 @@ def resources(history: History) -> list[Resource]:
 
 
 def steps(changes: list[tuple[float, int]]) -> Steps:
-    """How many there are over time, from the times at which they get more or fewer; 0 at 0."""
+    """How many there are over time, from the times at which they get more or fewer, 0 at the start."""
     change: defaultdict[float, int] = defaultdict(int)
     for time, by in changes:
         change[time] += by

@@ -117,7 +117,7 @@ def _ends_in_warm_up(kpis: Mapping[str, float], model: Model) -> float | None:
 
 
 def _counted(kpis: Mapping[str, float], model: Model) -> float:
-    """The counted time in the unit of the model; a run that ends before its warm-up does counts as a whole."""
+    """The counted time in the unit of the model. A run that ends before its warm-up does counts as a whole."""
     end, warm_up = kpis.get("T", math.nan), model.run.warm_up
     return end - warm_up if end >= warm_up else end
 

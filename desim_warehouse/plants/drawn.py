@@ -154,7 +154,7 @@ class _Drawing:
                 yield key
         if _unusual(model.traffic, {"zones"}):
             yield "traffic (but zones)"
-        robots = any(_unusual(robot, {"radius", "speed"}) for robot in model.fleet.sorts())
+        robots = any(_unusual(robot, {"radius", "speed"}) for robot in model.fleet.distinct())
         if robots or _unusual(model.fleet, {"size", "robot", "kinds"}):
             yield "fleet (but size, radius and speed of robots)"
 

@@ -44,7 +44,7 @@ class Format:
         title: what a file of it is, for messages and help.
         looks: whether a file may be of it, by its path and its first 4,096 bytes without blanks before them; the first
             format that says yes reads the file and says what is wrong with it.
-        read: reads it; raises ModelError with the place.
+        read: reads it; raises ModelError with the position.
         options: what can be chosen of such a file, as keyword arguments of `read`.
         most: bytes of a file.
     """

@@ -161,7 +161,7 @@ class Lines:
         return number
 
     def numbers(self, line: str, count: int, expected: str) -> list[int]:
-        """The whole numbers of a line, at least 0, with blanks or commas between; at least so many."""
+        """The whole numbers of a line, at least 0, with blanks or commas between, and a least number of them."""
         words = line.replace(",", " ").split()
         if len(words) < count or not all(word.isdecimal() and len(word) <= _DIGITS for word in words):
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")

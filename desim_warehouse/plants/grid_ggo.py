@@ -35,7 +35,7 @@ def looks(_: Path, start: bytes) -> bool:
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a grid with cells of this side, in metres; raises ModelError with the place where it cannot be."""
+    """Read a grid with cells of this side, in metres; raises ModelError with the position where it cannot be."""
     head = read_json(path, content, _EXPECTED)
     rows = head.get("layout") if isinstance(head, dict) else None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, str) for row in rows):

@@ -40,7 +40,7 @@ def looks(_: Path, start: bytes) -> bool:
 
 
 def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
-    """Read a problem with cells of this side, in metres; raises ModelError with the place where it cannot be."""
+    """Read a problem with cells of this side, in metres; raises ModelError with the position where it cannot be."""
     head = read_json(path, content, _EXPECTED)
     if not isinstance(head, dict):
         refuse(path, f"not a problem (got {got(head)}), expected {_EXPECTED}")

@@ -1,7 +1,7 @@
 """What keys a foreign file must and may have: a table to read it by, leniently or to the letter.
 
 Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
-place. To the letter, all of that is refused.
+position. To the letter, all of that is refused.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ Kind: TypeAlias = Text | Number | Flag | Each | Section
 _WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list", Section: "an object"}
 _GONE: Any = object()
 PLACE = "\0place"
-"""Under this key, what was read of an object has its place in the file."""
+"""Under this key, what was read of an object has its position in the file."""
 
 
 def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> Section:
@@ -97,7 +97,7 @@ class Reader:
         return made
 
     def refuse(self, place: str, text: str) -> NoReturn:
-        """Raise the error that something is wrong at a place."""
+        """Raise the error that something is wrong at a position."""
         raise ModelError([printable(f"{self.file}: {place}: {text}")])
 
     def wrong(self, place: str, text: str, become: str) -> None:

@@ -70,7 +70,7 @@ def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
     """Put lines and marks into a plant, as points, links and locations; what is done to them is noted there.
 
     Raises:
-        ModelError: where there are no lines, or so many meet that it is no plant.
+        ModelError: where there are no lines, or too many meet for a plant.
     """
     lines = [line for line in lines if len(line.points) > 1]
     if not lines:

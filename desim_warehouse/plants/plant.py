@@ -114,7 +114,7 @@ class Remark:
     places: tuple[str, ...] = ()
 
     def which(self, most: int | None = None) -> str:
-        """The names, each with its place in the file; at most so many of them."""
+        """The names, each with its position in the file, up to a number."""
         places = self.places or ("",) * len(self.names)
         named = [f"{name} ({place})" if place else name for name, place in zip(self.names, places, strict=True)]
         more = len(named) - len(named[:most])
@@ -156,7 +156,7 @@ class Plant:
             self.remarks.append(Remark(what, kind, names, why, tuple(places)))
 
     def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
-        """Keep a remark about parts of the plant, by their names and places."""
+        """Keep a remark about parts of the plant, by their names and positions."""
         parts = list(parts)
         self.note(what, kind, [part.name for part in parts], why, [part.place for part in parts])
 

@@ -105,7 +105,7 @@ def _size(unit: str, name: str, where: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class TableRecord:
-    """A row: its values by column, where it stands for messages, and its place in the file, such as a row."""
+    """A row: its values by column, where it stands for messages, and its position in the file, such as a row."""
 
     columns: Columns
     values: Mapping[str, Any]
@@ -182,7 +182,7 @@ def fill(plant: Plant, nodes: Iterable[TableRecord], edges: Iterable[TableRecord
         two_way: whether edges that do not say are used in both directions.
 
     Raises:
-        ModelError: with the place, where a value is not what it should be.
+        ModelError: with the position, where a value is not what it should be.
     """
     stations: dict[str, Location] = {}
     for record in nodes:

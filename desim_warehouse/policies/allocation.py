@@ -23,7 +23,7 @@ class InOrder:
     """
 
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
-        """Robots by number, tasks by their place in the list; a robot that may not take the next one is passed over."""
+        """Robots by number, tasks by their rank in the list; a robot that may not take the next one is passed over."""
         tasks = iter(situation.tasks)
         task = next(tasks, None)
         for robot in situation.robots:

@@ -14,7 +14,7 @@ Answer = TypeVar("Answer")
 
 
 def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
-    """The answer of a policy; what it raises becomes a PolicyError that says where."""
+    """The answer of a policy. What it raises becomes a PolicyError that says where."""
     try:
         return ask()
     except (WarehouseError, *PASSED_ON):

@@ -94,7 +94,7 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class BayView:
-    """A bay as a policy sees it: its `free` slots (nobody in or on the way), its chargers, `present` robots."""
+    """A bay as a policy sees it: its `free` slots (no robot in or on its way), its chargers, `present` robots."""
 
     node: str
     free: int
@@ -108,7 +108,7 @@ class Levels:
 
     Attributes:
         critical: at or below it a robot charges: it gets no task, and gives back one whose good it has not reached.
-        good: a robot that leaves its work goes to a charger at or below it, above it to a parking place.
+        good: a robot that leaves its work goes to a charger at or below it, above it to a parking slot.
         sufficient: from here on charging may be interrupted for work.
         full: charging ends here.
         margin: energy to be left on reaching a charger after the task; a robot gets no task, and keeps none that it
@@ -202,9 +202,10 @@ class Roads:
     node_times: Mapping[str, float] = field(default_factory=dict)
     """Time at nodes at which not `node_time` is spent."""
     closed_for: Callable[[tuple[str, str], float], float] | None = None
-    """How long a robot that comes to an edge in so many time units will wait there because it is closed; inf: it never
-    opens again. Closures are known by their calendars; a person who is in it now stays for the mean time that is left
-    of a stay, and who comes later is not known. None: no edge ever closes."""
+    """How long a robot that comes to an edge after a time will wait there because it is closed; inf: it never opens
+    again. Closures are known by their calendars; a person who is in it now stays for the mean time that is left of a
+    stay, and who comes later is not known. None: no edge ever closes.
+    """
     limit: Callable[[tuple[str, str]], float] | None = None
     """The speed limit on an edge now; None: it is always the `speed` of the graph."""
 

@@ -30,7 +30,7 @@ _PANELS = 12
 _FOREST = 24
 """Designs in a forest plot."""
 _UNNAMED = ("what-if", "size", "best", "study")
-"""Names of studies that nobody named: their reports have the name of the model."""
+"""Names of studies without one of their own: their reports have the name of the model."""
 
 
 def read(folder: str | Path | None) -> Results:

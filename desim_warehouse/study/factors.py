@@ -87,7 +87,7 @@ def _written(value: Any) -> str:
 
 
 def _check_key(key: str, *below: str) -> None:
-    """Refuse a dotted key that models do not have; the nearest is named."""
+    """Refuse a dotted key that models do not have, and name the nearest."""
     if not OUTLINE.known(_steps(key)):
         near = OUTLINE.meant(_steps(key))
         hint = f"did you mean '{near}'?" if near else "expected one such as 'fleet.size', or a section with cases"
@@ -106,12 +106,12 @@ def _finite(value: Any) -> float:
 
 
 Finite = Annotated[int | float, BeforeValidator(_finite)]
-"""A finite number; a whole one stays whole."""
+"""A finite number, where a whole one stays whole."""
 
 
 @dataclass(frozen=True)
 class Values:
-    """Values in a list, or a single one; each with its keys below those of the factor."""
+    """Values in a list, or a single one, each with its keys below those of the factor."""
 
     values: tuple[tuple[Keys, Any], ...]
 
@@ -149,12 +149,12 @@ def _values(given: Any) -> Values:
 
 
 def listed(given: Sequence[Any]) -> list[Any]:
-    """The values of a list in which ranges may stand; ValueError: a range that is none."""
+    """The values of a list in which ranges may stand. Raises ValueError for a bad range."""
     return [value for item in given for value in _spread(item)]
 
 
 def _spread(item: Any) -> Sequence[Any]:
-    """The values of a range such as 1..6 or 0.5..2..0.5; of anything else itself."""
+    """The values of a range such as 1..6 or 0.5..2..0.5, or anything else itself."""
     match = _RANGE.fullmatch(item) if isinstance(item, str) else None
     if match is None:
         return [item]
@@ -205,7 +205,7 @@ class Linspace(Part):
     )
 
     def levels(self, key: str) -> Iterator[Level]:
-        """The numbers; whole ones if both ends and all between are."""
+        """The numbers, whole ones if both ends and all between are."""
         low, high, many = self.linspace
         whole = isinstance(low, int) and isinstance(high, int) and not (high - low) % (many - 1)
         values = [round(low + (high - low) * rank / (many - 1), _DIGITS) for rank in range(many)]
@@ -247,7 +247,7 @@ def _upwards(ends: tuple[float, float]) -> tuple[float, float]:
 
 
 class DrawnBetween(Part):
-    """A range to draw from, for sampled designs; whole numbers only if both ends are whole."""
+    """A range to draw from, for sampled designs, in whole numbers only if both ends are whole."""
 
     between: Annotated[tuple[Finite, Finite], AfterValidator(_upwards)] = Field(
         description="low and high, such as [2.0, 5.0]"
@@ -260,7 +260,7 @@ EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken
 
 
 def _form(given: Any) -> str | None:
-    """Which form it is; a section has one key, which names its form."""
+    """Which form it is. A section has one key, which names its form."""
     if not isinstance(given, Mapping):
         return "\0values"
     return f"\0{next(iter(given))}" if len(given) == 1 and given.keys() <= set(FORMS) else None
@@ -296,7 +296,7 @@ Form = Annotated[
     Forms(EXPECTED, pick=_form),
     BeforeValidator(_of_a_key),
 ]
-"""What a study file has for a factor; it is read together with the factor's key."""
+"""What a study file has for a factor, read together with the factor's key."""
 
 
 def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | DrawnBetween) -> Factor:
@@ -308,12 +308,12 @@ def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | 
 
 
 def _steps(key: str) -> Keys:
-    """The keys of a dotted key; numbers are ranks in lists."""
+    """The keys of a dotted key, where numbers are ranks in lists."""
     return tuple(int(part) if part.isdecimal() else part for part in key.split("."))
 
 
 def hint(key: str, value: Any) -> str:
-    """What was probably meant by a value that the model refuses; empty if nothing comes to mind."""
+    """What was probably meant by a value that the model refuses, or empty."""
     dashed = _DASHED.fullmatch(value) if isinstance(value, str) else None
     if dashed:
         return f"; write {dashed[1]}..{dashed[2]} for a range"

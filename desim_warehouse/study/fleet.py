@@ -41,17 +41,17 @@ if TYPE_CHECKING:
 SCOUTS = 3
 """Runs of each design that the search looks at before anything is shown."""
 ROOM = 2.5
-"""Times the robots needed by hand up to which robots are searched, where nobody says up to how many."""
+"""How far robots are searched by default, as a multiple of what the hand calculation needs."""
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
-"""Allocation policies that are tried where nobody says which."""
+"""Allocation policies that are tried by default."""
 
 
 @dataclass(frozen=True)
 class Shown:
     """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
 
-    `estimate`: of the target's indicator, None where all runs failed; `vetoed`: why it fails whatever that says.
-    `cost`: of its robots and chargers a year, None without prices of them.
+    `estimate`: of the target's indicator, None where all runs failed. `vetoed`: why it fails in any case. `cost`: of
+    its robots and chargers a year, None without prices of them.
     """
 
     robots: int
@@ -67,10 +67,10 @@ class Shown:
 class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
 
-    `name`: of the study that shows it. `best` is None if none was shown to; then `below` are the largest that failed.
-    `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots, chargers
-    and stations are busy at `best`, or at the largest design, the busiest first; with hours (`in_hours`) of the time
-    within them. It follows from the indicators `shown_by`.
+    `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
+    failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
+    chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
+    the time within them counts. It follows from the indicators `shown_by`.
     """
 
     name: str
@@ -100,7 +100,7 @@ class Strategy:
 
 @dataclass(frozen=True)
 class FleetPlan:
-    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own."""
+    """What `plan_fleet` found. `strategy` is the better one that the sizes are for, or None for the model's own."""
 
     target: Target
     zone: float
@@ -138,7 +138,7 @@ class Designs:
         return {"fleet.size": robots, **self.of_chargers(chargers)}
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """What gives the model so many chargers; places for robots grow with them."""
+        """The changes that give the model this number of chargers, and slots for robots to match."""
         if self.zone is None:
             return {}
         bay = self.model.layout.bays[self.zone]
@@ -152,7 +152,7 @@ class Designs:
         return found
 
     def cost(self, design: Counts) -> float | None:
-        """What the robots and chargers of a design cost a year; None without prices of them."""
+        """What the robots and chargers of a design cost a year, or None without prices."""
         prices = self.model.prices
         if prices is None or not prices.of_fleet:
             return None
@@ -166,7 +166,7 @@ class Designs:
         return (self.cost(design) or 0.0, *map(float, design))
 
     def counts(self, growth: float) -> tuple[list[int], list[int]]:
-        """Robots and chargers that are searched; by the hand calculation where nobody says which."""
+        """Robots and chargers that are searched, by default from the hand calculation."""
         model = _grown(self.model, growth)
         found = estimate(model, model.floor)
         needed = found.robots_needed
@@ -215,7 +215,7 @@ def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
 
 
 def _demand(model: Model, growth: float) -> dict[str, Any]:
-    """What makes demand so many times as large."""
+    """The changes that multiply demand by a factor."""
     if growth == 1:
         return {}
     if not model.tasks.grow:
@@ -384,7 +384,7 @@ def _level(model: Model, key: str) -> Any:
 
 
 def _veto(study: Study, runner: StudyRunner, number: int) -> str | None:
-    """Why a design cannot last, by the means of its runs; None: it can."""
+    """Why a design cannot last, by the means of its runs, or None if it can."""
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):
         return "a robot runs flat"
@@ -451,7 +451,7 @@ def _off_duty(row: Row, model: Model) -> float:
 
 
 def _busy_share(standing: Sequence[float], off_duty: float) -> float:
-    """Of the time on duty; nan where there was none."""
+    """Of the time on duty, nan where there was none."""
     return (1 - sum(standing)) / (1 - off_duty) if off_duty < 1 else math.nan
 
 
@@ -475,14 +475,14 @@ def plan_fleet(
     """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse; its bays with most chargers are those whose chargers are sized. Where its section
+        model: the warehouse. Its bays with most chargers are those whose chargers are sized. Where its section
             `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then chargers.
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3; None: today's only.
-        strategies: key of the model -> its values, to be tried with designs too small; default: `STRATEGIES`.
-        robots: fleet sizes that could be bought; default: around what the hand calculation needs.
+        strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
+        robots: fleet sizes that could be bought (default: around what the hand calculation needs).
         chargers: likewise.
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
+        zone: indifference zone in the indicator's unit (default: 0.01 for shares, else 1 % of the target).
         confidence: that all that is said of one demand is right.
         seed: of all runs.
         runs: the most that may be done.

@@ -1,4 +1,4 @@
-"""The most that a study accepts; anything larger would run for days, or not fit into memory."""
+"""The most that a study accepts. Anything larger would run for days, or not fit into memory."""
 
 from __future__ import annotations
 

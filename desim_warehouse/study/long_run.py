@@ -28,7 +28,7 @@ def long_run(
 
     Args:
         run: with lifelong demand, long after its warm-up; `log: tasks` is enough.
-        indicators: of `INDICATORS`, also of flows (`cycle_time_p95:outbound`); default: all that the run has.
+        indicators: of `INDICATORS`, also of flows such as `cycle_time_p95:outbound` (default: all that the run has).
         confidence: of the intervals.
 
     Returns:

@@ -86,7 +86,7 @@ def models(
         run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
 
     Raises:
-        ModelError: every problem of every point, at the place of the value in the study file.
+        ModelError: every problem of every point, at the position of the value in the study file.
     """
     made: dict[int, Model] = {}
     said: dict[str, None] = {}

@@ -54,10 +54,10 @@ def best(
     is the study's.
 
     Args:
-        study: its designs are the candidates; runs that it already has are used.
+        study: its designs are the candidates. Runs that it already has are used.
         indicator: what is compared.
         delta: indifference zone in the indicator's unit: smaller differences do not matter.
-        maximise: whether more is better; default: as usual for the indicator.
+        maximise: whether more is better (default: as usual for the indicator).
         first: replications of every design before any drops out.
         cap: most replications of a design.
         where: workers, cluster, out, progress, as of `Study.run`.

@@ -1,4 +1,4 @@
-"""From a study file, or from arguments, to a plan: all problems at once, each with its place."""
+"""From a study file, or from arguments, to a plan: all problems at once, each with its position."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, 
 
     Args:
         path: the file.
-        overrides: further changes to the model, for all runs; they win over the file's `set`.
-        named: how messages call an override; the command line says `--set`.
+        overrides: further changes to the model, for all runs. They win over the file's `set`.
+        named: how messages call an override. The command line says `--set`.
 
     Raises:
         ModelError: with every problem of the study, its model and its designs.
@@ -122,7 +122,7 @@ def _has_steady_state(model: Model, places: Places) -> None:
 
 
 def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
-    """The model that the study varies; studies need no more than indicators, so little is logged."""
+    """The model that the study varies. Studies need no more than indicators, so little is logged."""
     changes = {"log": "tasks", **changes}
     if isinstance(given, Model):
         return given.replace(changes, run_code=True)

@@ -46,7 +46,7 @@ def versions() -> dict[str, str]:
 
 
 def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, str], folder: Path) -> None:
-    """Write study.json; it is there whole or not at all.
+    """Write study.json, as a whole or not at all.
 
     Raises:
         StudyError: where it cannot be written.
@@ -114,7 +114,7 @@ def read_record(folder: Path) -> Record:
 
 
 def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
-    """The warm-ups that the study of a folder found for these very designs, with this version; None if it has none."""
+    """The warm-ups that the study of a folder found for these very designs, with this version, or None."""
     try:
         record = read_record(folder)
         times = record.plan.warm_up

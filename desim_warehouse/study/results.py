@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
 USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
-"""What is shown by default; where work never ends T is constant."""
+"""What is shown by default. Where work never ends T is constant."""
 _MOST_MAIN = 6
 
 
@@ -46,8 +46,8 @@ _MOST_MAIN = 6
 class Results:
     """The finished runs of a study and what follows from them.
 
-    `rows` are in the order of the design, then of replications. A design is named by its text, such as
-    "fleet.size=3"; points that are equal are one design. `versions` are those that the runs were made with.
+    `rows` are in the order of the design, then of replications. A design is named by its text, such as "fleet.size=3".
+    Points that are equal are one design. `versions` are those that the runs were made with.
     """
 
     plan: StudyPlan
@@ -61,7 +61,7 @@ class Results:
 
     @classmethod
     def load(cls, folder: str | Path) -> Results:
-        """The results of a study folder as far as its runs are finished; nothing is simulated.
+        """The results of a study folder as far as its runs are finished. Nothing is simulated.
 
         Raises:
             StudyError: where there is no study, or it is damaged.
@@ -101,7 +101,7 @@ class Results:
         return self.frame(self.plan.indicators)
 
     def frame(self, indicators: Sequence[str]) -> pd.DataFrame:
-        """The table with these indicators; none given, all that any run has."""
+        """The table with these indicators, or all that any run has."""
         frame: pd.DataFrame = arrow(columns(self.rows, self.factors, indicators)).to_pandas()
         return frame
 
@@ -154,7 +154,7 @@ class Results:
 
     @cached_property
     def models(self) -> Mapping[str, Model]:
-        """The model of every design; empty where one cannot be made here, such as with a user's own policy."""
+        """The model of every design, empty where one cannot be made here, such as with a user's own policy."""
         try:
             made = models(self.plan, self.points)
         except WarehouseError:
@@ -163,7 +163,7 @@ class Results:
 
     @cached_property
     def warm_ups(self) -> Mapping[str, float]:
-        """With `warm_up: auto`: what was found for every design, in the model's time unit; else empty."""
+        """With `warm_up: auto`: what was found for every design, in the model's time unit, else empty."""
         found = self.plan.warm_up
         return dict(zip(map(str, self.points), found, strict=True)) if isinstance(found, tuple) else {}
 
@@ -234,7 +234,7 @@ class Results:
 
     @cached_property
     def _by_design(self) -> Mapping[str, Mapping[int, Row]]:
-        """The rows of each design, by replication; those of equal points are equal."""
+        """The rows of each design, by replication. Those of equal points are equal."""
         found: dict[str, dict[int, Row]] = {str(point): {} for point in self.points}
         for row in self.rows:
             found[str(row.point)].setdefault(row.replication, row)
@@ -245,7 +245,7 @@ class Results:
         return list(self._by_design[design].values())
 
     def values(self, design: str, indicator: str) -> NDArray[np.float64]:
-        """An indicator of a design by replication number; nan for runs that failed or are missing."""
+        """An indicator of a design by replication number, nan for runs that failed or are missing."""
         rows = self._by_design[design]
         found = np.full(max(rows, default=-1) + 1, np.nan)
         for replication, row in rows.items():
@@ -255,14 +255,14 @@ class Results:
     # Statistics
 
     def estimates(self, indicator: str) -> dict[int, statistics.Estimate | None]:
-        """Mean and interval of an indicator at each point, by its number; None where no run gave a value."""
+        """Mean and interval of an indicator at each point, by its number, None where no run gave a value."""
         found: dict[int, statistics.Estimate | None] = {}
         for number, rows in self.by_point.items():
             found[number] = self.estimate(rows, indicator)
         return found
 
     def estimate(self, rows: Sequence[Row], indicator: str) -> statistics.Estimate | None:
-        """Mean and interval of an indicator over runs of one design; None where none gave a value."""
+        """Mean and interval of an indicator over runs of one design, None where none gave a value."""
         values = [value for row in rows if math.isfinite(value := row.value(indicator))]
         if not values:
             return None
@@ -271,7 +271,7 @@ class Results:
         )
 
     def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
-        """What a share of all runs stay below, with its interval, at each point by its number; None: no run has it."""
+        """What a share of all runs stay below, with its interval, at each point by number, or None."""
         self.chosen([indicator])
         found: dict[int, statistics.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
@@ -286,9 +286,9 @@ class Results:
         """A row for each design point and indicator.
 
         Columns: the factors, indicator, n (runs with a value), failed (runs without), mean, half_width (mean ±
-        half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75,
-        q95, deterministic. Where `deterministic` is true the mean is exact, and there is no interval; with a single
-        random run there is none either.
+        half-width holds the interval with the study's confidence), low and high (its ends), median, q05, q25, q75, q95,
+        deterministic. Where `deterministic` is true the mean is exact, and there is no interval. With a single random
+        run there is none either.
         """
         import pandas as pd
 
@@ -318,9 +318,9 @@ class Results:
         return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
 
     def compare_finished(self, indicator: str, baseline: str | None = None) -> statistics.Comparison | None:
-        """The same for the designs that have replications in common with the baseline; None where none has.
+        """The same for the designs that have replications in common with the baseline, None where none has.
 
-        `baseline`: a design by its text; default: the study's.
+        `baseline`: a design by its text (default: the study's).
         """
         chosen = baseline or self.baseline
         base = self.values(chosen, indicator)
@@ -379,7 +379,7 @@ class Results:
         return statistics.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
 
     def sobol(self, indicator: str) -> statistics.SobolIndices:
-        """First-order and total Sobol indices; the design must be {saltelli: n}; replications are averaged."""
+        """First-order and total Sobol indices, with replications averaged. The design must be {saltelli: n}."""
         plan = self.plan
         if plan.rule.name != "saltelli":
             raise StudyError(
@@ -430,7 +430,7 @@ def _column(values: Sequence[Label]) -> list[Label]:
 
 
 def _from_table(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
-    """The rows of a table, each at its point; of equal points in their order."""
+    """The rows of a table, each at its point, and of equal points in their order."""
     table = read_results(path)
     try:
         return tuple(_rows(table, points))

@@ -1,4 +1,4 @@
-"""Doing the runs of a study: those that are missing, each written down as it finishes."""
+"""Doing the missing runs of a study, each written down as it finishes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class _MissingError(Exception):
 
 
 class StudyRunner:
-    """Runs designs by point and replication; runs that the store has are not repeated."""
+    """Runs designs by point and replication, without repeating runs that the store has."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class StudyRunner:
             make: makes it, told whether the models are deterministic, so that one run is exact. Where runs show that
                 to be wrong, it is made anew; the runs that are done count.
             indicator: whose values it is sent.
-            flat: the value of a run that ended because a robot ran flat; None: such a run is an error as any other.
+            flat: the value of a run that ended because a robot ran flat, or None for an error like any other.
         """
         exact, drew, first = self.deterministic, False, True
         procedure, values = make(exact), cast("list[float] | None", None)

@@ -61,15 +61,15 @@ class Study:
         description: str = "",
         warm_up: Literal["auto"] | None = None,
     ) -> None:
-        """Plan a study; nothing is run yet.
+        """Plan a study, without running anything yet.
 
         Args:
             base: a model, its file, or its content.
             factors: key of the model -> its values, in any form of a study file (`study.design`).
-            replications: of each design; or `{"indicator": "T", "half_width": 0.02}`: until the mean is known.
-            seed: of the study; replication r has the same run seed, and random streams, in every design.
-            indicators: columns of the table; default: all.
-            baseline: values of factors that pick the design to compare with; default: the first.
+            replications: of each design, or `{"indicator": "T", "half_width": 0.02}`: until the mean is known.
+            seed: of the study. Replication r has the same run seed, and random streams, in every design.
+            indicators: columns of the table (default: all).
+            baseline: values of factors that pick the design to compare with (default: the first).
             design: grid, paired, or a sampled design such as `{"sobol": 64}`.
             changes: changes to the model for all runs (`set` of a study file).
             confidence: of intervals.
@@ -121,7 +121,7 @@ class Study:
 
     @classmethod
     def open(cls, folder: str | Path) -> Study:
-        """The study of a folder with the runs that are finished; nothing is run.
+        """The study of a folder with the runs that are finished, without running anything.
 
         Raises:
             StudyError: where there is no study.
@@ -148,19 +148,19 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Study:
-        """Do the missing runs; the results are the same for any number of workers.
+        """Do the missing runs, with the same results for any number of workers.
 
         Args:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
-            out: the study folder; runs there are reused, whichever study did them.
+            out: the study folder. Runs there are reused, whichever study did them.
             progress: show progress on standard error.
 
         Returns:
             The study itself.
 
         Raises:
-            StudyError: where the folder or the cluster cannot be used; finished runs are kept.
+            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
         with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:
@@ -192,7 +192,7 @@ class Study:
         out: str | Path | None = None,
         progress: bool = False,
     ) -> Iterator[StudyRunner]:
-        """The runner of this study, for procedures that choose runs; arguments as in `run`.
+        """The runner of this study, for procedures that choose runs, with arguments as in `run`.
 
         However the block ends, finished runs are in the folder and in `results`.
         """
@@ -263,7 +263,7 @@ class Study:
 
     @property
     def results(self) -> Results:
-        """The finished runs, and what follows from them; they do not change when the study runs on.
+        """The finished runs, and what follows from them. They do not change when the study runs on.
 
         Raises:
             StudyError: where the study has not been run.

@@ -35,11 +35,11 @@ class Row(NamedTuple):
 
     @property
     def indicators(self) -> Mapping[str, float]:
-        """Its indicators by name; none where it failed."""
+        """Its indicators by name, none where it failed."""
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:
-        """An indicator; nan where the run failed or has none."""
+        """An indicator, nan where the run failed or has none."""
         return self.indicators.get(indicator, math.nan)
 
     def measured(self, indicator: str) -> float:
@@ -57,7 +57,7 @@ class Row(NamedTuple):
 def columns(rows: Sequence[Row], factors: Iterable[str], indicators: Sequence[str]) -> dict[str, list[Any]]:
     """The table by columns: factors, replication, seed, indicators, deterministic, run_time, error.
 
-    `indicators`: those to show; none given, all that any run has. A failed run has none.
+    `indicators`: those to show, by default all that any run has. A failed run has none.
     """
     shown = indicators or _all(rows)
     table: dict[str, list[Any]] = {key: [row.point.labels[key] for row in rows] for key in factors}
@@ -106,7 +106,7 @@ def write_results(table: pa.Table, path: Path) -> None:
     """Write the table atomically.
 
     Raises:
-        StudyError: where it cannot be written; what was there before stays.
+        StudyError: where it cannot be written. What was there before stays.
     """
     import pyarrow.parquet as pq
 
@@ -137,7 +137,7 @@ def is_damaged(path: Path) -> bool:
 
 
 def read_results(path: Path) -> pd.DataFrame:
-    """The table of a study folder; raises StudyError where it cannot be read."""
+    """The table of a study folder. Raises StudyError where it cannot be read."""
     import pandas as pd
 
     try:
@@ -177,9 +177,9 @@ def cells(
 ) -> list[Cell]:
     """One estimate for each combination of levels that has runs, in the order of the levels.
 
-    Where other factors vary inside a combination, each replication is averaged over them first: replications
-    stay independent of one another, so the t interval holds for that average. A replication that lacks some of
-    those runs is left out, failed runs (no value) always are. `scale` multiplies every value (units).
+    Where other factors vary inside a combination, each replication is averaged over them first. Replications stay
+    independent of one another, so the t interval holds for that average. A replication that lacks some of those runs is
+    left out, failed runs (no value) always are. `scale` multiplies every value (units).
 
     Raises:
         ReportError: an unknown column, or no run with a value.

@@ -13,7 +13,7 @@ _PERCENT = re.compile(r"([\d.]+)\s*%\s*$")
 
 
 def read_target(text: str) -> statistics.Target:
-    """A target as users write it; shares are given as 0.95 or as 95 %.
+    """A target as users write it, with shares as 0.95 or as 95 %.
 
     Raises:
         StudyError: not a target, or a share outside 0 to 1.

@@ -16,7 +16,7 @@ MOST_PROBLEMS = 20
 
 
 def read_times(path: Path, column: str) -> list[float]:
-    """The times in a column of a CSV file; empty cells are left out.
+    """The times in a column of a CSV file, without empty cells.
 
     Raises:
         StudyError: no such file or column, or cells that are no times: the first 20 of them, by row and column.

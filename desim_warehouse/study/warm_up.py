@@ -79,7 +79,7 @@ def settle(
     """Find the warm-up of a lifelong model from runs over its whole length, averaged over replications.
 
     Args:
-        model: with `run.length`; its `run.warm_up` is ignored.
+        model: with `run.length`. Its `run.warm_up` is ignored.
         replications: runs that are averaged.
         observations: equal intervals that a run is divided into.
         observed: deliveries per hour in each interval, or the mean cycle time of those delivered in it.
@@ -108,7 +108,7 @@ def settle_designs(
     runs is counted from there on, and one of which no pilot run is finished as its model says.
 
     Args:
-        plan: of the study; run seeds are those of its first replications.
+        plan: of the study. Run seeds are those of its first replications.
         designs: its points.
         executor: simulates the pilot runs.
         done: told of each pilot run that is finished.
@@ -175,7 +175,7 @@ def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settl
 
 
 def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:
-    """Mean cycle times; an interval without a delivery has that of the one before."""
+    """Mean cycle times. An interval without a delivery has that of the one before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):
         filled.append(time / count if count else filled[-1] if filled else 0.0)

@@ -1,8 +1,8 @@
 """Why a warehouse does no better: what each suspect costs, by relieving it in the model and simulating that.
 
-Suspects come from the account of time of a run: who waits long is looked at first. That somebody waits somewhere does
-not say that it costs anything, as there may be a queue elsewhere that would grow instead; so every suspect is relieved
-in the model's own keys, all see the same days, and what the warehouse gains is what the suspect costs.
+Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
+anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same
+days. What the warehouse gains is what the suspect costs.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ LEAST = 0.01
 class Suspect:
     """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
 
-    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at; None where nobody
-    waits for it, such as handling.
+    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
+    not wait for it, such as handling.
     """
 
     name: str
@@ -106,7 +106,7 @@ def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
 
 
 def _stations(run: Run) -> dict[str, list[str]]:
-    """The nodes of each station that is used; not of those whose name cannot stand in a dotted key."""
+    """The nodes of each station that is used and whose name can stand in a dotted key."""
     found: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
@@ -115,7 +115,7 @@ def _stations(run: Run) -> dict[str, list[str]]:
 
 
 def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
-    """One server more at every node of a station; and one place more where places keep robots from working."""
+    """One server more at every node of a station, and one slot more where slots keep robots from working."""
     for zone, share in queued.items():
         station = model.layout.stations[zone]
         key = f"layout.stations.{zone}"
@@ -196,7 +196,7 @@ def _of_kinds(model: Model, key: str) -> list[str]:
 
 
 def _plain(model: Model) -> Iterator[Suspect]:
-    """Handling, the number of robots, and demand: nobody waits for them, but they may be what limits."""
+    """Handling, the number of robots, and demand: robots do not wait for them, but they may be the limit."""
     tasks = model.tasks
     sections = {
         "tasks": tasks,
@@ -223,7 +223,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
 
 
 def usual_indicator(run: Run) -> str:
-    """What the costs are counted in, where nobody says: throughput where work always waits, else time."""
+    """What the costs are counted in by default: throughput where work always waits, else time."""
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
     tasks = run.model.tasks
     if (tasks.never_end and not tasks.arrive) or overloaded:
@@ -246,7 +246,7 @@ def why(
 
     Args:
         source: a run with `log: all`, or a model, of which one is made.
-        indicator: what costs are counted in; default: `usual_indicator`.
+        indicator: what costs are counted in (default: `usual_indicator`).
         confidence: that all intervals hold.
         seed: of the runs.
         first: replications before anything is decided.

@@ -195,9 +195,9 @@ CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named)
 
 @dataclass(frozen=True)
 class Hours:
-    """Stretches [begin, end) of a run, in order and apart; they repeat after `period`.
+    """Stretches [begin, end) of a run, in order and apart, repeated after `period`.
 
-    `phase`: where in the period the run starts; `since`: before that time there are none.
+    `phase` is where in the period the run starts. Before `since` there are none.
     """
 
     stretches: list[Stretch]
@@ -211,7 +211,7 @@ class Hours:
         return begin <= time
 
     def following(self, time: float) -> Stretch:
-        """The stretch that a time is in, or the next one after it; (inf, inf) where there is none.
+        """The stretch that a time is in, or the next one after it, (inf, inf) where there is none.
 
         Where one touches the next, at the end of a period, it goes on.
         """
@@ -224,7 +224,7 @@ class Hours:
         return (begin, end) if end - begin < self.period else (begin, math.inf)
 
     def changes(self, time: float) -> float:
-        """When it opens or closes next, after a time; inf: never again."""
+        """When it opens or closes next, after a time, or inf if never again."""
         begin, end = self.following(time)
         return end if begin <= time else begin
 
@@ -245,7 +245,7 @@ class Hours:
         return total
 
     def when_open(self, amount: float) -> float:
-        """The time by which it has been open for so long since the start of the run; inf: never so long."""
+        """The time by which it has been open for that long since the start of the run, or inf."""
         at = max(self.since, 0.0)
         a_period = math.fsum(b - a for a, b in self.stretches)
         if math.isfinite(self.period) and amount > a_period:
@@ -275,7 +275,7 @@ class Hours:
     def share(self, begin: float, end: float) -> float:
         """The part of the time between two times in which it is open.
 
-        If there is no end, of a period; of the time until it closes for good, if it does.
+        If there is no end, of a period, else of the time until it closes for good.
         """
         if math.isfinite(end):
             return (self.open_time(end) - self.open_time(begin)) / (end - begin) if end > begin else 1.0
@@ -305,7 +305,7 @@ ALWAYS = Hours([(0.0, math.inf)])
 
 
 def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
-    """The same, in order; those that touch or overlap are one."""
+    """The same, in order, with those that touch or overlap joined."""
     found: list[Stretch] = []
     for begin, end in sorted(stretches):
         if found and begin <= found[-1][1]:

@@ -1,6 +1,6 @@
 """Times that vary: distributions as a model file has them, checked, drawn and said in words.
 
-numpy draws; nothing here is random by itself. Estimates before a run take the mean. No distribution has negative
+numpy draws, and nothing here is random by itself. Estimates before a run take the mean. No distribution has negative
 times, and each has a finite mean.
 """
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Distribution(Part, ABC):
-    """A distribution of times in the model's time unit, none of them negative; each kind is a section of its own."""
+    """A distribution of times in the model's time unit, none of them negative. Each kind is a section of its own."""
 
     @property
     @abstractmethod
@@ -320,7 +320,7 @@ class DiscreteTime(Distribution):
 
 
 class Observed(Part):
-    """Times that were measured; reading puts the column of `{file: x.csv, column: load_s}` here."""
+    """Measured times. Reading puts the column of `{file: x.csv, column: load_s}` here."""
 
     values: tuple[Time, ...] = Field(min_length=1, description="the times that were measured")
 
@@ -376,7 +376,7 @@ KINDS: dict[str, type[Distribution]] = {
 
 
 def _known(value: Any) -> Any:
-    """Refuse a kind that there is not; `{constant: 8}` is 8."""
+    """Refuse an unknown kind. `{constant: 8}` is 8."""
     if not isinstance(value, Mapping):
         return value
     if list(value) == ["constant"]:
@@ -444,7 +444,7 @@ def mean_of(time: float | Distribution) -> float:
 
 
 def draws(time: float | Distribution, streams: Streams, purpose: str, entity: int) -> Callable[[], float]:
-    """Draw a time that may vary again and again, from a stream of its own; one that does not vary needs none."""
+    """Draw a time that may vary again and again, from a stream of its own. One that does not vary needs none."""
     if not isinstance(time, Distribution) or not time.has_spread:
         return lambda: mean_of(time)
     return partial(time.draw, streams.stream(purpose, entity))

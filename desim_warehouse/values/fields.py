@@ -113,7 +113,7 @@ class Unit:
 
 
 class Quantity(Unit):
-    """A number that may be written with a unit, as in `8 h`; in the model it is a number in the model's units."""
+    """A number that may be written with a unit, as in `8 h`. In the model it is in the model's units."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Convert before the number is checked."""
@@ -151,7 +151,7 @@ Fraction = Annotated[float, Field(strict=True, gt=0, lt=1), above_tiny, Quantity
 
 @dataclass
 class Known:
-    """What has been read of a model so far, for checks of what follows; None: not known, or wrong.
+    """What has been read of a model so far, for checks of what follows. None means not known, or wrong.
 
     It is the context of pydantic's validators. Sections are read in the order of the schema, so that the floor is
     known before the fleet and the work on it.
@@ -170,7 +170,7 @@ class Known:
 
 
 def known(info: ValidationInfo) -> Known:
-    """What is known where a value is checked; nothing for a section that is read by itself."""
+    """What is known where a value is checked, or nothing for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
 
 
@@ -228,7 +228,7 @@ _EXACT = 2.0**53  # up to here every whole number is a float
 
 
 def as_json(value: Any) -> Any:
-    """A value of a model as JSON knows it; 4.0 as 4, so that both are one."""
+    """A value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
     if isinstance(value, Part):
         return value.content()
     if isinstance(value, Mapping):
@@ -241,7 +241,7 @@ def as_json(value: Any) -> Any:
 
 
 class FrozenMap(dict[Key, Value]):
-    """A dict that cannot be changed; it can be compared, hashed, pickled and copied. Its order counts."""
+    """A dict that cannot be changed, but compared, hashed, pickled and copied. Its order counts."""
 
     _hash: int | None = None
 
@@ -323,12 +323,12 @@ class Forms:
 
 
 def form(tag: str) -> Tag:
-    """Tag one form of a key; the tag is left out of the places of errors."""
+    """Tag one form of a key. The tag is left out of the positions in errors."""
     return Tag(f"\0{tag}")
 
 
 def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
-    """Tell the forms of a key apart by the type of the value; a section may be a mapping, or a Part already."""
+    """Tell the forms of a key apart by the type of the value. A section may be a mapping, or a Part already."""
 
     def pick(value: Any) -> str | None:
         return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)

@@ -10,7 +10,10 @@ if TYPE_CHECKING:
 
 
 class Streams:
-    """The random streams of one run; `used` says whether any was requested, so whether chance could play a part."""
+    """The random streams of one run.
+
+    `used` says whether any was requested, so whether chance could play a part.
+    """
 
     def __init__(self, seed: int) -> None:
         self.seed = seed

@@ -55,7 +55,7 @@ class UnitNames:
 
 
 def converted(text: str, kind: str, units: UnitNames) -> float | None:
-    """A quantity in the units of a model; None where the text is none.
+    """A quantity in the units of a model, or None where the text is none.
 
     Args:
         text: a number and a unit.

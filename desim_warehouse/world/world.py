@@ -58,8 +58,9 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.people import PeopleSource
 
 PATIENCE = 300.0
-"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it: else they might go on
-setting out into its way for ever."""
+"""Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Else they might set out into
+its way for ever.
+"""
 
 
 class World:
@@ -112,7 +113,7 @@ class World:
         routing = _policy("routing", model.policies.routing)
         self.travel = travel_on(
             layout,
-            max(robot.speed for robot in model.fleet.sorts()),
+            max(robot.speed for robot in model.fleet.distinct()),
             model.traffic.node_time,
             getattr(routing, "cost", "time"),
             (*layout.bays, *layout.stations, *destinations(model, layout)),
@@ -203,7 +204,7 @@ class World:
             self.dispatcher,
         )
         fleet, levels = model.fleet, energy.start_levels(model, self.streams)
-        slow = fleet.slowness > 0  # else nobody takes time to gather speed or to brake
+        slow = fleet.slowness > 0  # else robots take no time to gather speed or to brake
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):
             robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None)
@@ -212,7 +213,7 @@ class World:
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
-        """Robots that start there; each is to go to its home until there is a task for it."""
+        """Robots that start there, each bound for its home until there is a task for it."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
             self.robots[number].stand(start)
@@ -324,7 +325,7 @@ class World:
         return f"; {count} tasks are in no batch ({self.model.policies.batching.name})" if count else ""
 
     def _unable(self) -> str:
-        """Why nobody takes the first open task, if it is for the battery."""
+        """Why no robot takes the first open task, if the battery is the reason."""
         task = next(iter(self.dispatcher.open.values()), None)
         if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
             return ""
@@ -341,7 +342,7 @@ def _traffic(
 ) -> Traffic:
     """The Highways in use, by what the model says of traffic and of its robots."""
     fleet, spec = model.fleet, model.traffic
-    speeds = {speed for robot in fleet.sorts() for speed in (robot.speed, robot.loaded_speed)}
+    speeds = {speed for robot in fleet.distinct() for speed in (robot.speed, robot.loaded_speed)}
     return Traffic(
         env,
         layout,
@@ -369,7 +370,7 @@ def _rule(model: Model, layout: Layout) -> Rule:
 
 
 def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, keep: bool) -> Bays:
-    """The layout's bays; without a number of its own a bay has a slot for each robot at home there, and a charger."""
+    """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there."""
     bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
         places = at_home[node] if item.places is None else item.places

@@ -18,12 +18,13 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.batches import BATCH_TIME, Batches
+from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
 
-from .conftest import MULTIBOTS
+from .conftest import MULTIBOTS, PATIENCE, ample
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals and /proc of Linux")
 
@@ -47,8 +48,8 @@ def lines(folder: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def wait_for(what, seconds=60.0):
-    end = time.monotonic() + seconds
+def wait_for(what):
+    end = time.monotonic() + PATIENCE
     while not what():
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(0.005)
@@ -76,12 +77,11 @@ def finished(table: pd.DataFrame) -> pd.DataFrame:
     return table.drop(columns="run_time")
 
 
-def kill_after(folder: Path, workers: int, least: int, seconds: float) -> None:
-    """Start the study, kill -9 it that long after it has more than `least` runs, and wait for its workers to end."""
+def kill_after(folder: Path, workers: int, runs: int) -> None:
+    """Start the study, kill -9 it as soon as it has this many runs, and wait for its workers to end."""
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command(folder, 200, workers), stdout=quiet, stderr=quiet)
-    wait_for(lambda: lines(folder) > least or process.poll() is not None)
-    time.sleep(seconds)
+    wait_for(lambda: lines(folder) >= runs or process.poll() is not None)
     orphans = children(process.pid) if process.poll() is None else []
     process.kill()
     process.wait()
@@ -93,8 +93,8 @@ def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, wo
     chance = random.Random(workers)
     count = 0
     for _ in range(3):
-        kill_after(tmp_path, workers, count, chance.uniform(0, 0.2))
-        assert lines(tmp_path) >= count
+        kill_after(tmp_path, workers, count + chance.randrange(1, 80))
+        assert lines(tmp_path) > count
         count = lines(tmp_path)
     assert 0 < count < 600
     made = study(200).run(out=tmp_path, workers=2)
@@ -109,7 +109,7 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
         wait_for(lambda least=target: lines(tmp_path) > least)
         wait_for(lambda: len(children(process.pid)) >= 2)
         os.kill(children(process.pid)[0], signal.SIGKILL)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert "a worker process died; its runs are retried" in said
     assert lines(tmp_path) == 600
@@ -128,7 +128,7 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert "finished runs are kept in" in said
     assert "Traceback" not in said
@@ -166,7 +166,7 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
     wait_for(lambda: lines(tmp_path) > 0)
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert said.startswith("stopped: ")
     assert not alive(worker)
@@ -178,7 +178,7 @@ def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     process.terminate()
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 143
     count = lines(tmp_path)
     assert said == f"stopped: {count} finished runs are kept in {tmp_path}; the same command resumes\n"
@@ -230,7 +230,7 @@ def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
         process = subprocess.Popen(command(tmp_path / str(number), 100_000, workers), **options)
         time.sleep(chance.uniform(0, 1.5))
         process.terminate()
-        _, said = process.communicate(timeout=30)
+        _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode in {143, -signal.SIGTERM}
         assert said == "" or (said.startswith("stopped: ") and said.count("\n") == 1)
 
@@ -291,31 +291,62 @@ def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parkin
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, workers):
+    timeout = ample(study(1).run(workers=workers).table)
     factors = {"policies.parking": {"named": {"good": "home", "endless": parking("loop")}}}
-    made = study(1, factors, timeout=2.5).run(workers=workers, out=tmp_path)
+    made = study(1, factors, timeout=timeout).run(workers=workers, out=tmp_path)
     errors = made.table.set_index(["policies.parking", "replication"])["error"]
     assert errors["good"].isna().all()
-    assert errors["endless"].tolist() == ["time-out: not finished after 2.5 s"]
+    assert errors["endless"].tolist() == [f"time-out: not finished after {timeout:g} s"]
     assert lines(tmp_path) == 2
 
 
 def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkeypatch):
     monkeypatch.setattr("desim_warehouse.study.execution.pool._GRACE", 0.5)
+    timeout = ample(study(1).run(workers=2).table)
     factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
-    made = study(1, factors, timeout=2.5).run(workers=2)
+    made = study(1, factors, timeout=timeout).run(workers=2)
     errors = made.table.set_index("policies.parking")["error"]
     assert pd.isna(errors["good"])
-    assert errors["stuck"] == "time-out: not finished after 2.5 s, and its process had to be killed"
+    assert errors["stuck"] == f"time-out: not finished after {timeout:g} s, and its process had to be killed"
     assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
 
 
-def test_one_stuck_run_in_a_batch_of_short_ones_is_found_as_soon_as_one_that_is_alone(parking, tmp_path):
+def test_one_stuck_run_in_a_batch_of_short_ones_is_done_again_with_the_others(parking, tmp_path, monkeypatch):
+    take, stuck, sizes = Batches.take, Batches.stuck, []
+
+    def take_ten(batches, workers):
+        batches.run_time = BATCH_TIME / 10
+        return take(batches, workers)
+
+    def note(batches, positions, outcome):
+        sizes.append(len(positions))
+        stuck(batches, positions, outcome)
+
+    timeout = ample(study(1).run(workers=2).table)
+    monkeypatch.setattr(Batches, "take", take_ten)
+    monkeypatch.setattr(Batches, "stuck", note)
     cases = {"good": "home", "stuck": parking("block once", mark=str(tmp_path / "mark"))}
-    begin = time.monotonic()
-    made = study(300, {"policies.parking": {"named": cases}}, timeout=1.0).run(workers=2)
-    assert time.monotonic() - begin < 30  # each run of the batch may take 1 s: that could be 50 s
-    assert made.table["error"].isna().all()  # done again with success
+    made = study(30, {"policies.parking": {"named": cases}}, timeout=timeout).run(workers=2)
+    assert len(sizes) == 1
+    assert sizes[0] > 1
+    assert made.table["error"].isna().all()
     assert made.notes == ["a run did not end and could not be interrupted; its process was killed"]
+
+
+@pytest.mark.parametrize(("runs", "seconds"), [(0, None), (1, 1.0 + 2.0), (200, 1.0 + 1.0 + 2.0)])
+def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(runs, seconds, monkeypatch):
+    """After the time-out and two seconds of grace: the time-outs of the other runs in the batch do not add up."""
+    monkeypatch.setattr("desim_warehouse.study.execution.pool.monotonic", lambda: now)
+    now = 100.0
+    worker = Worker()
+    try:
+        worker.begun, worker.positions = True, list(range(runs))
+        for now in (100.0, 102.9, 103.1, 103.9, 104.1, 1000.0):
+            assert worker.late(1.0) == (seconds is not None and now > 100 + seconds)
+            assert not worker.late(None)
+    finally:
+        worker.kill()
+        worker.close()
 
 
 def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monkeypatch):
@@ -350,7 +381,7 @@ def test_a_script_needs_no_main_guard(tmp_path):
         f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=30, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
     assert done.stdout == "180 []\n"
     assert not done.stderr
 

@@ -1,4 +1,4 @@
-"""Every value that theory gives and the simulation should: what the tests check, and docs/validation.md shows.
+"""Every value that theory gives and the simulation should: what the tests check, and docs/dev/validation.md shows.
 
 Random cases: independent runs with fixed seeds; the 99 % interval of Student's t must contain the value, and lie
 within 3 % of it. Cases without chance: one run, which must come as near as the case says.

@@ -1,4 +1,4 @@
-"""The simulation against theory: every case of docs/validation.md, the slow ones in `make test-long`."""
+"""The simulation against theory: every case of docs/dev/validation.md, the slow ones in `make test-long`."""
 
 import math
 

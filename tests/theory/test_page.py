@@ -1,4 +1,4 @@
-"""docs/validation.md says what the cases give; rows of the fast cases are made anew in test_cases.py."""
+"""docs/dev/validation.md says what the cases give; rows of the fast cases are made anew in test_cases.py."""
 
 import pytest
 

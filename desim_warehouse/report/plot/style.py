@@ -129,7 +129,7 @@ def drawing(
 
 @contextmanager
 def panels(count: int, style: Style, size: tuple[float, float], alt: str) -> Iterator[list[Axes]]:
-    """So many axes side by side, three in a row, in one new figure; each of `size` inches."""
+    """A number of axes side by side, three in a row, in one new figure, each of `size` inches."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 

@@ -199,7 +199,7 @@ def _energy_columns(history: History, scale: Scale) -> Columns:
 
 
 def _in_window(rows: list[Any], sizes: list[int], scale: Scale) -> tuple[list[int], NDArray[np.float64]]:
-    """Of rows that begin with a time, so many for each robot: how many of each are kept, and their columns."""
+    """Of rows that begin with a time, grouped by robot: how many of each are kept, and their columns."""
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
     keep = np.concatenate([np.arange(low, high) for low, high in windows])

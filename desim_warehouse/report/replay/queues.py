@@ -36,7 +36,7 @@ def worst(history: History, edges: Edges, found: list[Resource], scale: Scale) -
     """The longest queue of each place in the window, the longest place first.
 
     `what`: `station`, `chargers` or `lane`; `number`: of the resource, or of the lane's first edge; `robots`: how many
-    queue there in the middle of the longest time with so many, which is `time`.
+    queue there in the middle of the longest time with that many, which is `time`.
     """
     queues: list[tuple[str, int, Steps]] = [(one.kind, i, one.queue) for i, one in enumerate(found)]
     queues += [("lane", edge, queue) for edge, queue in _lanes(history, edges).items()]
@@ -63,7 +63,7 @@ def _lanes(history: History, edges: Edges) -> dict[int, Steps]:
 
 
 def _longest(queue: Steps, scale: Scale) -> tuple[int, float, float]:
-    """The most robots in the window, the middle of the longest time with so many, and how long it is."""
+    """The most robots in the window, the middle of the longest time with that many, and how long it is."""
     times, counts = queue
     low = max(bisect_right(times, scale.start) - 1, 0)
     best = (0, 0.0, 0.0)

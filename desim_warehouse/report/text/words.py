@@ -164,7 +164,7 @@ def number(value: float, digits: int | None = None) -> str:
 
 
 def number_of(count: float, what: str) -> str:
-    """So many of something, `what` in the singular: `1 task`, `1,200 tasks`."""
+    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
     return f"{number(count)} {what}{'s' * (count != 1)}"
 
 

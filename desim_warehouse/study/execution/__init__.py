@@ -1,7 +1,7 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
-The results are the same. `work` simulates runs wherever that is; `pool` has the worker processes, whose own code is
-`worker`; `batches` says which runs are handed out next; `signals` makes Ctrl-C safe.
+The results are the same. `work` simulates runs in any process. `pool` has the worker processes, whose own code is
+`worker`. `batches` says which runs are handed out next. `signals` makes Ctrl-C safe.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no mo
 
 
 class Executor(Protocol):
-    """Simulates runs, in any order; processes and connections are made when the first run is wanted."""
+    """Simulates runs, in any order. Processes and connections are made when the first run is wanted."""
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run; `done` gets the run's position and its outcome as soon as it is finished."""
+        """Simulate every wanted run. `done` gets the run's position and its outcome as soon as it is finished."""
         ...
 
     def close(self) -> None:
@@ -44,7 +44,7 @@ def make_executor(
 ) -> Executor:
     """The executor for designs of a base model: `cluster`, else worker processes, else this process.
 
-    `timeout` is in seconds a run; messages about workers that were lost go to `say`.
+    `timeout` is in seconds a run. Messages about workers that were lost go to `say`.
 
     Raises:
         StudyError: where the number of workers is out of range.

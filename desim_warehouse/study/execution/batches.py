@@ -20,7 +20,7 @@ _RECENT = 0.2  # weight of the latest run in the mean time of a run
 
 
 class Batches:
-    """The runs still to be handed out, by position; those lost with a worker are handed out one by one.
+    """The runs still to be handed out, by position. Those lost with a worker are handed out one by one.
 
     One by one, because any run of the lost batch may be the one that kills workers.
     """
@@ -37,7 +37,7 @@ class Batches:
         self.run_time = run_time  # seconds, recent mean
 
     def take(self, workers: int, seconds: float = BATCH_TIME) -> list[int]:
-        """The next runs for one of `workers` workers; none if all are handed out."""
+        """The next runs for one of `workers` workers, or none if all are handed out."""
         if self.alone:
             return [self.alone.popleft()]
         number = 1
@@ -47,7 +47,7 @@ class Batches:
         return [self.waiting.popleft() for _ in range(min(number, len(self.waiting)))]
 
     def finish(self, positions: Sequence[int], outcomes: Sequence[Outcome]) -> None:
-        """These runs are finished; those without an outcome were not begun, and are put back."""
+        """These runs are finished. Those without an outcome were not begun, and are put back."""
         self.waiting.extendleft(reversed(positions[len(outcomes) :]))
         for position, outcome in zip(positions, outcomes, strict=False):
             before = outcome.run_time if self.run_time is None else self.run_time
@@ -56,7 +56,7 @@ class Batches:
             self.done(position, outcome)
 
     def died(self, positions: Sequence[int]) -> None:
-        """A worker died at these runs: they are retried; a run that killed several workers alone is given up."""
+        """A worker died at these runs, which are retried. A run that killed several workers alone is given up."""
         for position in positions:
             if len(positions) == 1:
                 self.deaths[position] = self.deaths.get(position, 0) + 1
@@ -66,7 +66,7 @@ class Batches:
                 self.finish([position], [_DIED])
 
     def stuck(self, positions: Sequence[int], outcome: Outcome) -> None:
-        """A worker was stuck at one of these runs: a single one has this outcome; several are retried one by one."""
+        """A worker was stuck at one of these runs. A single one has this outcome, several are retried one by one."""
         if len(positions) == 1:
             self.finish(positions, [outcome])
         else:

@@ -24,7 +24,7 @@ _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some millise
 
 
 def make_simulator(base: bytes, version: str) -> Simulator:
-    """On a worker: made once and kept there; every worker makes its own."""
+    """On a worker: made once and kept there. Every worker makes its own."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
@@ -89,7 +89,7 @@ class Cluster:
         self.run_time = batches.run_time
 
     def close(self) -> None:
-        """Disconnect from the cluster; a local one is shut down."""
+        """Disconnect from the cluster, and shut down a local one."""
         for part in (self.client, self.local):
             if part is not None:
                 part.close()

@@ -1,9 +1,9 @@
 """Runs in worker processes of this machine.
 
-The parent simulates nothing: it starts the processes, hands batches to those that are idle, passes on what is
-finished, and kills and replaces a process that is stuck or dead. Every process has a pipe of its own and at most one
-batch, so it is known which runs were lost with it, and the others go on. (`ProcessPoolExecutor` shares its pipes: one
-dead process breaks the pool, and none can be killed alone.)
+The parent simulates nothing: it starts the processes, hands batches to those that are idle, and passes on what is
+finished. It kills and replaces a process that is stuck or dead. Every process has a pipe of its own and at most one
+batch. So the runs lost with it are known, and the others go on. (`ProcessPoolExecutor` shares its pipes: one dead
+process breaks the pool, and none can be killed alone.)
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _END = 2.0  # seconds that a dying process may take to end
 
 
 class Worker:
-    """A process as the parent sees it, and the runs it is simulating, by position; none while it is idle."""
+    """A process as the parent sees it, and the runs it is simulating, by position, none while it is idle."""
 
     def __init__(self) -> None:
         """Start the process.
@@ -93,7 +93,7 @@ class Worker:
 
 
 class Pool:
-    """The executor that simulates in `count` processes; they begin when they are needed and stay until `close`."""
+    """The executor that simulates in `count` processes, which begin when they are needed and stay until `close`."""
 
     def __init__(
         self, base: Model, count: int, timeout: float | None, say: Callable[[str], None], interrupts: Interrupts
@@ -159,7 +159,7 @@ class Pool:
                 worker.send([batches.wanted[position] for position in worker.positions])
 
     def _receive(self, worker: Worker, batches: Batches) -> None:
-        """Handle a worker's message; it works on its next batch while the outcomes of this one are written down."""
+        """Handle a worker's message. It works on its next batch while the outcomes of this one are written down."""
         try:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
@@ -177,7 +177,7 @@ class Pool:
         batches.finish(finished, content)
 
     def _replace(self, worker: Worker, batches: Batches, *, stuck: bool = False) -> None:
-        """A process died, or is stuck: others retry its runs; `run` starts a new one."""
+        """A process died, or is stuck: others retry its runs, and `run` starts a new one."""
         self.workers.remove(worker)
         if not stuck:
             worker.process.join(_END)  # so that its exit status is its own
@@ -204,9 +204,9 @@ _starting = threading.Lock()
 def _inheriting_nothing() -> Iterator[None]:
     """Start a process without our main module and without Ctrl-C.
 
-    It needs our package only, so it starts sooner, and a script that runs a study needs no `if __name__ ==
-    "__main__"`. One thread at a time, so that it is the main module that comes back. Ctrl-C at a terminal goes to
-    all processes; here it is only delayed.
+    It needs our package only, so it starts sooner, and a script that runs a study needs no `if __name__ == "__main__"`.
+    One thread at a time, so that it is the main module that comes back. Ctrl-C at a terminal goes to all processes.
+    Here it is only delayed.
     """
     masks = hasattr(signal, "pthread_sigmask")
     if masks:

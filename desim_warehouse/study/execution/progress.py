@@ -14,7 +14,7 @@ _REFRESH = 0.1
 
 
 class Progress:
-    """Shows how many of the runs wanted so far are finished; more may be wanted later."""
+    """Shows how many of the runs wanted so far are finished. More may be wanted later."""
 
     def __init__(self, name: str, *, shown: bool = True, stream: TextIO | None = None) -> None:
         self.name = name
@@ -59,7 +59,7 @@ class Progress:
 
     @property
     def pace(self) -> str:
-        """The rate in words; of slow runs the time of one."""
+        """The rate in words, of slow runs the time of one."""
         if self.rate >= 1:
             return f"{self.rate:,.{0 if self.rate >= 100 else 1}f} runs/s"  # noqa: PLR2004 - three digits count
         return f"{1 / self.rate:,.1f} s a run"

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 def interrupt(number: int, _frame: FrameType | None) -> NoReturn:
-    """As Python's own handler of Ctrl-C; the number of the signal is the argument of the exception."""
+    """As Python's own handler of Ctrl-C, with the number of the signal as the argument of the exception."""
     raise KeyboardInterrupt(number)
 
 
 class Interrupts:
     """Remembers Ctrl-C: Python drops what is raised while it closes a generator, as it does after every run.
 
-    Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is
-    `interrupt`. Both belong to the main thread; a study in another thread handles none.
+    Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is `interrupt`.
+    Both belong to the main thread. A study in another thread handles none.
     """
 
     def __init__(self) -> None:

@@ -7,10 +7,10 @@ A study folder holds
     study.json        the resolved study: base model, points and their models, seeds, versions
     .lock             held while a study is running there
 
-A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "values": {...}, ...}`. A run is
-known by the content of its model, its seed and our version: a study with more values or replications finds
-the runs that are already there. Lines that are damaged, such as one cut short by a kill, are not used: these
-runs are done again, and `notes` says so. Only the journal counts; results.parquet can be rebuilt from it.
+A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "values": {...}, ...}`. A run is known by
+the content of its model, its seed and our version: a study with more values or replications finds the runs that are
+already there. Lines that are damaged, such as one cut short by a kill, are not used: these runs are done again, and
+`notes` says so. Only the journal counts, and results.parquet can be rebuilt from it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
 class Entry(BaseModel, strict=True):
-    """A line of the journal; whole numbers fit into a table column."""
+    """A line of the journal. Whole numbers fit into a table column."""
 
     model: str
     seed: int
@@ -54,7 +54,7 @@ class Entry(BaseModel, strict=True):
 
 
 class Store:
-    """The finished runs of a folder; without a folder, of this process only."""
+    """The finished runs of a folder or, without a folder, of this process only."""
 
     def __init__(
         self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str | None = None
@@ -97,7 +97,7 @@ class Store:
         """Keep a finished run.
 
         Raises:
-            StudyError: where it cannot be written, such as on a full disk; runs before it are kept.
+            StudyError: where it cannot be written, such as on a full disk. Runs before it are kept.
         """
         if self.file is not None:
             self._write(_line(model, seed, outcome))
@@ -105,7 +105,7 @@ class Store:
         self.again.discard((model, seed))
 
     def reload(self) -> None:
-        """Take what the journal says; after Ctrl-C it may be one run ahead of what we remember."""
+        """Take what the journal says. After Ctrl-C it may be one run ahead of what we remember."""
         if self.folder is not None:
             say, self.say = self.say, lambda _: None
             self.runs.clear()
@@ -140,7 +140,7 @@ class Store:
             raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def _read(self, path: Path, *, mend: bool) -> None:
-        """Take over the journal; `mend` cuts a last line that was never finished off."""
+        """Take over the journal. `mend` cuts off a last line that was never finished."""
         try:
             content = path.read_bytes()
         except FileNotFoundError:
@@ -161,7 +161,7 @@ class Store:
             self.say(f"{path}: {_runs(count)} of version {version} not used again, but kept; {anew}")
 
     def _take(self, line: bytes) -> bool:
-        """Take a line of the journal; False if it is damaged."""
+        """Take a line of the journal, and return False if it is damaged."""
         try:
             if int(line[:8], 16) != zlib.crc32(line[9:]):
                 return False

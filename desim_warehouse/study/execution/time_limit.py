@@ -15,7 +15,7 @@ _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupt
 
 
 class TimeOutError(Interruption):
-    """A run took too long; no `except Exception` of a policy can swallow it."""
+    """A run took too long. No `except Exception` of a policy can swallow it."""
 
 
 class TimeLimit:

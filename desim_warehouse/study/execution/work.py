@@ -25,7 +25,7 @@ _SAID = 1000  # characters kept of an error
 class Wanted(NamedTuple):
     """A run to simulate: the changes that its design makes to the base model, and its seed.
 
-    `spans`: into how many equal parts its length is divided to tell how deliveries settle; 0: not asked for.
+    `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
     """
 
     design: int
@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 
 
 class Simulator:
-    """Simulates designs of a base model; keeps the last few models."""
+    """Simulates designs of a base model, and keeps the last few models."""
 
     def __init__(self, base: Model) -> None:
         import networkx as nx  # noqa: F401 - here, so that the first run takes no longer than others
@@ -74,7 +74,7 @@ class Simulator:
         return model
 
     def run(self, wanted: Wanted, timeout: float | None = None) -> Outcome:
-        """Simulate one run; whatever goes wrong in it is its outcome."""
+        """Simulate one run. Whatever goes wrong in it is its outcome."""
         begin = perf_counter()
         try:
             model = self.model(wanted)
@@ -96,7 +96,7 @@ class Simulator:
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
-        """Simulate several runs, one after the other; fewer where they take longer than expected."""
+        """Simulate several runs, one after the other, or fewer where they take longer than expected."""
         outcomes = []
         end = monotonic() + ENOUGH
         for wanted in batch:

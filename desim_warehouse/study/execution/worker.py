@@ -18,8 +18,8 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 def main(parent: Connection[Any, Any]) -> None:
     """Take the base model and the time-out, then answer batches until the parent ends.
 
-    It sends ("hello", None) when it waits for the model, which may be too long to be sent to a process that
-    does not read; ("ready", []); ("done", outcomes) after each batch; ("failed", text) for an error of ours.
+    It sends ("hello", None) when it waits for the model, which may be too long for a process that does not read. Then
+    come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours.
     """
     _prepare()
     process = os.getpid()
@@ -46,9 +46,9 @@ def main(parent: Connection[Any, Any]) -> None:
 def _prepare() -> None:
     """Before our code and numpy are imported.
 
-    Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On
-    Linux it ends when a parent is killed, too; elsewhere at the next message. No garbage is collected while modules
-    are imported, and numerical libraries start no threads of their own: there is a worker for every processor.
+    Ctrl-C is left to the parent, which ends the process with what policies start in it: hence a process group. On Linux
+    it ends when a parent is killed, too, elsewhere at the next message. No garbage is collected while modules are
+    imported, and numerical libraries start no threads of their own: there is a worker for every processor.
     """
     gc.disable()
     for library in ("OPENBLAS", "OMP", "MKL"):

@@ -60,11 +60,11 @@ class Budget:
     spent: int = 0
 
     def allows(self, runs: int) -> bool:
-        """Whether so many more may be done."""
+        """Whether this number more may be done."""
         return runs <= self.left
 
     def take(self, runs: int) -> None:
-        """So many are done."""
+        """This number is done."""
         self.left -= runs
         self.spent += runs
 
@@ -138,11 +138,11 @@ class Judge:
         confidence: that all verdicts are right.
         zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
             taken for one that fails.
-        n0: replications at the first look at a design; every further look doubles them.
+        n0: replications at the first look at a design. Every further look doubles them.
         cap: most replications of a design; one not clear by then is "undecided" and taken as not meeting.
         deterministic: the models use no random numbers: one run of a design is exact.
         within: what the indicator can be at all.
-        budget: runs that may be done; default: as many as it takes.
+        budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which

@@ -46,13 +46,13 @@ def check_confidence(confidence: float) -> None:
 
 
 def check_share(share: float) -> None:
-    """Refuse a quantile that is no share strictly between 0 and 1; raises StudyError."""
+    """Refuse a quantile that is no share strictly between 0 and 1. Raises StudyError."""
     if not 0.0 < share < 1.0:
         raise StudyError(f"quantile {share!r}: expected a share between 0 and 1, such as 0.95")
 
 
 def check_same(values: NDArray[np.float64]) -> None:
-    """Refuse values of a deterministic model that differ; raises StudyError."""
+    """Refuse values of a deterministic model that differ. Raises StudyError."""
     if not is_constant(values):
         raise StudyError(f"a deterministic model gave values from {values.min():g} to {values.max():g}")
 

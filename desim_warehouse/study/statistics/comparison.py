@@ -100,7 +100,7 @@ def compare(
     """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
 
     Args:
-        table: design -> values by replication number, in the indicator's unit; nan is a failed run. Designs
+        table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
             may have different numbers of replications: a difference uses those that both have.
         baseline: the design to compare with.
         method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in

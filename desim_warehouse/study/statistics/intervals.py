@@ -75,7 +75,7 @@ def estimate(
         confidence: of the two-sided interval, between 0 and 1.
         deterministic: the runs used no random numbers, so one replication is enough. Values that agree are not
             taken for that: the next run may differ.
-        within: the range of the indicator, such as (0, 1) for a share; the interval stays within it.
+        within: the range of the indicator, such as (0, 1) for a share. The interval stays within it.
 
     Raises:
         StudyError: no values, one that is not finite, a bad confidence, or a model said to be deterministic

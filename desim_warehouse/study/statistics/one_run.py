@@ -47,7 +47,7 @@ class OneRun:
 
     @property
     def note(self) -> str:
-        """What is wrong with the run, in words; nothing: it is long enough."""
+        """What is wrong with the run, in words, or nothing if it is long enough."""
         if not self.independent:
             return f"batches depend on each other (correlation {self.correlation:.2f}): run longer"
         return "" if self.bounded else "too few observations beyond the quantile: run longer"
@@ -62,7 +62,7 @@ def batch_means(
         values: observations in order of time (the cycle times of the tasks, the deliveries of every minute), in any
             unit, shape (n,). Batches hold equally many of them, or one more.
         confidence: of the two-sided interval.
-        within: the range of the indicator; the interval stays within it.
+        within: the range of the indicator. The interval stays within it.
 
     Raises:
         StudyError: fewer than 100 observations, or one that is not finite.

@@ -40,7 +40,10 @@ class MainEffect:
 
 @dataclass(frozen=True)
 class MainEffects:
-    """All factors, the largest swing first; `left_out` counts rows without a value (failed runs)."""
+    """All factors, the largest swing first.
+
+    `left_out` counts rows without a value (failed runs).
+    """
 
     indicator: str
     grand_mean: float
@@ -52,10 +55,10 @@ class MainEffects:
 class FirstOrder:
     """Share of the indicator's variance that each factor explains alone, largest first.
 
-    `intervals` says how sure the shares of scattered points are, each on its own; empty for a full grid, whose
-    shares are exact. `rest`, 1 minus the sum of the shares, is interactions between factors, and noise unless
-    averaged out. nan if the indicator does not vary. `corrected` says that the estimator subtracted what chance
-    alone would explain. `warning` names neighbours in the order that cannot be told apart, if any.
+    `intervals` says how sure the shares of scattered points are, each on its own. It is empty for a full grid, whose
+    shares are exact. `rest`, 1 minus the sum of the shares, is interactions between factors, and noise unless averaged
+    out. nan if the indicator does not vary. `corrected` says that the estimator subtracted what chance alone would
+    explain. `warning` names neighbours in the order that cannot be told apart, if any.
     """
 
     indicator: str
@@ -76,10 +79,10 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
     """The mean of an indicator at each level of each factor, minus the grand mean over all runs.
 
     Args:
-        table: a row per run, columns for factors and indicators; rows with a missing indicator are left out.
+        table: a row per run, columns for factors and indicators. Rows with a missing indicator are left out.
         factors: columns to look at.
         indicator: column with the output.
-        bins: a numeric factor with more than 12 values is cut into so many bins of equally many runs.
+        bins: a numeric factor with more than 12 values is cut into this number of bins of equally many runs.
 
     Raises:
         StudyError: an unknown or missing column, or no row left.
@@ -112,7 +115,7 @@ def first_order(
     """First-order Sobol indices from the given runs, from any design.
 
     Args:
-        table: a row per run; rows with a missing indicator are left out.
+        table: a row per run. Rows with a missing indicator are left out.
         factors: columns that were varied, each independently of the others.
         indicator: column with the output.
         bins: of a numeric factor with more than 12 values; default: of five points each, at least 2. Fewer and

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stage:
-    """The designs not yet eliminated after `replications` of each; recorded whenever one is eliminated."""
+    """The designs not yet eliminated after `replications` of each, recorded whenever one is eliminated."""
 
     replications: int
     survivors: tuple[int, ...]
@@ -224,7 +224,7 @@ class _Race:
         return self.totals / self.judged_on
 
     def leader(self) -> int:
-        """The survivor with the best mean; of equals the one with the lowest number."""
+        """The survivor with the best mean, of equals the one with the lowest number."""
         means = self.sign * self.means()
         return max(self.alive, key=lambda i: (means[i], -i))
 

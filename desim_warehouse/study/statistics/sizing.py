@@ -27,8 +27,8 @@ Verdict = Literal["meets", "fails", "undecided"]
 class DesignVerdict(Generic[V]):
     """The verdict on one design.
 
-    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
-    are `deterministic` and the mean is exact.
+    `low` and `high` are the bounds the verdict rests on, each valid with `level`. Both are None where the values are
+    `deterministic` and the mean is exact.
     """
 
     value: V
@@ -45,10 +45,10 @@ class DesignVerdict(Generic[V]):
 class Sizing(Generic[V]):
     """The answer, every design examined in the order of the search, and caveats.
 
-    `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour:
-    that it "fails" makes the answer the smallest; "undecided" says so in `note`; None if there is no
-    neighbour. `falls` lists pairs of probed values between which the response clearly moves away from the
-    target: then it is not monotone, and only search="scan" can be trusted.
+    `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour: that it
+    "fails" makes the answer the smallest, "undecided" says so in `note`, and it is None if there is no neighbour.
+    `falls` lists pairs of probed values between which the response clearly moves away from the target: then it is not
+    monotone, and only search="scan" can be trusted.
     """
 
     smallest: V | None
@@ -80,7 +80,7 @@ def smallest_meeting(
         values: the designs to choose from, smallest (cheapest) first.
         target: as "throughput_per_hour >= 220".
         confidence: that every "meets" and "fails" of the search is right.
-        n0: replications at the first look at a design; every further look doubles them.
+        n0: replications at the first look at a design. Every further look doubles them.
         cap: most replications of a design; a mean not clear by then is "undecided" and taken as not meeting.
         search: "bisection", or "scan" through the values from the smallest, which needs no monotone response.
         deterministic: the models use no random numbers: one run of a design is exact.

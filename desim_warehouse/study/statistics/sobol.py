@@ -54,8 +54,8 @@ class SaltelliDesign:
 class SobolIndices:
     """Shares of the indicator's variance by factor, with bootstrap intervals (`confidence`, each on its own).
 
-    `first`: what the factor explains alone. `total`: with all interactions it takes part in; near 0 means
-    that the factor can be left out. All nan, and `variance` 0, where the indicator does not vary.
+    `first`: what the factor explains alone. `total`: with all interactions it takes part in. Near 0 it means that the
+    factor can be left out. All nan, and `variance` 0, where the indicator does not vary.
     """
 
     first: dict[str, float]

@@ -1,4 +1,4 @@
-"""Which tasks go together on a tour: those that wait, and the batching policy asked when there is another."""
+"""Which tasks go together on a tour: those that wait, and the batching policy that decides at each new one."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 class Batcher:
     """Keeps tasks until they are in a batch, and hands each batch on as one task.
 
-    Only tasks of one load type, for the same kinds of robots, go together. `to_come` says of a task whether others of
-    its sort will become known whatever is done. The `dispatcher` learns of every task, and gives out batches.
+    Only tasks of one load type, for the same kinds of robots, go together. `to_come` says whether other tasks like one
+    will become known whatever is done. The `dispatcher` learns of every task, and gives out batches.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ def _answer(policy: Batching, view: WaitingTasks) -> list[TaskBatch]:
 
 
 def tour_of(tasks: list[Task]) -> Task:
-    """Tasks that one robot does on one tour, as one; a task alone is itself."""
+    """Tasks that one robot does on one tour, as one. A task alone is itself."""
     first = tasks[0]
     if len(tasks) == 1:
         return first

@@ -25,7 +25,7 @@ BATCH = 1024
 
 
 class Demand:
-    """Releases tasks; `total` is how many there will be, None if they never end."""
+    """Releases tasks, `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -44,7 +44,7 @@ class Demand:
         self._only = None if isinstance(self.goods, tuple) else one_place(self.popularity, self.storage)
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start to `release`; see to what comes later."""
+        """Release what is known at the start to `release`, and schedule what comes later."""
         self.release = release
         goods = self.goods
         if isinstance(goods, PoissonGoods):
@@ -125,7 +125,7 @@ class Demand:
         return self._drawn.pop()
 
     def _without_repetition(self, count: int) -> list[int]:
-        """Goods in random order, each at most once until all have been drawn; popular ones tend to come first."""
+        """Goods in random order, each at most once until all have been drawn. Popular ones tend to come first."""
         if self._only is not None:
             return [self._only] * count
         size, weights = len(self.storage), self._weights()
@@ -136,5 +136,5 @@ class Demand:
         return goods
 
     def _weights(self) -> Any:
-        """The share of every storage place in the demand; None: all alike."""
+        """The share of every storage place in the demand, or None for equal shares."""
         return shares(self.popularity, self.storage)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.robot import Robot
 
 VAIN = 1000
-"""After so many openings in a row at which nobody could be given anything, nobody ever will."""
+"""After this many openings in a row at which no task could be given out, none ever will be."""
 RETURNS = 100
 """A task that is given back so often will never be done."""
 
@@ -44,7 +44,7 @@ RETURNS = 100
 class Dispatcher:
     """Keeps the list of open tasks and asks the allocation policy once for all that happens at one instant.
 
-    Robots that become free at the same instant are so seen together, by number; tasks in the order of the list.
+    So robots that become free at the same instant are seen together, by number, and tasks in the order of the list.
     With policies.interval decisions wait for its next multiple. Without an allocation policy the run stops at every
     decision (`waiting`) until `decide` is told the answer.
     """
@@ -126,7 +126,7 @@ class Dispatcher:
         return event
 
     def withdraw(self, robot: Robot) -> None:
-        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its place."""
+        """A robot in a bay is no longer free: its battery wants a charger, or another robot wants its slot."""
         self.free.pop(robot.number, None)
         self._put_back(robot.number)
 
@@ -149,7 +149,7 @@ class Dispatcher:
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
-        """A task is done; with the last of a tour the robot is free."""
+        """A task is done. With the last of a tour the robot is free."""
         robot.record_delivery()
         self.done += 1
         self.stations.forget(stop.task)
@@ -159,7 +159,7 @@ class Dispatcher:
             self.stations.release((stop,), ())
 
     def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay; the last one to be so, with all goods delivered, ends the run (the paper's T)."""
+        """A robot is back in a bay. The last one, with all goods delivered, ends the run (the paper's T)."""
         departures = self.departures
         if departures.is_full:
             self.call()
@@ -200,7 +200,7 @@ class Dispatcher:
 
     @property
     def is_in_vain(self) -> bool:
-        """Whether hours have begun so often, and nobody could be given anything, that nobody ever will."""
+        """Whether hours have begun so often without any task given out that none ever will be."""
         return self._vain > VAIN
 
     # Decisions
@@ -253,19 +253,19 @@ class Dispatcher:
         return self.situations.now([self._view(number) for number in self._able()], self._fleet)
 
     def _view(self, number: int) -> RobotView:
-        """A free robot; while it rests only its energy can change."""
+        """A free robot. While it rests only its energy can change."""
         robot, view = self.free[number][0], self._seen.get(number)
         if view is None or view.energy != robot.battery.level(self.env.now):
             view = self._seen[number] = robot.view()
         return view
 
     def _able(self) -> list[int]:
-        """The free robots in their hours, by number; with as many under way as may be not those in bays."""
+        """The free robots in their hours, by number, without those in bays once the cap under way is reached."""
         free = self.free.keys() & self.departures.under_way if self.departures.is_full else self.free
         return self.departures.duty.among(sorted(free))
 
     def _fleet(self) -> list[RobotView]:
-        """All robots that may be given work, by number; those at work where, and about when, they will be free."""
+        """All robots that may be given work, by number. Those at work are shown where and when they will be free."""
         now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
         return [
             self._view(robot.number) if robot.number in free else busy_view(robot, self.reach, now)
@@ -329,7 +329,7 @@ class Dispatcher:
         self.queues.setdefault(number, deque()).append(self.open.pop(task_number))
 
     def _next_of_queues(self) -> None:
-        """Free robots go on with their queues; a queue that its robot may not go on with goes back to the list."""
+        """Free robots go on with their queues. A queue that its robot may not go on with goes back to the list."""
         for number in sorted(self.queues.keys() & self.free.keys()):
             queue = self.queues.pop(number)
             task = queue.popleft()
@@ -344,7 +344,10 @@ class Dispatcher:
                 self.open.move_to_end(task.number, last=False)
 
     def _assign(self, number: int, task_number: int, *, first: bool = True) -> None:
-        """Give a free robot a task; `first`: no other pair of this decision has been given a station's slot before."""
+        """Give a free robot a task.
+
+        `first`: no other pair of this decision has been given a station's slot before.
+        """
         if not self.departures.may_work(number):
             return  # as many as may be under way are: robot and task wait for the next decision
         robot, event = self.free[number]

@@ -1,6 +1,6 @@
 """Where tasks come from that flow: from where to where they go, and when each becomes known.
 
-Every flow has random streams of its own, for each thing that is drawn: another flow, robot or policy leaves its tasks
+Every flow has random streams of its own, for each thing that is drawn. Another flow, robot or policy leaves its tasks
 as they are.
 """
 
@@ -48,7 +48,7 @@ BATCH = 1024
 
 
 class Flows:
-    """Releases the tasks of all flows; `total` is how many there will be, None if they never end."""
+    """Releases the tasks of all flows, `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -59,7 +59,7 @@ class Flows:
         self._number = 0
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """Release what is known at the start to `release`; see to what comes later."""
+        """Release what is known at the start to `release`, and schedule what comes later."""
         self.release = release
         for flow in self.flows.values():
             for _ in range(flow.always_open):
@@ -67,7 +67,7 @@ class Flows:
             self.env.process(self._arrivals(flow))
 
     def taken(self, task: Task) -> None:
-        """A task or tour is in hand: where so many are always open another task is released in place of each."""
+        """A task or tour is in hand: where a constant number is always open, another task replaces each."""
         flows = [self.flows[one.flow] for one in task.tasks]
         for flow in flows:
             flow.open -= 1
@@ -126,7 +126,7 @@ class _Flow:
 
     @property
     def always_open(self) -> int:
-        """How many tasks are always open; 0 where they arrive."""
+        """How many tasks are always open, 0 where they arrive."""
         return self.when.saturated if isinstance(self.when, SaturatedArrivals) else 0
 
     @property
@@ -194,7 +194,7 @@ class _Flow:
     # What
 
     def task(self, number: int, now: float, line: OrderLine | None = None) -> Task:
-        """The next task, which becomes known now; what the row of its order does not say is as the flow says."""
+        """The next task, which becomes known now. What the row of its order does not say comes from the flow."""
         nth = self.released
         self.released += 1
         which = 0 if len(self.routes) == 1 else bisect_left(self._cumulated, self._share("route") * self._cumulated[-1])

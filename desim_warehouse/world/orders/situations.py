@@ -45,7 +45,7 @@ class Situations:
         self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
-        """The situation at present; `free` are the free robots by number, `fleet` shows all."""
+        """The situation at present, with the `free` robots by number and the whole `fleet`."""
         reach, routes = self.reach, self.routes
         return Situation(
             time=self.env.now,
@@ -65,7 +65,7 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
-        """The open tasks; without those for which nobody may set out yet, as a station is closed."""
+        """The open tasks, without those that are held back as a station is closed."""
         tasks = self.open_tasks.values()
         return self.reach.openings.for_somebody(free, tasks) if self.reach.stations.close else tasks
 

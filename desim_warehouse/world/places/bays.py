@@ -1,8 +1,7 @@
 """Bays beside the nodes, where robots park and charge without standing in anybody's way, and who has which slot.
 
-A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every
-robot without one would still find one; so a robot that leaves its work always has somewhere to go, and nobody queues
-in a lane.
+A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every robot
+without one would still find one. So a robot that leaves its work always has somewhere to go, and none queues in a lane.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Bay:
-    """Slots for robots beside a node; `taken` are those occupied or reserved."""
+    """Slots for robots beside a node, of which `taken` are occupied or reserved."""
 
     def __init__(self, node: str, places: int, chargers: Chargers | FailingChargers | None) -> None:
         self.node = node
@@ -30,7 +29,7 @@ class Bay:
 
     @property
     def free(self) -> int:
-        """Slots that nobody is in or on the way to."""
+        """Slots that no robot is in or on its way to."""
         return self.places - self.taken
 
 
@@ -49,9 +48,9 @@ class Guest(Protocol):
 class Bays:
     """All bays, and who has which slot.
 
-    `slotless` robots are out without a slot reserved; `seekers` rest where there is no charger and must charge;
-    those in `making_room` leave their slot at a charger to one of them. `keep`: robots that are out keep a slot, as
-    the route that they have declared ends there (see `avoidance`).
+    `slotless` robots are out without a slot reserved. `seekers` rest where there is no charger and must charge. Those
+    in `making_room` leave their slot at a charger to one of them. `keep`: robots that are out keep a slot, as the route
+    that they have declared ends there (see `avoidance`).
     """
 
     def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
@@ -77,12 +76,12 @@ class Bays:
             return True
         if bay.free <= 0:
             return False
-        # A second slot only if every robot without one would still find one: so whoever leaves its work has somewhere
-        # to go, and nobody queues in a lane.
+        # A second slot only if every robot without one would still find one: so a robot that leaves its work can go
+        # somewhere, and none queues in a lane.
         return robot.bay is None or self.free - 1 >= self.slotless
 
     def take(self, robot: Guest, bay: Bay) -> None:
-        """Reserve a slot, before setting out for it; a robot that stands in a bay keeps that one until it leaves."""
+        """Reserve a slot, before setting out for it. A robot that stands in a bay keeps that one until it leaves."""
         if robot.bay is bay:
             return
         assert self.may_take(robot, bay)
@@ -97,7 +96,7 @@ class Bays:
         robot.bay = bay
 
     def leave(self, robot: Guest) -> None:
-        """A robot is out of the bay it stood in; with no slot reserved elsewhere it has none now, or keeps this one."""
+        """A robot is out of the bay it stood in. With no slot reserved elsewhere it has none now, or keeps this one."""
         self.making_room.discard(robot.number)
         bay = robot.leaving or robot.bay
         assert bay is not None
@@ -133,7 +132,7 @@ class Bays:
         )
 
     def seek_charger(self) -> Event:
-        """A robot must charge and finds no slot: those at a charger learn of it; the event is due when one is left."""
+        """A robot must charge and finds no slot: those at a charger are told, and the event is due when one leaves."""
         if self._sought is not None:
             self._sought.succeed()
             self._sought = None

@@ -1,4 +1,4 @@
-"""The chargers of a bay: robots in it request one; perhaps they fail now and then, and are repaired.
+"""The chargers of a bay: robots in it request one, and chargers may fail and be repaired.
 
 A charger fails by the calendar, in use or not, at times drawn from a stream of its own. These are drawn only as far as
 a robot wants to be charged, so that outages alone keep no run going. A robot at a charger that fails is first in the
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 class Chargers(Resource):
     """Chargers that never fail, a SimPy resource."""
 
-    def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - nobody loses a charger
-        """A robot's request for one, an event; it is given back at the end of the `with` block."""
+    def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - no robot loses a charger
+        """A robot's request for one, an event. It is given back at the end of the `with` block."""
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Due when the charger of a robot fails; None: it does not."""
+        """Due when the charger of a robot fails, or None if it never does."""
         return None
 
 
 class Turn(Event):
-    """A robot's request for a charger that may fail, due when it has one; `lost` is due when that fails."""
+    """A robot's request for a charger that may fail, due when it has one, with `lost` due when that fails."""
 
     def __init__(self, chargers: FailingChargers) -> None:
         super().__init__(chargers.env)
@@ -63,7 +63,7 @@ class FailingCharger:
         self.repaired_at = self.fails_at + repair()
 
     def works(self, now: float) -> bool:
-        """Whether it is in order now; what has passed is drawn up to now."""
+        """Whether it works now. Outages are drawn up to now."""
         while self.repaired_at <= now:
             self.fails_at = self.repaired_at + self._every()
             self.repaired_at = self.fails_at + self._repair()
@@ -71,7 +71,7 @@ class FailingCharger:
 
 
 class FailingChargers:
-    """The chargers of a bay, each with outages of its own; `queue` holds the requests that wait, in order."""
+    """The chargers of a bay, each with outages of its own, and the `queue` of requests that wait."""
 
     def __init__(self, env: Environment, node: str, number: int, spec: OutageSpec, streams: Streams) -> None:
         self.env = env
@@ -86,7 +86,7 @@ class FailingChargers:
         ]
 
     def turn(self, *, first: bool = False) -> Turn:
-        """A robot's request for one, an event; `first`: that of a robot whose charger has failed."""
+        """A robot's request for one, an event. A robot whose charger has failed comes `first`."""
         turn = Turn(self)
         self.queue.insert(0 if first else len(self.queue), turn)
         self._serve()
@@ -107,7 +107,7 @@ class FailingChargers:
         self._serve()
 
     def _serve(self, _: Event | None = None) -> None:
-        """Those that wait get the chargers that work; they are looked at again when the next is repaired."""
+        """Robots that wait get the chargers that work. They are looked at again when the next is repaired."""
         now = self.env.now
         free = [charger for charger in self._chargers if charger.user is None]
         for charger in [one for one in free if one.works(now)][: len(self.queue)]:

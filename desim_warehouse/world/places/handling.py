@@ -1,7 +1,7 @@
 """How long loading, unloading and work in a station take: what the model says, drawn for each task where it varies.
 
-A task has a stream of its own for each of them, so it takes as long whichever robot does it, and whatever else
-happens: designs that are compared differ by what they decide, not by luck at the shelves.
+A task has a stream of its own for each of them, so it takes as long whichever robot does it. Designs that are compared
+thus differ by what they decide, not by luck at the shelves.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class HandlingTimes:
 
 
 def handling_of(model: Model, layout: Layout) -> Handling:
-    """The handling times of a model, of those that vary the mean, as policies and estimates take them."""
+    """The handling times of a model as policies and estimates use them: the mean of times that vary."""
     tasks, cost = model.tasks, model.cost
     flows = {name: flow_times(tasks, flow) for name, flow in tasks.flows.items()}
     visits = {name: mean_of(flow.stop_time) for name, flow in tasks.flows.items() if flow.stop_time != 0}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def at(env: Environment, time: float) -> Event:
-    """An event at a time; one that never comes keeps nothing going."""
+    """An event at a time. One at infinity keeps nothing going."""
     return Arrival(env, time) if math.isfinite(time) else Event(env)
 
 

@@ -1,7 +1,7 @@
-"""Tasks held back at the source while a station is closed: nobody sets out only to wait before its hours.
+"""Tasks held back at the source while a station is closed, so that no robot sets out only to wait for its hours.
 
 A robot that went to a station that opens in eight hours would stand there for eight hours, with the load, in a slot
-that others need. So a task is given to a robot only if, driving freely, it finds open every station on its way; else it
+that others need. So a task is given to a robot only if, driving freely, it finds every station on its way open. Else it
 is looked at again when a robot that sets out then comes just as the station opens. Where it cannot be in time for one
 station because another closes meanwhile, it goes: the load has to wait somewhere.
 """
@@ -30,7 +30,10 @@ KEPT = 100_000
 
 
 class Openings:
-    """Who would come before the hours of a station; `due`: when the first task that was held back may be given out."""
+    """The robots that would come before a station opens.
+
+    `due` is when the first task that was held back may be given out.
+    """
 
     def __init__(
         self,
@@ -90,7 +93,7 @@ class Openings:
     def _wait(self, robot: RobotView, task: Task, node: str) -> tuple[float, float]:
         """By how much later it may set out to be at the first station that is closed no later than that opens.
 
-        And by how much later it would still find open all those that it finds open now.
+        And by how much later it would still find open all stations that it finds open now.
         """
         travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
         stops = self.stations.stops(robot, task, node)

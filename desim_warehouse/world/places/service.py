@@ -1,7 +1,7 @@
-"""How a robot in a station is served: when it is its turn, the station is open, and there is a place for its load.
+"""How a robot in a station is served: when it is its turn, the station is open, and there is room for its load.
 
-It takes its turn in the order of arrival. In a station that is closed it waits in the state `closed`, whether it is
-its turn or not; in one that is open in `queueing`, for a server, or with that for a place in the buffer.
+It takes its turn in the order of arrival. In a closed station it waits in the state `closed`, whether it is its turn or
+not. In an open one it is `queueing` for a server or, with one, for room in the buffer.
 """
 
 from __future__ import annotations
@@ -71,13 +71,13 @@ class Service:
                 yield change(self.env, hours) if closed else event | change(self.env, hours)
 
     def take(self, state: str, time: float) -> Steps:
-        """Loading or unloading; where the station pauses it goes on when it opens again."""
+        """Loading or unloading. Where the station pauses it goes on when it opens again."""
         robot, hours = self.robot, self.station.hours if self.station.pauses else None
         robot.enter(state)
         yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
     def end(self) -> None:
-        """The server is free for the next; a load that was put down is worked on."""
+        """The server is free for the next, and a load that was put down is worked on."""
         work = self.station.work
         if work is not None and self.stop.act == "unload":
             work.put(self.stop.task, self.place)

@@ -39,7 +39,7 @@ class Servers(Resource):
 class Station:
     """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time.
 
-    Outside its `hours` nothing begins there (None: it is always open); what has begun is finished, or `pauses`. `work`
+    Outside its `hours` nothing begins there (None: it is always open). What has begun is finished, or `pauses`. `work`
     is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
     """
 
@@ -67,7 +67,7 @@ class Station:
 
     @property
     def free(self) -> int:
-        """Slots that nobody is in or on the way to."""
+        """Slots that no robot is in or on its way to."""
         return self.places - self.taken
 
     def take(self) -> None:
@@ -87,14 +87,16 @@ class Station:
         self.inside.add(robot)
 
     def leave(self, robot: int, *, keep: bool = False) -> None:
-        """A robot is out again, and its slot free; not if it is to `keep` it, as it comes back."""
+        """A robot is out again, and its slot is free unless it is to `keep` it, as it comes back."""
         self.inside.remove(robot)
         if not keep:
             self.give_up()
 
 
 class Stations:
-    """All of them, and where the tasks in hand go; a node without a station in the list is a place in the lane.
+    """All of them, and where the tasks in hand go.
+
+    A node without a station in the list is in the lane.
 
     `full` are the nodes of those without a free slot: most often none, and then nothing else need be looked at.
     """
@@ -123,12 +125,11 @@ class Stations:
     # Which one
 
     def choose(self, robot: RobotView, task: Task, comes_from: str | None = None) -> str:
-        """Where a robot would unload a task, by tasks.station_choice; stations that are full are passed over.
+        """Where a robot would unload a task, by tasks.station_choice. Full stations are passed over.
 
-        So are those that are closed, for those that open first.
-        Ties go to the nearer one, then to the one named first. `random` draws once for each task, whoever gets it.
-        A task with a destination of several nodes goes to the nearest of them where `each` says nothing of it.
-        `comes_from`: on a tour; without it, of a tour where it ends.
+        So are closed ones, for those that open first. Ties go to the nearer one, then to the one named first. `random`
+        draws once for each task, whichever robot gets it. A task with a destination of several nodes goes to the
+        nearest of them where `each` says nothing of it. `comes_from`: on a tour; without it, of a tour where it ends.
         """
         if comes_from is None and task.is_tour:
             return self.stops(robot, task)[-1].node
@@ -145,7 +146,7 @@ class Stations:
         return min(nodes, key=self._bound.__getitem__) if choice == "least-loaded" else nodes[0]
 
     def _best(self, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Of some nodes those with room, of these those that are open, or open first; all, where none has room."""
+        """Of some nodes those with room and, of these, those that open first; all where none has room."""
         if self.full:
             nodes = tuple(node for node in nodes if node not in self.full) or nodes
         if not self.close or len(nodes) == 1:
@@ -168,15 +169,15 @@ class Stations:
         return node
 
     def at_pick(self, task: Task) -> Station | None:
-        """The station in which a task is loaded; None: it is picked from storage, or standing on a node."""
+        """The station in which a task is loaded, or None if it is picked from storage or on a node."""
         return self.by_node.get(task.edge[0]) if task.good < 0 else None
 
     def at_drop(self, task: Task, node: str) -> Station | None:
-        """The station beside `node` in which a task is unloaded; None: it is unloaded in the lane."""
+        """The station beside `node` in which a task is unloaded, or None in the lane."""
         return self.by_node.get(node) if task.drop is None else None
 
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Whether a robot may set out for a task to `node`; one that stands in a station leaves its slot first.
+        """Whether a robot may set out for a task to `node`. One that stands in a station leaves its slot first.
 
         For a tour there must be a slot in every station of it.
         """
@@ -194,7 +195,7 @@ class Stations:
     # Stops
 
     def stops(self, robot: RobotView, task: Task, node: str = "") -> list[Stop]:
-        """What a robot has to do for a task or tour, in order; `node`: where a task by itself is unloaded."""
+        """What a robot has to do for a task or tour, in order. A task by itself is unloaded at `node`."""
         if task.is_tour:
             return self._stops_of_tour(robot, task)
         drop, source = task.drop, task.edge
@@ -205,7 +206,7 @@ class Stations:
         ]
 
     def _stops_of_tour(self, robot: RobotView, tour: Task) -> list[Stop]:
-        """Those of a tour; kept where its places leave no choice, as they are then the same for every robot."""
+        """The stops of a tour, kept where its nodes leave no choice, as they are then the same for every robot."""
         if tour.number in self._tours:
             return [*self._tours[tour.number]]
         stops = stops_of_tour(tour, self._travel, partial(self._stop, robot))
@@ -214,7 +215,7 @@ class Stations:
         return stops
 
     def is_settled(self, tour: Task) -> bool:
-        """Whether the places of a tour leave no choice."""
+        """Whether the stops of a tour leave no choice."""
         return all(
             (task.drop is not None or len(task.to or self.nodes) == 1)
             and all(place.storage is not None or len(place.nodes) == 1 for place in task.via)
@@ -222,7 +223,7 @@ class Stations:
         )
 
     def _stop(self, robot: RobotView, task: Task, act: Act, place: StopPlace, comes_from: str) -> Stop:
-        """A stop of a tour; on the way at the nearest of several nodes that has room."""
+        """A stop of a tour: on the way, the nearest of several nodes that has room."""
         if place.storage is not None:
             edge, offset = place.storage
             return Stop(task, act, edge[1], edge, offset, None)
@@ -238,8 +239,9 @@ class Stations:
     def reserve(self, stops: Sequence[Stop], docked: Station | None) -> list[Station]:
         """Reserve a slot in every station of a task or tour that a robot has just been given.
 
-        From the start and all at once, not on arrival: a full station holds work back in the bays, never in a lane, and
-        nobody who has one slot waits for another. A robot that is `docked` where it begins has its slot there.
+        They are reserved from the start and all at once, not on arrival. A full station holds work back in the bays,
+        never in a lane, and no robot with one slot waits for another. A robot that is `docked` where it begins has its
+        slot there.
         """
         slots: list[Station] = []
         first = docked is not None
@@ -253,7 +255,7 @@ class Stations:
         return slots
 
     def release(self, stops: Sequence[Stop], slots: Sequence[Station]) -> None:
-        """A task is no longer in hand, or a stop of it done; `slots` were reserved and are not needed any more."""
+        """A task is no longer in hand, or one of its stops is done, and the `slots` reserved for it are free."""
         for stop in stops:
             if stop.act != "load":
                 self._bound[stop.node] -= 1

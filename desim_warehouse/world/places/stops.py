@@ -1,7 +1,7 @@
 """The stops of a task or tour: where a robot loads, hands over and unloads, in what order, and how long that takes.
 
-All loads of a tour are picked in the order of its members. Then the robot goes each time to the next place that is
-soonest reached, of those that the loads on board are to be brought to next.
+All loads of a tour are picked in the order of its members. Each time the robot goes to the one that is soonest reached,
+of all to which its loads go next.
 """
 
 from __future__ import annotations
@@ -46,7 +46,10 @@ def stops_of_tour(
     travel: FreeTravel,
     at: Callable[[Task, Act, StopPlace, str], Stop],
 ) -> list[Stop]:
-    """The stops of a tour in their order; `at` makes one for a place, chosen for a robot that comes from a node."""
+    """The stops of a tour in their order.
+
+    `at` makes one for a node or storage place, chosen for a robot that comes from a node.
+    """
     stops = []
     for task in tour.tasks:
         node = task.edge[1]

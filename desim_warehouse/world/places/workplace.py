@@ -1,8 +1,8 @@
 """Work in a station on the load units that robots put down there, such as packing, and the buffer where they wait.
 
-A load unit has its place in the buffer from the time at which a robot begins to put it down until it has been worked
-on. With no place left the next robot keeps its server and waits: so a buffer that is full holds up the station, as
-blocking after service does in a line of machines.
+A load unit takes up room in the buffer from the time at which a robot begins to put it down until it has been worked
+on. With no room left the next robot keeps its server and waits. So a full buffer holds up the station, as blocking
+after service does in a line of machines.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Workplace:
-    """The workers of a station, and its buffer: of so many `places`, or (None) as many as are needed.
+    """The workers of a station, and its buffer for `places` load units (None: unlimited).
 
     They keep the station's `hours` (None: always at work); what they have begun when these are over is finished, or
     `pauses`. `time` says how long the work on a task's load unit takes.
@@ -55,7 +55,7 @@ class Workplace:
         self.time = time
 
     def put(self, task: Task, place: Request | None) -> None:
-        """A load unit has been put down, on a place of the buffer that was reserved for it."""
+        """A load unit has been put down, in room of the buffer that was reserved for it."""
         self.env.process(self._work(task, place))
 
     def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:

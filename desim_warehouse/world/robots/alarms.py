@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 
 class Alarms:
-    """One timeout for each, set anew when the battery's rate changes; one that comes too early looks again.
+    """One timeout for each, set anew when the battery's rate changes. One that comes too early looks again.
 
-    The level is computed on demand; `give_back` takes the robot's task from it.
+    The level is computed on demand. `give_back` takes the robot's task from it.
     """
 
     def __init__(self, env: Environment, robot: Robot, reach: Reach, give_back: Callable[[Robot], None]) -> None:

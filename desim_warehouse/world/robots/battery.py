@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Battery:
-    """Energy drawn at a steady rate since the last change; `used` is what was drawn so far."""
+    """Energy drawn at a steady rate since the last change. `used` is what was drawn so far."""
 
     __slots__ = ("_level", "_since", "capacity", "charging", "rate", "rates", "spec", "started", "used", "varies")
 
@@ -59,7 +59,7 @@ class Battery:
         return self.used + self.rate * (now - self._since)
 
     def plug(self, now: float) -> None:
-        """Begin to charge; nothing is drawn meanwhile."""
+        """Begin to charge, with nothing drawn meanwhile."""
         self.draw(now, 0.0)
         self._since = now
         self.charging = True
@@ -72,7 +72,7 @@ class Battery:
         self.charging = False
 
     def lasts_until(self, now: float, level: float) -> float:
-        """The time at which the level is reached at the present rate; `now` if it has been."""
+        """The time at which the level is reached at the present rate, `now` if it has been."""
         left = self.level(now) - level
         if left <= 0:
             return now

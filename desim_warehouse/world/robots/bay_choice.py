@@ -30,7 +30,7 @@ class BayChoice:
         self.reach = reach
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
-        """One of `bays`, those in which it may reserve a slot; `must_charge`: whatever its level."""
+        """One of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
         if self.reach.batteries:
             levels = self.reach.levels(robot)
             if must_charge or robot.energy <= self.reach.retreats_at(robot, levels) + EPS * robot.capacity:

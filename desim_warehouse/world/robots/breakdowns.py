@@ -1,9 +1,9 @@
 """Breakdowns of a robot, drawn from streams of its own.
 
 A robot breaks down by its time in operation: driving and handling, neither waiting nor in a bay. A breakdown is due
-when that has reached the sum of the times drawn so far, and takes effect where the robot next looks round. So one that
-is found late does not put off those after it, and of its time in operation and repair it works MTBF / (MTBF + MTTR).
-Were waits counted, robots that wait for a repair would break down as they wait, and work might never end.
+when that has reached the sum of the times drawn so far, and takes effect at the robot's next decision. So one that is
+found late does not put off those after it, and of its time in operation and repair it works MTBF / (MTBF + MTTR). Were
+waits counted, robots that wait for a repair would break down as they wait, and work might never end.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 class Breakdowns:
-    """After which time in operation a robot breaks down next, and for how long; `count` of those so far."""
+    """After which time in operation a robot breaks down next, and for how long.
+
+    `count` is the number of breakdowns so far.
+    """
 
     def __init__(self, spec: BreakdownSpec, robot: int, streams: Streams) -> None:
         self.count = 0
@@ -36,7 +39,7 @@ class Breakdowns:
         return operated >= self._due_after - EPS
 
     def begin(self) -> float:
-        """It breaks down, as is due; how long the repair takes."""
+        """Break down, as is due, and return how long the repair takes."""
         self.count += 1
         self._due_after += self._every()
         return self._repair()

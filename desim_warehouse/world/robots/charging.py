@@ -25,10 +25,11 @@ LEAST_CHARGE = 0.05
 
 
 class ChargingStop:
-    """A robot at the chargers of the bay in which it stands; interrupted by one that fails, it goes on at another.
+    """A robot at the chargers of the bay in which it stands.
 
-    `must_charge`: it takes no task before it has charged. `is_charging`: it charges or queues for a charger, and takes
-    no task meanwhile. `has_charged`: it has charged since it went out last; if it goes out to work, C counts it.
+    Interrupted by one that fails, it goes on at another. `must_charge`: it takes no task before it has charged.
+    `is_charging`: it charges or queues for a charger, and takes no task meanwhile. `has_charged`: it has charged since
+    it went out last. If it goes out to work, C counts it.
     """
 
     def __init__(self, robot: Robot, env: Environment, *, dispatcher: WorkGiver, reach: Reach, bays: Bays) -> None:
@@ -48,7 +49,7 @@ class ChargingStop:
         self.must_charge = False
 
     def charge(self) -> Generator[Event, object, Event | None]:
-        """At one of the bay's chargers, if its battery wants it; free for a task once there is enough for one.
+        """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one.
 
         Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
         """
@@ -69,9 +70,9 @@ class ChargingStop:
     ) -> Generator[Event, object, Event | None]:
         """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
 
-        A robot that must charge takes up `LEAST_CHARGE` at least: what called it back from a task is not what lets it
-        take the next one, or it would go to and fro between them at one instant.
-        `offer` is the event of a robot that is free already. Returns the event of a robot that is free now.
+        A robot that must charge takes up `LEAST_CHARGE` at least. Else it could switch between being recalled and
+        taking the next task at one instant. `offer` is the event of a robot that is free already. Returns the event of
+        a robot that is free now.
         """
         env, robot = self.env, self.robot
         battery, levels = robot.battery, self.reach.levels.of(robot.view)
@@ -108,7 +109,7 @@ class ChargingStop:
     def _fill(
         self, levels: Levels, least: float, offer: Event | None, lost: Event | None
     ) -> Generator[Event, object, tuple[Event | None, bool]]:
-        """Charge up to `least` whatever comes; from there on, free for a task, to what the first open one needs.
+        """Charge up to `least`, then, free for a task, to what the first open one needs.
 
         True beside the event: the charger has failed (`lost`) before that.
         """

@@ -1,10 +1,10 @@
 """How many robots are under way, and a cap on them: a floor that holds too many does less than one that holds fewer.
 
 A robot is under way from being given a task in its bay, or leaving it for another reason, until it is parked again.
-With the cap reached robots in bays are given no task, until one is parked. Those that are under way go from task to
-task: they need nobody's leave. Robots that leave for the sake of a battery, to a charger or from one, do not wait, but
-count: so none runs flat for the cap. It can hold back work for ever only if nobody came home, and somebody always does
-or works on (docs/why.md, "Never stalled").
+With the cap reached robots in bays are given no task, until one is parked. Robots under way go from task to task
+without permission. Robots that leave for the sake of a battery, to a charger or from one, count but do not wait, so
+none runs flat for the cap. It could hold back work for ever only if no robot came home, and one always does or works on
+(docs/why.md, "Never stalled").
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Departures:
-    """The robots under way, by number, and the most that may be so to take up work; None: no cap."""
+    """The robots under way, by number, and the most that may be under way to take up work (None: no cap)."""
 
     def __init__(self, most: int | None, duty: Duty) -> None:
         self.most = most

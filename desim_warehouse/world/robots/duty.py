@@ -1,7 +1,7 @@
 """Shifts and breaks of robots: outside their hours they take up no work.
 
-A robot finishes the task or tour in hand, goes to a bay and rests there in the state `on_break`; it is charged
-meanwhile. The tasks of its queue go back to the list when its hours end. When they begin it is given work at once.
+A robot finishes the task or tour in hand, goes to a bay and rests there in the state `on_break`, where it is also
+charged. The tasks of its queue go back to the list when its hours end. When they begin it is given work at once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def duty_of(clock: Clock, model: Model) -> Duty:
 
 
 class Duty:
-    """The hours of every robot, by number; None: it is always on duty."""
+    """The hours of every robot, by number, or None if it is always on duty."""
 
     def __init__(self, clock: Clock, hours: Sequence[Hours | None]) -> None:
         self.clock = clock
@@ -49,7 +49,7 @@ class Duty:
     def watch(self, changed: Callable[[Sequence[int]], bool]) -> None:
         """Call `changed` with the robots whose hours begin or end, whenever they do, as long as it says that it counts.
 
-        Shifts go on for ever; a run that is otherwise at its end, or stalled, does not.
+        Shifts go on for ever, while a run that is otherwise at its end, or stalled, must end.
         """
         if not self._all:
             return

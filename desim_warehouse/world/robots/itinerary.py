@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 
 class Itinerary:
-    """The route of one robot: `legs` are what is left of it, each up to a `place` on its last lane, or to its end.
+    """The route of one robot.
 
-    `place` is the lane on which the good of its present stop is, and how far along; None where that is at a node or in
-    a station.
+    `legs` are what is left of it, each up to a `place` on its last lane, or to its end.
 
-    `free` knows the free driving times of the robot, `guard` decides on changes (None: nobody need know routes).
+    `place` is the lane on which the good of its present stop is, and how far along, or None at a node or in a station.
+
+    `free` knows the free driving times of the robot, `guard` decides on changes (None: routes need not be declared).
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Itinerary:
         return self._set(legs)
 
     def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
-        """The leg to the next stop, from `node`; out of a station it is declared only now, with those after it."""
+        """The leg to the next stop, from `node`. Out of a station it is declared only now, with those after it."""
         if self.guard is None:
             leg = self._leg(node, stops, self.place)
         else:
@@ -112,7 +113,7 @@ class Itinerary:
         return [*self.routes.route(node, place[0].edge[0]), place[0]], place
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
-        """A storage place's lane, and how far along; a two-way lane is driven from the end that is sooner to `goal`."""
+        """A storage place's lane, and how far along. A two-way lane is driven from the end that is sooner to `goal`."""
         if edge[0] == edge[1]:
             return None
         lane, times = self.lanes[edge], self.free.time
@@ -126,7 +127,7 @@ class Itinerary:
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 
     def go(self, node: str, goal: str) -> bool:
-        """Straight from `node` to `goal` instead of what was to come; False: the change is not safe."""
+        """Go straight from `node` to `goal` instead, and return whether that change is safe."""
         return self._set([(self.routes.route(node, goal), None)])
 
     def _set(self, legs: list[Leg]) -> bool:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ChargingLevels:
-    """Asks the charging policy for the battery levels that hold for a robot; only once if they are the same for all."""
+    """Asks the charging policy for the battery levels that hold for a robot, only once if they are the same for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env

@@ -1,7 +1,7 @@
 """What a battery lets a robot do: which tasks it may take, when it gives one back, when it must charge.
 
-Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy;
-waiting is not foreseen, and of handling times that vary the mean is taken. Energies are in the model's unit,
+Everything that decides on energy stands here. It looks ahead by free driving on the routes of the routing policy.
+Waiting is not foreseen, and handling times that vary count with their mean. Energies are in the model's unit,
 consumption by state as in the model's battery section.
 """
 
@@ -60,7 +60,7 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 class Reach:
     """How much energy and time a robot's work will take, and what follows from it.
 
-    `levels` asks the charging policy; `open_tasks` are those of the list, in its order.
+    `levels` asks the charging policy. `open_tasks` are those of the list, in its order.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Reach:
         self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
 
     def why_too_low(self, started: float | None = None) -> str:
-        """Why batteries run flat or do not last in this model, and what helps; `started`: as in `cause`."""
+        """Why batteries run flat or do not last in this model, and what helps (`started` as in `cause`)."""
         return cause(self._model, self._layout, started)
 
     # What a robot may take
@@ -121,8 +121,8 @@ class Reach:
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
         """Whether the charging policy lets the robot take the task and bring it to a station.
 
-        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way; without, as in the
-        paper, a robot above the critical level takes any task.
+        Looked ahead (`Levels.margin`), by the same rule that lets the robot keep it on the way. Without a margin, as in
+        the paper, a robot above the critical level takes any task.
         """
         if not self.batteries:
             return True
@@ -152,7 +152,7 @@ class Reach:
         if stations.full or stations.close or any(level.margin is not None for level in levels):
             chosen = self._stations_of(robots, tasks)
         else:
-            chosen = [[]] * len(robots)  # nobody looks at them
+            chosen = [[]] * len(robots)  # not read then
         for i, robot in enumerate(robots if stations.full else ()):
             table[i] &= self._have_room(robot, tasks, chosen[i])
         for i, robot in enumerate(robots if stations.close else ()):
@@ -183,7 +183,7 @@ class Reach:
         return next((task for task in self.open_tasks if may_do(robot, task)), None)
 
     def _stations_of(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> list[list[str]]:
-        """The station of every pair; robots whose tasks go to the same stations share one list."""
+        """The station of every pair. Robots whose tasks go to the same stations share one list."""
         each = self.stations.choice == "each" and len(self.stations.nodes) > 1
         keys = [robot.number % len(self.stations.nodes) if each else 0 for robot in robots]
         asking = dict(zip(keys, robots, strict=True))
@@ -200,7 +200,7 @@ class Reach:
         return not self.lasts(robot, task)
 
     def enough_for_first(self, robot: RobotView, levels: Levels) -> float:
-        """Battery level at which a robot in a bay may take the first open task; 0 where there is none."""
+        """Battery level at which a robot in a bay may take the first open task, 0 where there is none."""
         task = self._first(robot)
         return 0.0 if task is None else self.enough(robot, task, self.stations.choose(robot, task), levels)
 
@@ -264,7 +264,7 @@ class Reach:
     def give_back(self, task: Task) -> int:
         """A robot gives a task back, which looked possible: how often that has happened now.
 
-        What upset the plan, waits or repairs, does so again; so from the second time on more energy is asked for.
+        Waits or repairs that upset the plan do so again, so from the second time on more energy is required.
         """
         self._given_back[task.number] += 1
         return self._given_back[task.number]
@@ -309,9 +309,9 @@ class Reach:
         return table
 
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
-        """Energy from the start of the good's edge to a charger after the task; kept while that is open.
+        """Energy from the start of the good's edge to a charger after the task, kept while the task is open.
 
-        Not of a tour with a choice of places, which may be others the next time.
+        Not of a tour with a choice of stops, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
@@ -330,8 +330,8 @@ class Reach:
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:
         """Energy from the start of the good's edge to being clear of the station.
 
-        What it turns where nobody knows how it stands, before it sets out from a place in the lane or from a good at a
-        node, counts as half a turn.
+        Where its heading is not known, before it sets out from a stand in the lane or a good at a node, a half turn is
+        counted.
         """
         tasks, drawn = self.tasks, self.consumption
         travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
@@ -368,10 +368,11 @@ class Reach:
         return self._loaded_speeds[robot.number]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:
-        """Driving time to the charger that a robot would go to; inf where there is none.
+        """Driving time to the charger that a robot would go to, inf where there is none.
 
-        `own`: its home's; `least-loaded`: the farthest one, as it may be any. Where slots at chargers are scarce the
-        way leads over the parking slot from which all are reached soonest, as it may have to wait there first.
+        With `own` that is its home's, with `least-loaded` the farthest, as it may be any. Where slots at chargers are
+        scarce the way leads over the parking slot from which all are reached soonest, as it may have to wait there
+        first.
         """
         target = robot.home if choice == "own" and robot.home in self.chargers else choice
         key = node, target, robot.speed

@@ -1,7 +1,7 @@
 """A robot's life: wait for a good, fetch it, deliver it, go home, charge. Read this first.
 
-Each robot is a SimPy process. It decides nothing itself: which task, which route, when and where to charge are
-asked of the policies; how it gets along the lanes is traffic's business, for the `body` that it has.
+Each robot is a SimPy process. It decides nothing itself: policies say which task, which route, and when and where to
+charge. How it gets along the lanes is left to traffic, for the `body` that it has.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     Steps = Generator[Event, object, None]
 
 FAR = 1e15
-"""A time that never comes: waiting for it would keep a run going that is stalled."""
+"""A time that never comes. It is not scheduled, as waiting for it would keep a stalled run going."""
 
 
 class Rest(Enum):
@@ -60,7 +60,7 @@ class Rest(Enum):
 class Robot:
     """A robot with a home, a battery and at most one task or tour at hand (`job`), which it does by its `tour`.
 
-    `bay` is the one it stands in or has a slot reserved in; `leaving` the one it stands in when it has a slot
+    `bay` is the one it stands in or has a slot reserved in. `leaving` is the one it stands in while it has a slot
     elsewhere. `docked` is the station that it is in.
     `doing`: its state, or that in which it broke down.
     """
@@ -122,7 +122,7 @@ class Robot:
         self.time_in = dict.fromkeys(around.states, 0.0)
 
     def stand(self, start: Start) -> None:
-        """Put it onto the lanes at the start of a run; it keeps a slot in its bay, or may have one again."""
+        """Put it onto the lanes at the start of a run. It keeps a slot in its bay, or may have one again."""
         self.traffic.stand(self.body, start)
         if start.edge is None:
             self.parked_at = start.node
@@ -132,7 +132,7 @@ class Robot:
     # The story
 
     def life(self) -> Steps:
-        """Work as long as there is any; rest and charge in a bay in between."""
+        """Work as long as there is any, and rest and charge in a bay in between."""
         exit_time = self.fleet.first_exit_time
         if self.body.is_on_lanes:
             yield from self.begin_on_lanes()
@@ -173,7 +173,7 @@ class Robot:
             yield from self.ask_for_more()
 
     def ask_for_more(self) -> Steps:
-        """The next task is given before the robot clears the place where it unloaded."""
+        """The next task is given before the robot leaves the slot or node where it unloaded."""
         yield self.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, self.clear_time)
@@ -181,7 +181,7 @@ class Robot:
     # Parking
 
     def reserve_bay(self, *, away: bool = False) -> None:
-        """A slot to go to, its own before it sets out; `away`: one without a charger."""
+        """A slot to go to, its own before it sets out, and with `away` one without a charger."""
         charging = self.charging
         self.body.recall_from(math.inf)
         if self.is_out:
@@ -245,7 +245,7 @@ class Robot:
         """Rest until there is a task, or until another robot must charge and finds no slot but this."""
         bays = self.bays
         while not offer.triggered:
-            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # whoever seeks a charger now is known then
+            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # robots that seek a charger now are known then
             if not offer.triggered and bays.wants_room(self):
                 self.make_room()
                 return
@@ -373,7 +373,7 @@ class Robot:
     # Driving
 
     def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
-        """Drive a route, to a place on its last lane (`yield from`); False: recalled, on the node it came to next."""
+        """Drive a route to a stop on its last lane (`yield from`), and return False if it is recalled on the way."""
         self.body.allow_detours(self.itinerary.routes.detours)
         return self.traffic.drive(self.body, route, None if place is None else place[1])
 
@@ -405,7 +405,7 @@ class Robot:
         self._draw(state)
 
     def _draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs; beside a charger a robot at rest draws nothing."""
+        """From now on the battery draws what the state needs. Beside a charger a robot at rest draws nothing."""
         unpowered = state in UNPOWERED and self.at_charger
         self.battery.draw(self.env.now, 0.0 if unpowered else self.battery.rates[state])
         self.alarms.watch()
@@ -417,7 +417,7 @@ class Robot:
         self.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
 
     def tally(self, now: float) -> dict[str, float]:
-        """What it has done so far, in plain numbers; times in all states and `waiting` add up to `now`."""
+        """What it has done so far, in plain numbers. Times in all states and `waiting` add up to `now`."""
         body = self.body
         waited = body.waited_by(now)
         worked = now - self.since_state - (waited - self.waited_before)
@@ -460,7 +460,7 @@ class Robot:
         return other
 
     def halt(self) -> Steps:
-        """Broken down where it stands, until it is repaired; then what it was `doing` goes on. Never in a bay."""
+        """Broken down where it stands, until it is repaired. Then what it was `doing` goes on. Never in a bay."""
         breakdowns = self.breakdowns
         assert breakdowns is not None
         while self.is_out and breakdowns.is_due(self.operated()):

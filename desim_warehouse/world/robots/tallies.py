@@ -1,8 +1,8 @@
 """What has happened up to an instant, as rows of plain numbers: for each robot, edge and intersection.
 
 Traffic is ahead of the clock: a robot that sets out from a stop line has entered its next lane already, and a wait
-behind a slower robot is known before it begins. Here both count only as far as they have come to pass, so that tallies
-may be taken at any instant (the end of the warm-up, the end of a run) and agree with the log. Nothing is changed by it.
+behind a slower robot is known before it begins. Here both count only as far as they have happened, so that tallies may
+be taken at any instant (the end of the warm-up, the end of a run) and agree with the log. Nothing is changed by it.
 """
 
 from __future__ import annotations

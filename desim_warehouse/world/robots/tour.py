@@ -1,6 +1,6 @@
 """How a robot does its task, or several on one tour: from stop to stop, loading and unloading, in stations when served.
 
-Until it has loaded for the first time its battery may call it back; then it goes on to the end.
+Until it has loaded for the first time its battery may call it back. Then it goes on to the end.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Tour:
     # The story
 
     def begin(self) -> Generator[Event, object, bool]:
-        """Drive to the first stop and load there; False if the battery sent the robot home before it got there."""
+        """Drive to the first stop and load there. Returns False if the battery sent the robot home before."""
         robot = self.robot
         if robot.docked is None or robot.docked is not self.stops[0].station:
             if not self._declare():
@@ -92,7 +92,7 @@ class Tour:
             yield from self._handle(stop)
 
     def _handle(self, stop: Stop) -> Steps:
-        """Load or unload where it stands; in a station when it is served."""
+        """Load or unload where it stands, or when it is served in a station."""
         robot, station, service = self.robot, stop.station, None
         state = "loading" if stop.act == "load" else "unloading"
         time = self.handling.time(stop)

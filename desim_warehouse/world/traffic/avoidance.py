@@ -1,12 +1,12 @@
-"""Never stalled on two-way lanes: a step is granted only if afterwards nobody stands in his own way.
+"""Never stalled on two-way lanes: a step is granted only if afterwards no robot blocks itself through others.
 
 j *stands in i's way* if j stands on a node or lane that i has still to use, or ahead of i on i's lane. A step is safe
 if the relation has no cycle afterwards. Then there is always an order in which all could drive home one by one, and the
-first of them finds everything before it free; so as long as robots are out, one of them can move (proof: docs/why.md).
+first of them finds everything before it free. So as long as robots are out, one of them can move (proof: docs/why.md).
 This is the banker's algorithm on routes, but no order has to be searched for.
 
 It needs that every robot out has declared its whole route, which ends in a reserved slot off the lanes (a bay, or a
-station beside a node); and that every step and every change of a route is asked for here. A robot under way counts as
+station beside a node). And every step and every change of a route must be checked here. A robot under way counts as
 standing where it is going to.
 """
 
@@ -38,8 +38,8 @@ DESPERATE = 5
 class DeclaredRoute:
     """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay.
 
-    A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there;
-    `direction` is that in which the robot drives a zone now.
+    A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there.
+    `direction` is the one in which the robot drives a zone now.
     """
 
     __slots__ = ("at", "direction", "stands", "trail")
@@ -52,10 +52,12 @@ class DeclaredRoute:
 
 
 class Avoidance:
-    """Decides on steps and changes of route; `patience` is how long a claim of a robot that is out may wait.
+    """Decides on steps and changes of route.
 
-    Past it nobody sets out onto where that robot has still to go, and past `DESPERATE` times as long nobody sets out
-    at all. Only departures are held back, never robots that are out: holding those would break the proof.
+    `patience` is how long a claim of a robot that is out may wait.
+
+    Past it no robot sets out onto the route that is left to that robot. Past `DESPERATE` times as long none sets out at
+    all. Only departures are held back, never robots that are out: holding those would break the proof.
     """
 
     def __init__(self, env: Environment, patience: float, *, has_zones: bool = False) -> None:
@@ -86,7 +88,7 @@ class Avoidance:
         self._count(robot, plan.trail[plan.at + 1 :], 1)
 
     def change(self, robot: Body, route: Sequence[Lane]) -> bool:
-        """Change the route of a robot that is out, if that is safe; it begins at the node it stands on or comes to.
+        """Change the route of a robot that is out, if that is safe. It begins at the node it stands on or comes to.
 
         It is to stand on that node first: a route that turned back into the lane it is on would wait for itself.
         Refused, the declared route stays in force, and the robot may ask again at the next node.
@@ -108,7 +110,7 @@ class Avoidance:
         return True
 
     def left(self, robot: Body) -> None:
-        """A robot is in a bay or station: it stands in nobody's way any more."""
+        """A robot is in a bay or station, and no longer in the way of others."""
         plan = self._plans.pop(robot, None)
         if plan is not None:
             self._count(robot, plan.trail[plan.at + 1 :], -1)
@@ -126,7 +128,7 @@ class Avoidance:
     # Steps
 
     def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
-        """Whether a robot may step onto `node`, or over it to stand on `onward`; if so it counts as standing there."""
+        """Whether a robot may step onto `node`, or over it to stand on `onward`. If so, it counts as standing there."""
         stand: Stand = node if onward is None else onward.lane_of_both
         witness = self._witness.get(robot)
         if witness is not None and witness[0] is stand:
@@ -154,7 +156,7 @@ class Avoidance:
         return True
 
     def _enter_zones(self, robot: Body, stand: Stand, passed: Iterable[Step]) -> bool:
-        """Whether the zones on a step are free of robots that drive them the other way; if so it is in the last one.
+        """Whether the zones on a step are free of robots in the other direction. If so, it is in the last one.
 
         A robot that others count as beyond a zone may still be on its way out. Then it is looked at again when it is.
         """
@@ -183,9 +185,9 @@ class Avoidance:
     def _cycle(self, robot: Body) -> list[Body] | None:
         """The robots of a cycle through `robot`, or None.
 
-        Found backwards: whom it stands in the way of, whom they stand in the way of, and so on, until one of them
-        stands in its own way. If nobody has still to use its stand, one look is enough. On one-way rings this is
-        stricter than need be, as whoever drives round is in the way of all: there rings turn instead (`gridlock`).
+        The search goes backwards: the robots that it blocks, those that they block, and so on, until one blocks itself.
+        If no robot has still to use its stand, the search ends at once. On one-way rings this is stricter than
+        necessary, as a robot that drives round is in the way of all. There rings turn instead (`gridlock`).
         """
         plans = self._plans
         stand = plans[robot].stands
@@ -283,7 +285,7 @@ class Avoidance:
 
 
 def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection | None = None) -> list[Step]:
-    """The nodes and lanes on which a robot can stand along a route from a node, in order; a short lane is none.
+    """The nodes and lanes on which a robot can stand along a route from a node, in order, without short lanes.
 
     `direction` is that of a zone in which the robot comes to the node, or stands on it.
     """
@@ -314,7 +316,7 @@ def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
 
 
 def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
-    """The robots ahead of one on the lane where it stands; None: all there, as it is only on its way in."""
+    """The robots ahead of one on the lane where it stands, or None for all there if it is still on its way in."""
     if robot.lane is None or robot.lane.lane_of_both is not stand:
         return None
     found, other = set(), robot.ahead

@@ -33,18 +33,18 @@ class Body:
 
     It is in a bay (`lane` and `held` None, `at` its node), on a `lane`, or on an intersection that it has `held` since
     before it set out for it: out of a bay, or at the end of its lane. With that it has room on the lane `granted`.
-    It drives from `pos`, where it looked last, to `target`, which it is sure to reach without asking for more: from
-    `since` to `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
+    It drives from `pos`, where it looked last, to `target`, which it is sure to reach without another reservation:
+    from `since` to `until`. `goal` is where it wants to go on this lane: its own stop or the stop line.
     It waits for a `claim`, or for the robot ahead on its lane (`waiting_behind`, the drive to go on with), never both.
 
     It sets out from a stop line on its next lane at once: `out_at`, `out_pace` say when and how fast it passes the end
     of the one before, `entered_at` when it is really there. A `delay` is counted when it becomes known. On a node it
     faces its next lane at `ready_at`.
     `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
-    `stretch` is what it has driven since it stood; None: it gathers speed and brakes in no time.
-    From `recall_at` on it stops at the next node. From `halts_at` on it has broken down when it next looks round: at
-    its target, on a node, before it sets off; `broken`: until it is repaired. `delays`: those it has at nodes.
-    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions;
+    `stretch` is what it has driven since it stood, or None if it gathers speed and brakes in no time.
+    From `recall_at` on it stops at the next node. From `halts_at` on it breaks down at its next decision: at its
+    target, on a node, or before it sets off. While `broken`, it stands until it is repaired. `delays`: those at nodes.
+    `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions.
     `encounters` counts episodes of waiting for people.
     """
 
@@ -138,7 +138,7 @@ class Body:
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
 
     def passes(self, position: float) -> float:
-        """The time at which it passes `position` on its lane, no farther than its target; the past if it has."""
+        """The time at which it passes `position` on its lane, no farther than its target, or a past time."""
         if position <= self.pos:
             return self.since if position == self.pos else -math.inf
         return self.until - (self.target - position) / self.pace
@@ -284,7 +284,7 @@ class Body:
         self.recall_at = time
 
     def break_down_at(self, time: float) -> None:
-        """From a time on it has broken down when it next looks round."""
+        """From a time on it breaks down at its next decision."""
         self.halts_at = time
 
     def break_down(self) -> None:
@@ -367,7 +367,7 @@ class Body:
 
     @property
     def blocker(self) -> Body | None:
-        """The one robot that it waits for; None: it is not blocked, or only time keeps it waiting."""
+        """The one robot that it waits for, or None if it is not blocked or only waits for time to pass."""
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
@@ -446,7 +446,7 @@ class Body:
         self.driver.notice_wait(waiting=True)
 
     def stop_waiting(self, now: float) -> Drive:
-        """It has waited behind another and may go on; the caller says when its drive is due."""
+        """It has waited behind another and may go on. The caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
         assert drive is not None
         self.driver.notice_wait(waiting=False)

@@ -1,11 +1,11 @@
 """Lanes that are closed or slow at times.
 
-Nobody enters a lane that is closed; who is in what is closed drives on and out of it, and may load there. So a claim
-for room on it waits where the robot stands, holding nothing, and only time keeps it waiting: it blocks no ring.
+No robot enters a closed lane. One that is inside drives on and out, and may load there. So a claim for room on it waits
+where the robot stands, holding nothing, and only time keeps it waiting: it blocks no ring.
 
-Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when somebody asks, and a
-robot that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing
-where nobody drives, keep no run going, and hide no stall.
+Nothing is scheduled for openings and closings as such. Whether a lane is closed is looked up when needed, and a robot
+that has to wait is woken when it opens (`Intersection.wait_for_opening`). So calendars and people cost nothing where no
+robot drives, keep no run going, and hide no stall.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class Closure(Protocol):
     is_person: bool
 
     def closed_until(self, now: float) -> float:
-        """When it opens; not after `now`: it is open; inf: never again."""
+        """When it opens: not after `now` if it is open, inf if it never opens again."""
 
     def expected_until(self, time: float, now: float) -> float:
-        """When it is expected at `now` to be open for one that comes at `time`; not after that: it will be open."""
+        """When it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
 
 
 class ClosedHours:
@@ -72,7 +72,7 @@ class Slowness(NamedTuple):
     hours: Hours = ALWAYS
 
     def limit(self, now: float) -> float:
-        """The limit now; inf: none."""
+        """The limit now, inf if there is none."""
         return self.speed if self.hours.is_open(now) else math.inf
 
 
@@ -114,7 +114,7 @@ class Restrictions:
 
 
 class RestrictedLane(Lane):
-    """A lane with `closures`, with speed limits at times, or both; its own limit is `usual`.
+    """A lane with `closures`, with speed limits at times, or both. Its own limit is `usual`.
 
     A robot has the pace of the moment at which it sets out for the lane as long as it is on it.
     """
@@ -140,7 +140,7 @@ class RestrictedLane(Lane):
         self.usual = limit
 
     def shut_by(self, robot: Body) -> Closure | None:
-        """What keeps a robot out now; nothing one that is in a lane of the same closure."""
+        """What keeps a robot out now. A robot in a lane of the same closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
             if closure.closed_until(now) > now and not self._is_reached_within(closure, robot.lane):
@@ -148,7 +148,7 @@ class RestrictedLane(Lane):
         return None
 
     def _is_reached_within(self, closure: Closure, lane: Lane | None) -> bool:
-        """Whether a robot on another lane comes here without leaving what is closed; perhaps over a short one."""
+        """Whether a robot on another lane comes here without leaving the closure, perhaps over a short lane."""
         if lane is None or closure not in lane.closures:
             return False
         return lane.end is self.start or any(out.end is self.start and closure in out.closures for out in lane.end.outs)

@@ -1,10 +1,10 @@
 """A drive: a robot on its way over lanes and intersections, as a process and as the one event of its progress.
 
 A robot commits to a target on its lane that keeps it D behind the target of the robot ahead, drives there in one
-timeout and looks again. At the stop line, D before an intersection, it claims in one step the intersection and room to
-stand beyond it; as both are then its own until it is through, the same timeout takes it over the intersection and on
-to its next target. So an edge costs one event where nobody is in the way, and the robot's process sleeps meanwhile.
-(Two events an edge, to the stop line and over the node, were measured to cost more: docs/why.md.)
+timeout and decides again. At the stop line, D before an intersection, it claims in one step the intersection and room
+to stand beyond it. Both are then its own until it is through, so the same timeout takes it over the intersection and on
+to its next target. So an edge costs one event where the way is free, and the robot's process sleeps meanwhile. (Two
+events an edge, to the stop line and over the node, were measured to cost more: docs/why.md.)
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class Departure(Enum):
 
 
 class Drive:
-    """A robot's drive along `route` to `stop` on the last lane (None: to its end); `index` lanes are entered.
+    """A robot's drive along `route` to `stop` on the last lane (None: to its end), with `index` lanes entered.
 
-    It stands on SimPy's queue itself, as an event that has succeeded (SimPy's loop asks only for `callbacks` and
-    `_ok`), and is put there again for every edge: so a drive takes one object. The robot's process sleeps until it is
-    `held_up`: it is there, or has to decide or to wait for something at an intersection.
+    It stands on SimPy's queue itself, as an event that has succeeded (SimPy's loop reads only `callbacks` and `_ok`).
+    It is put there again for every edge, so a drive takes one object. The robot's process sleeps until it is `held_up`:
+    it is there, or has to decide or to wait for something at an intersection.
     """
 
     __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "slow", "stop", "turn_time")
@@ -63,7 +63,7 @@ class Drive:
 
     @property
     def onward(self) -> Lane | None:
-        """The lane to enter next; None: the robot is on the last."""
+        """The lane to enter next, or None on the last."""
         return self.route[self.index] if self.index < len(self.route) else None
 
     # The process
@@ -74,7 +74,7 @@ class Drive:
         return self.route[self.index :]
 
     def __iter__(self) -> Generator[Event, object, bool]:
-        """Drive (`yield from` it); True: it is there, False: recalled, it stands on the node that it came to next."""
+        """Drive (`yield from` it). Returns False if recalled, with the robot on the node that it came to next."""
         return self._drive_and_brake() if self.slow else self._drive()
 
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
@@ -113,7 +113,7 @@ class Drive:
                 yield from self._pass_when_free(onward)
 
     def _halt(self) -> Steps:
-        """Stand until a breakdown is repaired; it goes no farther meanwhile, whoever makes way for it."""
+        """Stand until a breakdown is repaired, and go no farther meanwhile even if others make way."""
         robot = self.robot
         goal = robot.goal
         robot.head_for(robot.pos)
@@ -154,8 +154,8 @@ class Drive:
     def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
         """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
 
-        Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace:
-        whoever follows it can plan by that.
+        Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace,
+        by which its followers can plan.
         """
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
@@ -187,7 +187,7 @@ class Drive:
         return True
 
     def _pass_when_free(self, onward: Lane) -> Steps:
-        """Wait at the stop line for the intersection and room beyond it, and set out; or not, if it is recalled."""
+        """Wait at the stop line for the intersection and room beyond it, and set out unless it is recalled."""
         robot = self.robot
         yield from robot.lane.end.claim(robot, onward, robot.lane)
         clear = self._clear_of_node(onward)
@@ -209,8 +209,8 @@ class Drive:
     def roll(self) -> None:
         """The robot is where it was sure to get to, and drives on if it can.
 
-        Along its lane as far as the robot ahead allows, up to its own stop or the stop line; from there over the
-        intersection, if nobody is in the way: neither at the node nor where it has to stand beyond it.
+        Along its lane as far as the robot ahead allows, up to its own stop or the stop line. From there it goes over
+        the intersection if both the node and its stand beyond are free.
         """
         robot, env = self.robot, self.env
         lane, now = robot.lane, env._now
@@ -248,9 +248,9 @@ class Drive:
             if (
                 onward.short
                 or robot.recall_at <= clear
-                or node.claims  # whoever asked before is served first
+                or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
-                or not onward.has_room(robot)  # node and room in one step: nobody stands on a node waiting for room
+                or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
                 or not (guard is None or guard.admit(robot, node, onward))
             ):
                 self._wake()
@@ -261,11 +261,11 @@ class Drive:
         heappush(env._queue, (robot.until, NORMAL, next(env._eid), self))
 
     def _cross(self, onward: Lane, clear: float, stop: float | None, now: float) -> None:
-        """Set out over an intersection that is the robot's own, onto the lane beyond; it leaves the node at `clear`.
+        """Set out over an intersection that is the robot's own, onto the lane beyond, and leave the node at `clear`.
 
         The order matters. The robot is off its lane first: that closes the gap in its queue, and notes when and how
         fast its end is passed. `enter` may put the start off (behind a slower robot), so the node is passed at
-        `robot.since`. Only when the robot is on its new lane do those behind it move up; and the node's claims come
+        `robot.since`. Only when the robot is on its new lane do those behind it move up. The node's claims come
         last, as rings are looked for there and must be seen as they are then.
         """
         robot, node, log = self.robot, onward.start, self.rules.log
@@ -349,7 +349,7 @@ class Drive:
         return robot.until + spent
 
     def _along_short(self, stop: float) -> Steps:
-        """Farther along a lane that is too short to stand clear of its nodes; the robot holds its end."""
+        """Farther along a lane that is too short to stand clear of its nodes, with its end held."""
         robot = self.robot
         robot.lane.commit(robot, stop, self.env._now)
         yield Arrival(self.env, robot.until)
@@ -392,7 +392,7 @@ class Drive:
         robot.driver.left_bay()
 
     def _turn(self, onward: Lane) -> None:
-        """On a node: turn to the next lane, also while it waits to be let in; out of a bay it faces it already."""
+        """On a node: turn to the next lane, also while waiting to be let in. Out of a bay it faces the lane already."""
         robot = self.robot
         if self.turn_time and robot.lane is not None:
             robot.turn_on_node(robot.lane.turn_to(onward), self.env._now)
@@ -400,8 +400,7 @@ class Drive:
     def _over_short(self, onward: Lane, halt: float | None) -> Steps:
         """Over a lane too short to stand on: the robot holds the lane's end before it sets off, also while it halts.
 
-        And over those beyond it that are as short, as long as nobody is in the way: a grid of cells costs one event
-        a cell.
+        And over those beyond it that are as short, as long as they are free: a grid of cells costs one event a cell.
         """
         robot = self.robot
         if not onward.inside:
@@ -411,7 +410,7 @@ class Drive:
         yield event
 
     def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
-        """From the node it holds over a short lane whose end is granted; the drive is due there."""
+        """From the node it holds over a short lane whose end is granted, where the drive is due."""
         robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
         if robot.lane is not None:
@@ -430,7 +429,7 @@ class Drive:
         heappush(env._queue, (there, NORMAL, next(env._eid), self))
 
     def _cross_next_short(self, now: float) -> bool:
-        """From the end of a short lane: set out over the next, if that is short too and nobody is in the way."""
+        """From the end of a short lane: set out over the next, if that is short too and the way is free."""
         robot, index = self.robot, self.index
         if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
             return False
@@ -458,7 +457,7 @@ class Drive:
     def _may_stay(self) -> bool:
         """Whether a recalled robot may stay on the intersection, and leave the room granted beyond it to others.
 
-        Where steps are guarded it counts as standing there already, and goes on; it is recalled at the next node.
+        Where steps are guarded it counts as standing there already, so it goes on and is recalled at the next node.
         That costs energy, never liveness: its declared route ends in a slot that is its own.
         """
         return self.robot.granted is None or self.rules.guard is None

@@ -21,7 +21,7 @@ class Driver(Protocol):
         """It has just left the bay it stood in."""
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]`; None: it waits. Asked while `detours` are left."""
+        """Another route for a robot held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
     def notice_wait(self, waiting: bool) -> None:
         """It begins, or ends, to wait in traffic."""
@@ -30,7 +30,7 @@ class Driver(Protocol):
         """It is known that it will wait in traffic from `begin` to `end`."""
 
     def halt(self) -> Steps:
-        """It looks round, and a breakdown is due: it stands until it is repaired; in a bay it has none."""
+        """A breakdown is due: the robot stands until it is repaired. It never breaks down in a bay."""
 
 
 class NoDriver:

@@ -1,7 +1,7 @@
 """What closures and people leave in the log, and how often robots and people meet.
 
-Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when
-somebody came.
+Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when a
+person came.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
 
 
 def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
-    """A row for each edge of an aisle when a person comes into it, and when they leave; visits in order of time."""
+    """A row for each edge of an aisle when a person comes into it, and when they leave, in order of time."""
     for source in people:
         source.come(end)
     for number, visit in enumerate(_in_order(people)):
@@ -91,7 +91,7 @@ Stay = tuple[int, float, float]
 
 
 def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
-    """Who was on each edge, in order; whoever is on it last still is at the end."""
+    """The robots on each edge, in order. The last may still be there at the end."""
     where: dict[int, tuple[Edge, float]] = {
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
@@ -105,12 +105,12 @@ def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
     for robot, (edge, since) in where.items():
         found[edge].append((robot, since, log.end))
     for stays in found.values():
-        stays.sort(key=lambda stay: (stay[2], stay[1]))  # nobody overtakes
+        stays.sort(key=lambda stay: (stay[2], stay[1]))  # robots never overtake
     return found
 
 
 def _overlapping(stays: list[Stay], begin: float, end: float) -> Iterator[Stay]:
-    """Those that are there at some time from `begin` to `end`."""
+    """Robots that are there at some time from `begin` to `end`."""
     for rank in range(bisect_right(stays, begin, key=lambda stay: stay[2]), len(stays)):
         if stays[rank][1] >= end and stays[rank][1] > begin:
             return

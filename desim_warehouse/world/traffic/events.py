@@ -1,6 +1,6 @@
 """The clock of a run, and events that SimPy does not offer: due at an exact instant, or after all others of one.
 
-Together with `drive.py`, the place where SimPy's private names are used: `env._queue`, `env._eid`, `event._ok`.
+Together with `drive.py`, the only file where SimPy's private names are used: `env._queue`, `env._eid`, `event._ok`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ AFTER_DECISIONS = EventPriority(NORMAL + 3)
 class Clock(Environment):
     """SimPy's environment with a lean loop for the one use that a run makes of it: on, until an event has come up.
 
-    SimPy's own loop calls a method for each event and asks a property for the time; that was 7 % of a run.
+    SimPy's own loop calls a method for each event and reads the time from a property, which was 7 % of a run.
     """
 
     now: float = 0.0  # a property in SimPy
@@ -71,7 +71,7 @@ class Clock(Environment):
 
 
 def happened(env: Environment) -> Event:
-    """An event that has succeeded already but is not scheduled: whoever holds it says when its callbacks are called."""
+    """An event that has succeeded already but is not scheduled: its holder says when its callbacks are called."""
     event = Event(env)
     event._ok, event._value = True, None
     return event

@@ -1,15 +1,15 @@
 """Never stalled: full rings of waiting robots are found when they close, and turned.
 
-A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection
-it claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work
-can only stop where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they
-do: the ring turns by one place, and each member is nearer to where it is going.
+A blocked robot waits for exactly one other: the robot ahead on its lane, the robot that holds the intersection it
+claims, or the last robot on the lane it wants room on. So who-waits-for-whom is a set of chains, and work can only stop
+where a chain closes on itself: a *ring*. Every member could move if all moved at once, so they do: the ring turns by
+one position, and each member is nearer to where it is going.
 
-A member whose own stop is less than a place ahead cannot move on by a whole place. It handles its good from where
-it stands; when it is blocked again the ring is complete.
+A member whose own stop is less than a position ahead cannot move on by a whole one. It handles its good from where it
+stands. When it is blocked again, the ring is complete.
 
-A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto
-the intersection and waits on it; this leaves a gap behind it, and the rings on either side turn one by one.
+A ring that passes a free intersection twice would cross itself there. Then one of the two robots drives onto the
+intersection and waits on it. This leaves a gap behind it, and the rings on either side turn one by one.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ Rule = Literal["rotate", "avoid", "stop"]
 
 
 class Gridlock:
-    """Finds rings and turns them; `stop`: a ring is an error, for fleets that cannot turn; `avoid`: there are none."""
+    """Finds rings and turns them.
+
+    With `stop` a ring is an error, for fleets that cannot turn. With `avoid` there are none.
+    """
 
     def __init__(self, env: Environment, log: Log, *, headway: float, mixed: bool, rule: Rule) -> None:
         self.env = env
@@ -47,7 +50,7 @@ class Gridlock:
         self.rotations = 0
 
     def check(self, robot: Body) -> None:
-        """Follow who waits for whom from a robot that has just become blocked; turn the ring if there is one.
+        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if there is one.
 
         A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
         closes on itself.
@@ -70,7 +73,7 @@ class Gridlock:
             self._turn(ring)
 
     def _is_open(self, ring: list[Body]) -> bool:
-        """Whether all in the ring can go: no intersection is still closing behind a robot, nobody is turning on one.
+        """Whether all in the ring can go: no intersection is still closing behind a robot, and no robot turns on one.
 
         If not, it is looked at again.
         """
@@ -93,7 +96,7 @@ class Gridlock:
         self.check(robot)
 
     def _turn(self, ring: list[Body]) -> None:
-        """Let the heads of a ring's lanes go all at once; or one of them, where the ring would cross itself.
+        """Let the heads of a ring's lanes go all at once, or one of them where the ring would cross itself.
 
         Each gets nearer to where it is going, so with routes that end all work does.
         """
@@ -130,7 +133,7 @@ class Gridlock:
             claim.node.award(claim, claim.lane if room else None)
 
     def _is_near(self, robot: Body) -> bool:
-        """Whether a robot's own stop is less than a place ahead, so that it would not make room for the next."""
+        """Whether a robot's own stop is less than a position ahead, so that it would not make room for the next."""
         return robot.goal - robot.pos < self.headway - EPS
 
     @staticmethod

@@ -1,9 +1,9 @@
 """An intersection: who may cross it, and who is next when it opens.
 
-A robot claims in one step the intersection and room to stand at least D beyond it, never one without the other: so
-no robot stands in an intersection waiting for room. Claims are served first come, first served among those that
-can be granted now; but a claim that only waits for the intersection to clear is not passed over: else a platoon
-that goes straight on, to which the node is never closed, would starve a crossing robot.
+A robot claims in one step the intersection and room to stand at least D beyond it, never one without the other. So no
+robot stands in an intersection waiting for room. Claims are served first come, first served among those that can be
+granted now. But a claim that only waits for the intersection to clear is not passed over. Else a platoon that goes
+straight on, to which the node is never closed, would starve a crossing robot.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 class Claim(Event):
     """A robot's request for an intersection and, with it or not at all, for room on the lane beyond.
 
-    It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone.
-    `via` is the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it
-    drives next. `because` is the closure that the wait is put down to, as it was in the way when it began.
+    It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone. `via` is
+    the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it drives
+    next. `because` is the closure to which the wait is attributed: the one in the way when it began.
     """
 
     def __init__(
@@ -64,9 +64,9 @@ class Claim(Event):
 class Intersection:
     """One node, or several nodes too close together (nearer than D) to be used at once.
 
-    A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at`
-    (known as soon as it sets out, so often in the future) for the lane `left_on` at a pace; until then it is
-    closed to all others, and afterwards to those whose path would come too close: at most until that one is D beyond.
+    A robot that stands on it, or is about to, is its `holder`. One that passes leaves its centre at `left_at` (known as
+    soon as it sets out, so often in the future) for the lane `left_on` at a pace. Until then it is closed to all
+    others. Afterwards it is closed to those whose path would come too close, at most until the robot is D beyond.
     """
 
     __slots__ = (
@@ -113,7 +113,7 @@ class Intersection:
         holder = self.holder
         if holder is not None:
             return holder is robot
-        # No closing distance is longer than D: whoever is D beyond is clear of everybody, without a look at the table.
+        # No closing distance is longer than D: a robot D beyond is clear of all, without a look at the table.
         if (now - self.left_at) * self.left_pace >= self.rules.headway:
             return True
         return self.opens_at(robot, via) <= now + EPS
@@ -139,7 +139,7 @@ class Intersection:
         now: float = self.rules.env._now
         guard = self.rules.guard
         if (
-            not self.claims  # whoever asked before is served first
+            not self.claims  # earlier claims are served first
             and self.is_open(robot, via, now)
             and (lane is None or lane.has_room(robot))
             and (over is None or over.shut_by(robot) is None)
@@ -152,7 +152,7 @@ class Intersection:
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
-        other = self.holder or self.user  # the wait is put down to whoever is in the way as it begins
+        other = self.holder or self.user  # the wait is attributed to the robot in the way as it begins
         self.serve(now)
         if robot.claim is not None:
             self.rules.gridlock.check(robot)
@@ -202,7 +202,7 @@ class Intersection:
             self.reopen_later(now)
 
     def reopen_later(self, now: float) -> None:
-        """Look at the claims again when the first of them is past the closing time; nobody asks for less."""
+        """Look at the claims again when the first of them is past the closing time, the shortest wait possible."""
         when = math.inf
         for claim in self.claims:
             time = self.opens_at(claim.robot, claim.via)
@@ -226,7 +226,7 @@ class Intersection:
             Arrival(self.rules.env, when).callbacks.append(self._opened)
 
     def _opened(self, _: Event) -> None:
-        """A lane beyond it has opened: of those that were kept out some may close a ring, whoever is on it."""
+        """A lane beyond it has opened: some robots that were kept out may now close a ring."""
         self.opening = math.inf
         now: float = self.rules.env._now
         if self.claims:
@@ -237,7 +237,7 @@ class Intersection:
     # Leaving it
 
     def passed(self, robot: Body, onward: Lane, time: float) -> None:
-        """A robot's centre leaves it for a lane at `time`; the last to do so counts."""
+        """A robot's centre leaves it for a lane at `time`. The last to do so counts."""
         if self.holder is robot:  # in a rotation it may be the next robot's already
             self.holder = None
         if time >= self.left_at:
@@ -247,7 +247,7 @@ class Intersection:
             self.left_pace = robot.pace
 
     def freed(self, now: float) -> None:
-        """It is free and has claims: serve them. Those that now wait for room only may have closed a ring.
+        """It is free and has claims: serve them. Robots that now wait for room only may have closed a ring.
 
         With a robot becoming blocked, and a node opening again, this is one of the three moments at which rings close.
         """
@@ -284,9 +284,9 @@ def _pace_by(robot: Body, via: Lane) -> float:
 
 
 class FreeIntersection(Intersection):
-    """A node at which nobody waits for another: what if it were no bottleneck?
+    """A node at which no robot waits for another: what if it were no bottleneck?
 
-    It is open to all at once; robots still spend their time there and wait for room on the lane beyond it, on which
+    It is open to all at once. Robots still spend their time there and wait for room on the lane beyond it, on which
     they keep D as everywhere (see `Lane.free_at`, for which such a floor counts as one of mixed speeds).
     """
 

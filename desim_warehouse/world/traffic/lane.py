@@ -1,10 +1,10 @@
 """A lane: the one-way edge between two intersections, its queue of robots, and the room on it.
 
-A robot commits to a target on its lane that keeps it a headway behind the target of the robot ahead and drives
-there. Nothing polls: whoever makes way lets those behind come up at once, down the queue, and at the lane's start
-the intersection decides who gets the room (`Intersection.serve`).
+A robot commits to a target on its lane that keeps it a headway behind the target of the robot ahead and drives there.
+Nothing polls: a robot that makes way lets those behind come up at once, down the queue, and at the lane's start the
+intersection decides who gets the room (`Intersection.serve`).
 
-The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's place.
+The headway is D, the same for all robots (the largest pair's), so that in a ring each can take any other's position.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Lane:
     """Robots queue on it in order, none overtakes.
 
     `last` is the robot that entered last and is still on it (`Body.off_lane` sees to that). `entering` is the robot
-    that was granted room and has not yet set out for it; `wanted` counts the waiting claims for room on it.
-    A *short* lane has no place to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside*
-    lane joins two nodes of one intersection, and counts as short. `stop_line` is D before the end; there a robot claims what comes
-    next, and at the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
+    that was granted room and has not yet set out for it. `wanted` counts the waiting claims for room on it. A *short*
+    lane has no room to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins
+    two nodes of one intersection, and counts as short. `stop_line` is D before the end, where a robot claims what comes
+    next. At the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
     other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
-    `tail` and `head` are the points it joins (x + iy); `out_at` and `out_pace` say when and how fast the last robot
+    `tail` and `head` are the points it joins (x + iy). `out_at` and `out_pace` say when and how fast the last robot
     left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
     """
 
@@ -70,7 +70,7 @@ class Lane:
 
     closures: Sequence[Closure] = ()
     slow: Sequence[Slowness] = ()
-    """What keeps robots out at times, and what slows them down; see `closures.RestrictedLane`."""
+    """What keeps robots out at times, and what slows them down (see `closures.RestrictedLane`)."""
 
     def __init__(
         self,
@@ -127,7 +127,7 @@ class Lane:
     # Room
 
     def has_room(self, robot: Body) -> bool:
-        """Whether a robot can come to a stand D beyond the lane's start, with nobody else on the way in."""
+        """Whether a robot can come to a stand D beyond the lane's start, with no other on the way in."""
         # `entering` was granted the room and has not set out yet.
         if self.entering is not None or (self.twin is not None and not self._is_clear_for(robot)):
             return False
@@ -139,7 +139,7 @@ class Lane:
         return None
 
     def _is_clear_for(self, robot: Body) -> bool:
-        """Of a two-way lane: whether nobody comes towards a robot; one that turns back at its end meets only itself."""
+        """Of a two-way lane: whether no robot comes towards it. One that turns back at its end meets only itself."""
         assert self.twin is not None
         other = self.twin.last
         return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
@@ -173,7 +173,7 @@ class Lane:
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
         """A robot leaves the node at the lane's start at `clear`, bound for `stop` or the stop line, as the last.
 
-        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower: so it is D behind all the
+        Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
         way, and one event still takes it there.
         """
         ahead, mixed = self.last, self.rules.mixed
@@ -239,7 +239,7 @@ class Lane:
                 self.start.serve(now)
 
     def set_off(self, robot: Body, target: float, now: float) -> None:
-        """Drive to `target` from `now` on; behind a slower robot later, so that it comes no closer on the way."""
+        """Drive to `target` from `now` on, or later behind a slower robot, so that it comes no closer on the way."""
         rules, since = self.rules, now
         mixed = rules.mixed
         if mixed and robot.stretch is not None:
@@ -264,7 +264,7 @@ class Lane:
         robot.delay_is_known(Delay(self, ahead, since, since + late))
 
     def _drive_on(self, robot: Body, target: float, now: float) -> bool:
-        """Let a robot under way drive on to `target` without a stop; or not, if it came too close to a slower one.
+        """Let a robot under way drive on to `target` without a stop, unless it came too close to a slower one.
 
         Nor if it still gathers speed: what that takes is spent where it was sure to get to.
 

@@ -1,10 +1,10 @@
 """How robots gather speed and brake: what a drive takes beyond its length at a steady pace, exactly.
 
 A *stretch* is what a robot drives from one stand to the next, in pieces of a length and a speed limit. Its time-optimal
-drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop; each piece then takes its
-length / limit and a time lost, which is known in closed form (a trapezoid of speeds, or a triangle on short pieces).
-In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no time steps, one
-event a drive.
+drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop. Each piece then takes its
+length / limit and a time lost, which is known in closed form (a trapezoid of speeds, or a triangle on short pieces). In
+traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no time steps, one event
+a drive.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
 class Stretch(NamedTuple):
     """What a robot has driven or committed to since it stood, and the time that it has `lost` beyond a steady pace.
 
-    Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes; it came to the
+    Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes. It came to the
     first of them at `speed`.
     """
 
@@ -39,7 +39,7 @@ class Stretch(NamedTuple):
     lost: float = 0.0
 
     def further(self, length: float, limit: float, foreseen: float = 0.0) -> tuple[float, Stretch]:
-        """The time that a further piece loses, and the stretch with it; the speed at its end is free.
+        """The time that a further piece loses, and the stretch with it, with the speed at its end free.
 
         It is lost as on one of the length `foreseen`, if that is more.
         """
@@ -94,7 +94,7 @@ class Stretch(NamedTuple):
 def time_lost(pieces: Sequence[Piece], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
     """What the time-optimal drive over pieces takes beyond the sum of length / limit.
 
-    It comes to the first at `speed`; at the end it stops, or its speed is free.
+    It comes to the first at `speed`. At the end it stops, or its speed is free.
     """
     speeds = _speeds(pieces, motion, speed, 0.0 if stops else math.inf)
     return sum(_lost_on(piece, speeds[i], speeds[i + 1], motion) for i, piece in enumerate(pieces))

@@ -1,7 +1,7 @@
 """People in the aisles: who comes when, where to, and how long they stay.
 
-They do not look at robots, so all visits could be drawn before a run. They are drawn as far as somebody asks: the times
-of visits from one random stream, and for each visit the aisle and the stay from a stream of its own.
+They do not look at robots, so all visits could be drawn before a run. They are drawn as far as needed: the times of
+visits from one random stream, and for each visit the aisle and the stay from a stream of its own.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Visit(NamedTuple):
 
 
 class Aisle:
-    """An aisle that people of one source come to: closed to robots while somebody is in it."""
+    """An aisle that people of one source come to: closed to robots while a person is in it."""
 
     wait = "waiting_person"
     is_person = True
@@ -53,7 +53,7 @@ class Aisle:
         return self.busy_until
 
     def expected_until(self, time: float, now: float) -> float:
-        """For one who sees somebody in it, and not for how long yet: the mean time that is left of a stay, from now.
+        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
 
         Seen at any instant it is E[S^2] / (2 E[S]), the mean residual time of renewal theory.
         """
@@ -61,7 +61,7 @@ class Aisle:
 
 
 class PeopleSource:
-    """People of one kind; `visits` are those that have come so far."""
+    """People of one kind, with their `visits` so far."""
 
     def __init__(
         self, name: str, spec: PeopleSpec, aisles: Sequence[tuple[Edge, ...]], weights: Sequence[float] | None
@@ -78,13 +78,13 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """With the random streams of a run; `hours`: when people come; `hour`: in its time units."""
+        """With the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         self._next = next(self._arrivals, math.inf)
 
     def _times(self, hours: Hours, hour: float) -> Iterator[float]:
-        """The times at which people come; at random a Poisson process in the time that is open to them."""
+        """The times at which people come. At random it is a Poisson process in the time that is open to them."""
         if self.spec.per_hour is None:
             yield from sorted(self.spec.times)
             return
@@ -109,7 +109,10 @@ class PeopleSource:
 
 
 def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[PeopleSource]:
-    """Where the people of a model come from; `inside`: edges that are no aisles, as they lie in an intersection."""
+    """Where the people of a model come from.
+
+    `inside` are edges in an intersection, which are no aisles.
+    """
     found = []
     for name, spec in model.people.items():
         if spec.aisles:
@@ -121,7 +124,7 @@ def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[Peopl
 
 
 def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tuple[list[tuple[Edge, ...]], list[float]]:
-    """The edges with storage places, each an aisle by itself, and the shares of demand there; not those `inside`."""
+    """The edges with storage places, each an aisle by itself, and their shares of demand, without those `inside`."""
     demand = [0.0] * len(layout.storage)
     for share, weights in _asked_for(model, layout):
         for number in range(len(demand)):
@@ -136,7 +139,7 @@ def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tup
 
 
 def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
-    """How demand is spread over storage places, with weights; None: all alike."""
+    """How demand is spread over storage places, with weights, or None for equal shares."""
     tasks, storage = model.tasks, layout.storage
     if isinstance(tasks.goods, tuple):
         listed = [0.0] * len(storage)

@@ -1,4 +1,4 @@
-"""The routing policy, asked and its answer checked: the lanes from one node to another."""
+"""Routes from the routing policy, with its answers checked: the lanes from one node to another."""
 
 from __future__ import annotations
 
@@ -42,7 +42,10 @@ class PassageMeans(Mapping[Edge, float]):
 
 
 class Routes:
-    """Asks the routing policy; `waits` and `collisions` are means per passage of each edge, its end node included."""
+    """Asks the routing policy.
+
+    `waits` and `collisions` are means per passage of each edge, its end node included.
+    """
 
     def __init__(
         self,
@@ -112,7 +115,7 @@ class Routes:
         return lanes
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
-        """Another route for a robot held up before `route[index]` at `node`; None: it waits."""
+        """Another route for a robot held up before `route[index]` at `node`, or None to wait."""
         last = route[-1]
         goal = last.edge[1] if stop is None else last.edge[0]
         if node == goal:

@@ -26,9 +26,9 @@ EPS = 1e-6
 
 
 def exact_length(length: float, headway: float) -> float:
-    """A lane's length; D and 2 D where it is within the tolerance of them.
+    """A lane's length, or D or 2 D where it is within the tolerance of them.
 
-    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones: which they are must not hang on
+    Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. Which rule holds must not depend on
     rounding, and a lane that is one by the tolerance only has stop lines that do not fit it.
     """
     for exact in (headway, 2 * headway):
@@ -42,11 +42,11 @@ def closing_distance(angle: float, theta: float, headway: float, approach: float
     """How far a robot must be beyond a node before the next may start towards it from `approach` before it.
 
     `angle` is between the headings of the one that comes and the one that leaves, `theta` the collision angle (both in
-    radians). With x to go and the other y beyond the node, the one that comes would stop for some x on its way
-    iff x + y < g; by the law of sines g = D cos(angle/2 - a) / cos(angle/2) with a = min(theta, angle/2). At right
-    angles this is D (cos a + sin a), straight on it is D. The same law holds for robots that follow each other round a
-    corner: exempting them makes S 11 % too low and lets robots overlap.
-    Never more than D: there the robot that left may stand, and counts as clear of the node. Kept for all runs.
+    radians). With x to go and the other y beyond the node, the one that comes would stop for some x on its way iff x +
+    y < g. By the law of sines g = D cos(angle/2 - a) / cos(angle/2) with a = min(theta, angle/2). At right angles this
+    is D (cos a + sin a), straight on it is D. The same law holds for robots that follow each other round a corner:
+    exempting them makes S 11 % too low and lets robots overlap. Never more than D: there the robot that left may stand,
+    and counts as clear of the node. Kept for all runs.
     """
     half = min(abs(angle), math.pi) / 2
     if half > math.pi / 2 - 1e-3:  # turning back: the formula's denominator vanishes
@@ -62,8 +62,8 @@ def closing_distance_apart(
     """The same for two nodes of one intersection: the robot left at `shift` from the node that the next one comes to.
 
     The two paths do not meet in a point, so the largest x + y at which the next one would stop is found by trying a
-    grid of x and y, on the safe side by half a grid step; kept for all runs of a study. `comes` and `leaves` are
-    headings; `ratio` is how far, at least, the one that leaves drives while the other drives 1.
+    grid of x and y, on the safe side by half a grid step. It is kept for all runs of a study. `comes` and `leaves` are
+    headings. While the one that comes drives 1, the other drives at least `ratio`.
     """
     steps = 40
     near = (approach + headway) / steps / 2
@@ -89,11 +89,11 @@ class Rules:
     """What holds everywhere on a floor, for its lanes and intersections.
 
     `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
-    other's place. `theta` is the collision angle in radians; `node_time` is spent at every node reached (turning and
+    other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
     re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
-    in speed, so that one robot can catch up with another on the way.
-    `exits_matter`: somebody asks when a robot leaves the end of a lane (the log of everything, or a faster follower).
-    `guard` decides on every step where lanes are two-way; None: full rings of waiting robots turn instead.
+    in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
+    end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
+    Where it is None, full rings of waiting robots turn instead.
     """
 
     env: Environment

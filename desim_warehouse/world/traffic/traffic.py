@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 class Traffic:
     """The Highways in use: lanes by edge, intersections by node.
 
-    `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`);
-    `rule` says what becomes of rings of waiting robots (see `gridlock`); by `avoid` robots declare their routes to
-    `rules.guard`, which decides on every step; `patience` is its. For `zones` see there. `node_times`: nodes at which
-    another time than `node_time` is spent; `free`: nodes at which nobody waits. `restrictions`: lanes that are
-    closed or slow at times.
+    `contact` is D and `theta` the collision angle in radians (see `rules.Rules`, also for the times and `mixed`).
+    `rule` says what becomes of rings of waiting robots (see `gridlock`). By `avoid` robots declare their routes to
+    `rules.guard`, which decides on every step and has `patience`. For `zones` see there. `node_times` are nodes at
+    which another time than `node_time` is spent. `free` are nodes at which no robot waits. `restrictions`: lanes that
+    are closed or slow at times.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Traffic:
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.
 
-        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`); without a route it is
+        To be used with `yield from`. A stop is at least D from the nodes (see `Lane.clear_stop`). Without a route it is
         on the lane where the robot is.
         """
         if stop is not None:
@@ -87,7 +87,7 @@ class Traffic:
         return Drive(self.rules, robot, route, stop)
 
     def stand(self, robot: Body, start: Start) -> None:
-        """Put a robot onto the lanes at the start of a run; on one lane those farther ahead come first."""
+        """Put a robot onto the lanes at the start of a run. On one lane those farther ahead come first."""
         if start.edge is None:
             node = self.nodes[start.node]
             node.grant(robot, None)
@@ -101,7 +101,7 @@ class Traffic:
         node, lane = robot.held, robot.lane
         if lane is not None:
             robot.off_lane(now)
-            lane.out_at = -math.inf  # it is in nobody's way any more
+            lane.out_at = -math.inf  # it is in the way of none any more
         robot.into_bay(node)
         if self.rules.guard is not None:
             self.rules.guard.left(robot)
@@ -118,7 +118,7 @@ def _intersections(
     zones: Sequence[TrafficZone],
     free: frozenset[str],
 ) -> dict[str, Intersection]:
-    """By node; nodes that cannot both be occupied, joined by an edge shorter than D or in a zone, are one.
+    """By node. Nodes joined by an edge shorter than D, or in one zone, cannot both be occupied and are one.
 
     One with a free node among its nodes is free as a whole.
     """

@@ -1,8 +1,8 @@
 """Zones: intersections of many nodes for one robot at a time, and lines of lanes with one direction at a time.
 
-One robot: nodes and edges of the zone are one intersection, and its edges lie inside: a robot claims all of it together
-with room beyond, so none waits in it for room, and rings turn past it as past a node (`intersection`, `gridlock`).
-One direction: whoever drives a line of two-way lanes the other way stands in the way of those who have it before them
+One robot: nodes and edges of the zone are one intersection, and its edges lie inside. A robot claims all of it together
+with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`, `gridlock`). One
+direction: a robot that drives a line of two-way lanes the other way blocks those that have still to enter it
 (`avoidance`).
 """
 
@@ -25,7 +25,10 @@ class Exit:
 
 
 class ZoneDirection:
-    """One direction of a line of two-way lanes; `robots` are in it, or were and have not been looked at since."""
+    """One direction of a line of two-way lanes.
+
+    `robots` are in it, or were when they were last looked at.
+    """
 
     __slots__ = ("exit", "opposite", "robots")
 
@@ -35,7 +38,7 @@ class ZoneDirection:
         self.robots: dict[Body, None] = {}
 
     def is_in(self, robot: Body, now: float) -> float | None:
-        """Of a robot that has been granted what lies beyond: when to look whether it has left; None: it has."""
+        """Of a robot that has been granted what lies beyond: when to look whether it has left, or None if it has."""
         lane = robot.lane
         if lane is None:
             return None
