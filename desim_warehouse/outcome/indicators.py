@@ -8,18 +8,17 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
-import statistics
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import StudyError, nearest
-from desim_warehouse.outcome import money
-from desim_warehouse.states import APART, BROKEN, OPERATING, SERVER, TIMES, names
+from desim_warehouse.outcome import measures, money
+from desim_warehouse.states import APART, TIMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable
 
-    from desim_warehouse.outcome.history import FlowHistory, History, Trip
+    from desim_warehouse.outcome.history import FlowHistory, History
     from desim_warehouse.states import State
 
 Unit = Literal[
@@ -44,9 +43,6 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
-_QUEUEING = names(lambda state: state.queue == SERVER)
-ROUNDING = 1e-9
-"""Part by which sums of energy may differ and still be the same."""
 
 
 @dataclass(frozen=True)
@@ -80,195 +76,6 @@ class Indicator:
         return self.unit.startswith("share")
 
 
-def _total(tally: str) -> Callable[[History], float]:
-    return lambda history: history.totals[tally]
-
-
-def _count(tally: str) -> Callable[[History], int]:
-    return lambda history: int(history.totals[tally])
-
-
-def _collisions(history: History) -> int:
-    """Waiting episodes, however often a robot would stop and start in one. Counted in steps, S grows without limit."""
-    return int(history.totals["rear_ends"] + history.totals["crossings"])
-
-
-def _cost(history: History) -> float:
-    """The paper's outlook: distance x w_d + time x w_t + S x w_c, with the counted time (without a warm-up T)."""
-    weights, distance = history.model.cost, history.totals["distance"]
-    return distance * weights.distance + history.counted * weights.time + _collisions(history) * weights.collisions
-
-
-def _rotations(history: History) -> int:
-    return sum(1 for ring in history.rotations if history.counts(ring.time))
-
-
-def _throughput(history: History) -> float:
-    hours = history.counted / history.model.units.hour
-    return history.totals["delivered"] / hours if hours else math.nan
-
-
-def _share(state: str) -> Callable[[History], float]:
-    def compute(history: History) -> float:
-        time = history.counted * len(history.log.robots)
-        return history.totals[state] / time if time else math.nan
-
-    return compute
-
-
-def _tasks_of_flow(flow: FlowHistory) -> float:
-    return len(flow.counted_deliveries)
-
-
-def _throughput_of_flow(flow: FlowHistory) -> float:
-    return len(flow.counted_deliveries) / flow.hours if flow.hours else math.nan
-
-
-def _backlog(tasks: History | FlowHistory) -> float:
-    return len(tasks.tasks) - len(tasks.delivered)
-
-
-def _cycle_time(tasks: History | FlowHistory) -> float:
-    return _mean(tasks.cycle_times)
-
-
-def _cycle_time_median(tasks: History | FlowHistory) -> float:
-    return quantile(tasks.cycle_times, 0.5)
-
-
-def _cycle_time_p95(tasks: History | FlowHistory) -> float:
-    return quantile(tasks.cycle_times, 0.95)
-
-
-def _cycle_time_cv(history: History) -> float:
-    times = history.cycle_times
-    return statistics.stdev(times) / statistics.fmean(times) if len(times) > 1 else math.nan
-
-
-def _tardiness(tasks: History | FlowHistory) -> float:
-    return _mean(tasks.lateness)
-
-
-def _on_time(tasks: History | FlowHistory) -> float:
-    return _mean([not late for late in tasks.lateness])
-
-
-def _mean(values: Sequence[float]) -> float:
-    return math.fsum(values) / len(values) if values else math.nan
-
-
-def quantile(ordered: Sequence[float], part: float) -> float:
-    """Linear interpolation between order statistics, as numpy's default (kept here to start up without numpy)."""
-    if not ordered:
-        return math.nan
-    place = part * (len(ordered) - 1)
-    low = math.floor(place)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
-
-
-def _backlog_growth(history: History) -> float:
-    """Tasks released less tasks delivered in the counted time, an hour."""
-    hours = history.counted / history.model.units.hour
-    released = sum(1 for task in history.tasks.values() if history.counts(task.released))
-    return (released - len(history.counted_deliveries)) / hours if hours else math.nan
-
-
-def _energy_lowest(history: History) -> float:
-    battery = history.model.battery
-    return math.nan if battery is None else history.lowest_energy / battery.capacity
-
-
-def _energy_drift(history: History) -> float:
-    """Energy charged minus energy drawn, 0 where the two differ by rounding alone."""
-    battery, hours = history.model.battery, history.counted / history.model.units.hour
-    if battery is None or not hours:
-        return math.nan
-    charged, drawn = history.charged, history.totals["energy"]
-    gained = 0.0 if math.isclose(charged, drawn, rel_tol=ROUNDING) else charged - drawn
-    return gained / (battery.capacity * history.model.fleet.size) / hours
-
-
-def _charger_utilisation(history: History) -> float:
-    time = history.chargers * history.counted
-    used = math.fsum(history.within(one.start, one.end) for one in history.chargings)
-    return used / time if time else math.nan
-
-
-def _time_in(history: History, states: Iterable[str]) -> float:
-    """What all robots together have spent in some states; in those that the model does not have, nothing."""
-    return math.fsum(history.totals.get(state, 0.0) for state in states)
-
-
-def _availability(history: History) -> float:
-    operating, broken = _time_in(history, OPERATING), _time_in(history, BROKEN)
-    return operating / (operating + broken) if operating + broken > 0 else math.nan
-
-
-def _breaks_down(history: History) -> bool:
-    return history.model.fleet.breaks_down
-
-
-def _station_wait(history: History) -> float:
-    """Robots queue for a server or for a charger. Rounding may leave these sums just below 0."""
-    return max(_time_in(history, _QUEUEING) - history.charger_wait, 0.0)
-
-
-def _has_prices(history: History) -> bool:
-    return history.model.prices is not None
-
-
-def _has_batches(history: History) -> bool:
-    return history.model.policies.batching.name != "single"
-
-
-def _counted_trips(history: History) -> list[Trip]:
-    return [trip for trip in history.trips if history.counts(trip.end)]
-
-
-def _has_orders(history: History) -> bool:
-    return bool(history.log.orders)
-
-
-def _lateness_of_orders(history: History) -> list[float]:
-    return [order.lateness for order in history.counted_orders if order.lateness is not None]
-
-
-def _has_arrivals(history: History) -> bool:
-    return history.model.tasks.arrive
-
-
-def _has_batteries(history: History) -> bool:
-    return history.model.battery is not None
-
-
-def _has_chargers(history: History) -> bool:
-    return _has_batteries(history) and history.chargers > 0
-
-
-def _has_stations(history: History) -> bool:
-    return bool(history.layout.stations)
-
-
-def _has_tally(name: str) -> Callable[[History], bool]:
-    """Whether robots counted something, as their model has it."""
-    return lambda history: name in history.totals
-
-
-def _encounters(history: History) -> float:
-    hours = history.counted / history.model.units.hour
-    return history.totals["encounters"] / hours if hours else math.nan
-
-
-def _shared_time(history: History) -> float:
-    people = history.log.people
-    return people["shared"] / people["time"] if people["time"] else math.nan
-
-
-def _has_due_times(tasks: History | FlowHistory) -> bool:
-    return bool(tasks.lateness)
-
-
 def _share_of(state: State) -> Indicator:
     """The share of the fleet's time in a state. Waiting in traffic is counted apart, and they add up to 1."""
     return Indicator(
@@ -277,7 +84,7 @@ def _share_of(state: State) -> Indicator:
         "share of fleet time",
         state.time,
         state.better,
-        _share(state.name),
+        measures.share(state.name),
         lambda history: state.applies(history.model),
     )
 
@@ -290,7 +97,7 @@ def _waited_apart(state: State) -> Indicator:
         "time",
         f"all robots together, no collisions: {state.time}",
         state.better,
-        _total(state.name),
+        measures.total(state.name),
         lambda history: state.applies(history.model),
     )
 
@@ -312,7 +119,7 @@ INDICATORS = {
             "count",
             "collisions: waiting episodes of all robots, `rear_ends + crossings`",
             "less",
-            _collisions,
+            measures.collisions,
         ),
         Indicator(
             "C",
@@ -320,7 +127,7 @@ INDICATORS = {
             "count",
             "charge cycles after which a robot went out again",
             "less",
-            _count("recharged"),
+            measures.count("recharged"),
         ),
         Indicator(
             "tasks",
@@ -328,26 +135,26 @@ INDICATORS = {
             "count",
             "tasks delivered",
             "more",
-            _count("delivered"),
-            by_flow=_tasks_of_flow,
+            measures.count("delivered"),
+            by_flow=measures.tasks_of_flow,
         ),
-        Indicator("moves", "Edges driven", "count", "edges driven", "less", _count("moves")),
+        Indicator("moves", "Edges driven", "count", "edges driven", "less", measures.count("moves")),
         Indicator(
             "distance",
             "Distance driven",
             "length",
             "driven by all robots",
             "less",
-            _total("distance"),
+            measures.total("distance"),
         ),
-        Indicator("energy", "Energy drawn", "energy", "used by all robots", "less", _total("energy")),
+        Indicator("energy", "Energy drawn", "energy", "used by all robots", "less", measures.total("energy")),
         Indicator(
             "waiting",
             "Time waited in traffic",
             "time",
             "waited in traffic, all robots together",
             "less",
-            _total("waiting"),
+            measures.total("waiting"),
         ),
         *(_waited_apart(state) for state in APART.values()),
         Indicator(
@@ -357,8 +164,8 @@ INDICATORS = {
             "how often a person held a robot up before an aisle, or came into one with a robot in it; only with "
             "`people`",
             "less",
-            _encounters,
-            _has_tally("encounters"),
+            measures.encounters,
+            measures.has_tally("encounters"),
         ),
         Indicator(
             "shared_time",
@@ -366,8 +173,8 @@ INDICATORS = {
             "share of people's time",
             "share of the time of people in aisles in which a robot was in the same aisle; only with `people`",
             "less",
-            _shared_time,
-            _has_tally("encounters"),
+            measures.shared_time,
+            measures.has_tally("encounters"),
         ),
         Indicator(
             "cost",
@@ -375,7 +182,7 @@ INDICATORS = {
             "weighted",
             "`w_d distance + w_t time + w_c S`, with the weights of the section `cost`; time: what is counted of T",
             "less",
-            _cost,
+            measures.cost,
         ),
         Indicator(
             "rear_ends",
@@ -383,7 +190,7 @@ INDICATORS = {
             "count",
             "collisions behind a robot on the same edge",
             "less",
-            _count("rear_ends"),
+            measures.count("rear_ends"),
         ),
         Indicator(
             "crossings",
@@ -391,17 +198,17 @@ INDICATORS = {
             "count",
             "collisions before an intersection",
             "less",
-            _count("crossings"),
+            measures.count("crossings"),
         ),
-        Indicator("rotations", "Gridlock rotations", "count", "full rings that turned", "less", _rotations),
+        Indicator("rotations", "Gridlock rotations", "count", "full rings that turned", "less", measures.rotations),
         Indicator(
             "throughput_per_hour",
             "Throughput",
             "tasks per hour",
             "`tasks / (counted time × units.seconds / 3600)`",
             "more",
-            _throughput,
-            by_flow=_throughput_of_flow,
+            measures.throughput,
+            by_flow=measures.throughput_of_flow,
         ),
         Indicator(
             "cycle_time_mean",
@@ -409,8 +216,8 @@ INDICATORS = {
             "time",
             "from a task's release to its delivery, mean",
             "less",
-            _cycle_time,
-            by_flow=_cycle_time,
+            measures.cycle_time,
+            by_flow=measures.cycle_time,
         ),
         Indicator(
             "cycle_time_median",
@@ -418,8 +225,8 @@ INDICATORS = {
             "time",
             "the same, median",
             "less",
-            _cycle_time_median,
-            by_flow=_cycle_time_median,
+            measures.cycle_time_median,
+            by_flow=measures.cycle_time_median,
         ),
         Indicator(
             "cycle_time_p95",
@@ -427,8 +234,8 @@ INDICATORS = {
             "time",
             "the same, 95 % quantile (linear between order statistics)",
             "less",
-            _cycle_time_p95,
-            by_flow=_cycle_time_p95,
+            measures.cycle_time_p95,
+            by_flow=measures.cycle_time_p95,
         ),
         Indicator(
             "cycle_time_cv",
@@ -436,8 +243,8 @@ INDICATORS = {
             "ratio",
             "the same, standard deviation / mean: how far tasks differ in time; only with `people`",
             "less",
-            _cycle_time_cv,
-            _has_tally("encounters"),
+            measures.cycle_time_cv,
+            measures.has_tally("encounters"),
         ),
         Indicator(
             "backlog",
@@ -445,8 +252,8 @@ INDICATORS = {
             "tasks",
             "tasks released and not delivered, at the end",
             "less",
-            _backlog,
-            by_flow=_backlog,
+            measures.backlog,
+            by_flow=measures.backlog,
         ),
         Indicator(
             "backlog_growth_per_hour",
@@ -454,8 +261,8 @@ INDICATORS = {
             "tasks per hour",
             "tasks released less tasks delivered in the counted time, per hour; only where tasks arrive at random",
             "less",
-            _backlog_growth,
-            _has_arrivals,
+            measures.backlog_growth,
+            measures.has_arrivals,
             signed=True,
         ),
         Indicator(
@@ -464,9 +271,9 @@ INDICATORS = {
             "time",
             "mean of `max(delivery − due, 0)`; only where tasks have due times",
             "less",
-            _tardiness,
-            _has_due_times,
-            by_flow=_tardiness,
+            measures.tardiness,
+            measures.has_due_times,
+            by_flow=measures.tardiness,
         ),
         Indicator(
             "on_time",
@@ -474,9 +281,9 @@ INDICATORS = {
             "share of tasks",
             "share of the tasks delivered by their due time; only where tasks have due times",
             "more",
-            _on_time,
-            _has_due_times,
-            by_flow=_on_time,
+            measures.on_time,
+            measures.has_due_times,
+            by_flow=measures.on_time,
         ),
         Indicator(
             "trips",
@@ -484,8 +291,8 @@ INDICATORS = {
             "count",
             "tours that ended with the delivery of their last task; only with `policies.batching`",
             None,
-            lambda history: len(_counted_trips(history)),
-            _has_batches,
+            lambda history: len(measures.counted_trips(history)),
+            measures.has_batches,
         ),
         Indicator(
             "loads_per_trip",
@@ -493,8 +300,8 @@ INDICATORS = {
             "tasks",
             "tasks done on one tour, mean; only with `policies.batching`",
             "more",
-            lambda history: _mean([len(trip.tasks) for trip in _counted_trips(history)]),
-            _has_batches,
+            lambda history: measures.mean([len(trip.tasks) for trip in measures.counted_trips(history)]),
+            measures.has_batches,
         ),
         Indicator(
             "orders",
@@ -503,7 +310,7 @@ INDICATORS = {
             "orders of which the last task was delivered; only with orders from a file",
             "more",
             lambda history: len(history.counted_orders),
-            _has_orders,
+            measures.has_orders,
         ),
         Indicator(
             "order_cycle_time_mean",
@@ -511,8 +318,8 @@ INDICATORS = {
             "time",
             "from an order's release to the delivery of its last task, mean; only with orders from a file",
             "less",
-            lambda history: _mean([order.cycle_time for order in history.counted_orders]),
-            _has_orders,
+            lambda history: measures.mean([order.cycle_time for order in history.counted_orders]),
+            measures.has_orders,
         ),
         Indicator(
             "order_cycle_time_p95",
@@ -520,8 +327,8 @@ INDICATORS = {
             "time",
             "the same, 95 % quantile; only with orders from a file",
             "less",
-            lambda history: quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
-            _has_orders,
+            lambda history: measures.quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
+            measures.has_orders,
         ),
         Indicator(
             "orders_on_time",
@@ -529,8 +336,8 @@ INDICATORS = {
             "share of orders",
             "share of the orders with due times of which every task was delivered by its due time",
             "more",
-            lambda history: _mean([not late for late in _lateness_of_orders(history)]),
-            lambda history: bool(_lateness_of_orders(history)),
+            lambda history: measures.mean([not late for late in measures.lateness_of_orders(history)]),
+            lambda history: bool(measures.lateness_of_orders(history)),
         ),
         Indicator(
             "energy_lowest",
@@ -538,8 +345,8 @@ INDICATORS = {
             "share of capacity",
             "lowest level of any robot's battery, as a share of its capacity; only with batteries",
             "more",
-            _energy_lowest,
-            _has_batteries,
+            measures.energy_lowest,
+            measures.has_batteries,
             signed=True,  # with `battery.reserve`
         ),
         Indicator(
@@ -549,8 +356,8 @@ INDICATORS = {
             "change of the fleet's mean battery level over the counted time, as a share of the capacity per hour; only "
             "with batteries",
             "more",
-            _energy_drift,
-            _has_batteries,
+            measures.energy_drift,
+            measures.has_batteries,
             signed=True,
         ),
         Indicator(
@@ -559,8 +366,8 @@ INDICATORS = {
             "share of charger time",
             "share of the time of all chargers in which a robot is charged; only with batteries and chargers",
             None,
-            _charger_utilisation,
-            _has_chargers,
+            measures.charger_utilisation,
+            measures.has_chargers,
         ),
         Indicator(
             "charger_wait",
@@ -569,7 +376,7 @@ INDICATORS = {
             "time in a bay waiting for a charger, all robots together; only with batteries and chargers",
             "less",
             lambda history: history.charger_wait,
-            _has_chargers,
+            measures.has_chargers,
         ),
         Indicator(
             "station_wait",
@@ -577,8 +384,8 @@ INDICATORS = {
             "time",
             "time in a station waiting for a server, all robots together; only with stations",
             "less",
-            _station_wait,
-            _has_stations,
+            measures.station_wait,
+            measures.has_stations,
         ),
         Indicator(
             "breakdowns",
@@ -586,8 +393,8 @@ INDICATORS = {
             "count",
             "breakdowns of robots; only with breakdowns",
             "less",
-            _count("breakdowns"),
-            _breaks_down,
+            measures.count("breakdowns"),
+            measures.breaks_down,
         ),
         Indicator(
             "availability",
@@ -596,8 +403,8 @@ INDICATORS = {
             "time in operation (driving, loading and unloading, waits not counted) as a share of that and the time in "
             "which robots are broken down; only with breakdowns",
             "more",
-            _availability,
-            _breaks_down,
+            measures.availability,
+            measures.breaks_down,
         ),
         Indicator(
             "annual_cost",
@@ -607,7 +414,7 @@ INDICATORS = {
             "its `hours` like the counted time; only with prices",
             "less",
             money.annual_cost,
-            _has_prices,
+            measures.has_prices,
         ),
         Indicator(
             "cost_per_task",
@@ -616,7 +423,7 @@ INDICATORS = {
             "`annual_cost` by the tasks that such a year delivers; only with prices",
             "less",
             money.cost_per_task,
-            _has_prices,
+            measures.has_prices,
         ),
         *(_share_of(state) for state in TIMES.values()),
     )

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.model.schema import SaturatedGoods
-from desim_warehouse.outcome.indicators import INDICATORS, kpis, quantile
+from desim_warehouse.outcome.indicators import INDICATORS, kpis
+from desim_warehouse.outcome.measures import quantile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

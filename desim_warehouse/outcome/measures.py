@@ -1,0 +1,207 @@
+"""What indicators measure: each function takes the history of a run, or of one of its flows, and gives a number."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from typing import TYPE_CHECKING
+
+from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from desim_warehouse.outcome.history import FlowHistory, History, Trip
+
+_QUEUEING = names(lambda state: state.queue == SERVER)
+ROUNDING = 1e-9
+"""Part by which sums of energy may differ and still be the same."""
+
+
+def total(tally: str) -> Callable[[History], float]:
+    return lambda history: history.totals[tally]
+
+
+def count(tally: str) -> Callable[[History], int]:
+    return lambda history: int(history.totals[tally])
+
+
+def collisions(history: History) -> int:
+    """Waiting episodes, however often a robot would stop and start in one. Counted in steps, S grows without limit."""
+    return int(history.totals["rear_ends"] + history.totals["crossings"])
+
+
+def cost(history: History) -> float:
+    """The paper's outlook: distance x w_d + time x w_t + S x w_c, with the counted time (without a warm-up T)."""
+    weights, distance = history.model.cost, history.totals["distance"]
+    return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
+
+
+def rotations(history: History) -> int:
+    return sum(1 for ring in history.rotations if history.counts(ring.time))
+
+
+def throughput(history: History) -> float:
+    hours = history.counted / history.model.units.hour
+    return history.totals["delivered"] / hours if hours else math.nan
+
+
+def share(state: str) -> Callable[[History], float]:
+    def compute(history: History) -> float:
+        time = history.counted * len(history.log.robots)
+        return history.totals[state] / time if time else math.nan
+
+    return compute
+
+
+def tasks_of_flow(flow: FlowHistory) -> float:
+    return len(flow.counted_deliveries)
+
+
+def throughput_of_flow(flow: FlowHistory) -> float:
+    return len(flow.counted_deliveries) / flow.hours if flow.hours else math.nan
+
+
+def backlog(tasks: History | FlowHistory) -> float:
+    return len(tasks.tasks) - len(tasks.delivered)
+
+
+def cycle_time(tasks: History | FlowHistory) -> float:
+    return mean(tasks.cycle_times)
+
+
+def cycle_time_median(tasks: History | FlowHistory) -> float:
+    return quantile(tasks.cycle_times, 0.5)
+
+
+def cycle_time_p95(tasks: History | FlowHistory) -> float:
+    return quantile(tasks.cycle_times, 0.95)
+
+
+def cycle_time_cv(history: History) -> float:
+    times = history.cycle_times
+    return statistics.stdev(times) / statistics.fmean(times) if len(times) > 1 else math.nan
+
+
+def tardiness(tasks: History | FlowHistory) -> float:
+    return mean(tasks.lateness)
+
+
+def on_time(tasks: History | FlowHistory) -> float:
+    return mean([not late for late in tasks.lateness])
+
+
+def mean(values: Sequence[float]) -> float:
+    return math.fsum(values) / len(values) if values else math.nan
+
+
+def quantile(ordered: Sequence[float], part: float) -> float:
+    """Linear interpolation between order statistics, as numpy's default (kept here to start up without numpy)."""
+    if not ordered:
+        return math.nan
+    place = part * (len(ordered) - 1)
+    low = math.floor(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
+
+
+def backlog_growth(history: History) -> float:
+    """Tasks released less tasks delivered in the counted time, an hour."""
+    hours = history.counted / history.model.units.hour
+    released = sum(1 for task in history.tasks.values() if history.counts(task.released))
+    return (released - len(history.counted_deliveries)) / hours if hours else math.nan
+
+
+def energy_lowest(history: History) -> float:
+    battery = history.model.battery
+    return math.nan if battery is None else history.lowest_energy / battery.capacity
+
+
+def energy_drift(history: History) -> float:
+    """Energy charged minus energy drawn, 0 where the two differ by rounding alone."""
+    battery, hours = history.model.battery, history.counted / history.model.units.hour
+    if battery is None or not hours:
+        return math.nan
+    charged, drawn = history.charged, history.totals["energy"]
+    gained = 0.0 if math.isclose(charged, drawn, rel_tol=ROUNDING) else charged - drawn
+    return gained / (battery.capacity * history.model.fleet.size) / hours
+
+
+def charger_utilisation(history: History) -> float:
+    time = history.chargers * history.counted
+    used = math.fsum(history.within(one.start, one.end) for one in history.chargings)
+    return used / time if time else math.nan
+
+
+def time_in(history: History, states: Iterable[str]) -> float:
+    """What all robots together have spent in some states; in those that the model does not have, nothing."""
+    return math.fsum(history.totals.get(state, 0.0) for state in states)
+
+
+def availability(history: History) -> float:
+    operating, broken = time_in(history, OPERATING), time_in(history, BROKEN)
+    return operating / (operating + broken) if operating + broken > 0 else math.nan
+
+
+def breaks_down(history: History) -> bool:
+    return history.model.fleet.breaks_down
+
+
+def station_wait(history: History) -> float:
+    """Robots queue for a server or for a charger. Rounding may leave these sums just below 0."""
+    return max(time_in(history, _QUEUEING) - history.charger_wait, 0.0)
+
+
+def has_prices(history: History) -> bool:
+    return history.model.prices is not None
+
+
+def has_batches(history: History) -> bool:
+    return history.model.policies.batching.name != "single"
+
+
+def counted_trips(history: History) -> list[Trip]:
+    return [trip for trip in history.trips if history.counts(trip.end)]
+
+
+def has_orders(history: History) -> bool:
+    return bool(history.log.orders)
+
+
+def lateness_of_orders(history: History) -> list[float]:
+    return [order.lateness for order in history.counted_orders if order.lateness is not None]
+
+
+def has_arrivals(history: History) -> bool:
+    return history.model.tasks.arrive
+
+
+def has_batteries(history: History) -> bool:
+    return history.model.battery is not None
+
+
+def has_chargers(history: History) -> bool:
+    return has_batteries(history) and history.chargers > 0
+
+
+def has_stations(history: History) -> bool:
+    return bool(history.layout.stations)
+
+
+def has_tally(name: str) -> Callable[[History], bool]:
+    """Whether robots counted something, as their model has it."""
+    return lambda history: name in history.totals
+
+
+def encounters(history: History) -> float:
+    hours = history.counted / history.model.units.hour
+    return history.totals["encounters"] / hours if hours else math.nan
+
+
+def shared_time(history: History) -> float:
+    people = history.log.people
+    return people["shared"] / people["time"] if people["time"] else math.nan
+
+
+def has_due_times(tasks: History | FlowHistory) -> bool:
+    return bool(tasks.lateness)
