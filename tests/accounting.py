@@ -25,9 +25,9 @@ def faults(run):
     for number, row in robots.iterrows():
         same(f"robot {number}", row.sum(), counted)
     for number, task in history.tasks.items():
-        if task.delivered >= history.begin:
-            same(f"task {number}", tasks.loc[number].sum(), min(task.delivered, run.T) - task.released)
-    same("number of tasks", len(tasks), sum(task.delivered >= history.begin for task in history.tasks.values()))
+        if task.done >= history.begin:
+            same(f"task {number}", tasks.loc[number].sum(), min(task.done, run.T) - task.released)
+    same("number of tasks", len(tasks), sum(task.done >= history.begin for task in history.tasks.values()))
     same("edges and nodes", edges.to_numpy().sum() + nodes.to_numpy().sum(), counted * fleet)
     for number, row in hours.iterrows():
         length = min(counted - number * run.model.units.hour, run.model.units.hour)

@@ -1,6 +1,7 @@
 """Little's law, L = lambda W, on any run: a line for each place where it does not hold.
 
-L comes from the log alone, event by event: how many are there, and for how long. lambda and W come from the indicators.
+L comes from the log alone, event by event: how many are there, and for how long. lambda counts the
+tasks done, and W is the indicator.
 Over a counted time that cuts tasks off at both ends the law is exact once their missing parts are added: the area under
 the number of open tasks is tasks x mean cycle time, less what delivered tasks had spent before the counted time,
 plus what open tasks have spent in it (Little 2011, Operations Research 59(3), 536-549, section 2).
@@ -9,6 +10,9 @@ plus what open tasks have spent in it (Little 2011, Operations Research 59(3), 5
 from __future__ import annotations
 
 import math
+from operator import itemgetter
+
+from tests.done import ends
 
 TOL = 1e-9
 
@@ -27,20 +31,18 @@ def areas(run, flow=""):
     """The area under the number of open tasks by the log, and by the indicators."""
     begin, end = run.record.begin, run.record.end
     of = f":{flow}" if flow else ""
-    rows = [
-        row
-        for row in run.record.rows
-        if row[1] in {"released", "delivered"} and (not flow or run.record.flows.get(row[3]) == flow)
-    ]
+    last = ends(run)
+    rows = [row for row in run.record.rows if row[1] == "released"] + last
+    rows = sorted((row for row in rows if not flow or run.record.flows.get(row[3]) == flow), key=itemgetter(0))
     area, number, since = 0.0, 0, begin
-    released, delivered = {}, {}
+    released, finished = {}, {}
     for time, kind, _, task, *_ in rows:
         now = max(time, begin)
         area += number * (now - since)
         number, since = number + (1 if kind == "released" else -1), now
-        (released if kind == "released" else delivered)[task] = time
+        (released if kind == "released" else finished)[task] = time
     area += number * (end - since)
-    done, cycle = run.kpis[f"tasks{of}"], run.kpis[f"cycle_time_mean{of}"]
-    before = sum(max(begin - released[task], 0.0) for task, time in delivered.items() if time >= begin)
-    still = sum(end - max(time, begin) for task, time in released.items() if task not in delivered)
+    done, cycle = sum(time >= begin for time in finished.values()), run.kpis[f"cycle_time_mean{of}"]
+    before = sum(max(begin - released[task], 0.0) for task, time in finished.items() if time >= begin)
+    still = sum(end - max(time, begin) for task, time in released.items() if task not in finished)
     return area, (done * cycle if done else 0.0) - before + still

@@ -13,6 +13,8 @@ from collections import Counter, defaultdict
 
 import numpy as np
 
+from tests.done import done, workplaces
+
 APART = ("waiting_closed", "waiting_person")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "returning")
 STATES = ("idle", *WORK, "charging", "broken", "on_break")
@@ -34,6 +36,7 @@ class Recount:
     """What happened between `begin` and `end`, counted from the log."""
 
     def __init__(self, run):
+        self.run = run
         self.model = run.model
         self.layout = run.layout
         self.rows = run.record.rows
@@ -303,9 +306,44 @@ class Recount:
             return {}
         return {row[3]: row[0] + within for row in self.rows if row[1] == "released"}
 
+    def work(self):
+        """By stepping through the rows: who waits and who is at work at each node, from one row to the next."""
+        at = workplaces(self.run)
+        waiting, busy = dict.fromkeys(at, 0), dict.fromkeys(at, 0)
+        waited = used = worked = on_time = due_ones = put = 0
+        before, due = 0.0, self.due()
+        for time, kind, _, task, node, *_ in [*self.rows, (self.end, "end", 0, 0, None)]:
+            for place, spec in at.items():
+                waited += waiting[place] * self.within(before, time)
+                stretches = self.model.hours(spec.hours).between(max(before, self.begin), time) if busy[place] else ()
+                used += busy[place] * sum(end - start for start, end in stretches)
+            before = time
+            if node not in at or kind not in {"delivered", "working", "worked"}:
+                continue
+            put += kind == "delivered"
+            waiting[node] += {"delivered": 1, "working": -1, "worked": 0}[kind]
+            busy[node] += {"delivered": 0, "working": 1, "worked": -1}[kind]
+            if kind == "worked" and time >= self.begin:
+                worked += 1
+                due_ones += task in due
+                on_time += task in due and time <= due[task]
+        if not put:
+            return {}
+        open_time = sum(
+            spec.workers * self.model.hours(spec.hours).share(self.begin, self.end) * (self.end - self.begin)
+            for spec in at.values()
+        )
+        return {
+            "worked": worked,
+            **({"worked_on_time": on_time / due_ones} if due_ones else {}),
+            "worker_utilisation": used / open_time if open_time else math.nan,
+            "worker_wait": waited,
+            "work_backlog": sum(waiting.values()) + sum(busy.values()),
+        }
+
     def tasks(self):
         released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
-        delivered = {row[3]: row[0] for row in self.rows if row[1] == "delivered"}
+        delivered = done(self.run)
         counted = {task: time for task, time in delivered.items() if time >= self.begin}
         times = [time - released[task] for task, time in counted.items()]
         due = self.due()
@@ -362,6 +400,7 @@ class Recount:
             "rotations": self.rotations,
             "throughput_per_hour": total["delivered"] / hours if hours else math.nan,
             **self.tasks(),
+            **self.work(),
             **self.energy(),
             **self.trips(),
             **self.breakdowns(),
@@ -378,7 +417,7 @@ class Recount:
 
     def spread(self):
         released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
-        times = [row[0] - released[row[3]] for row in self.rows if row[1] == "delivered" and row[0] >= self.begin]
+        times = [time - released[task] for task, time in done(self.run).items() if time >= self.begin]
         return {"cycle_time_cv": float(np.std(times, ddof=1) / np.mean(times)) if len(times) > 1 else math.nan}
 
     def encounters(self, total, hours):

@@ -40,19 +40,44 @@ _ROUTES = 5000
 
 @dataclass(frozen=True)
 class StationLoad:
-    """A station: its share of all tasks, its servers, tasks per time unit it can serve.
+    """A station: its share of all tasks, its servers, tasks per time unit that it can serve.
 
-    `busy` is rate x unloading time / servers, or of the workers: above 1 its queue grows. None: the demand has no rate.
-    With hours both are for the run as a whole, closed or not.
+    `busy` is rate x unloading time / servers: above 1 its queue grows. None: the demand has no rate. `workers`: those
+    who work on what is put down (0: none), and `work_capacity` and `work_busy` are theirs. With hours all are for the
+    run as a whole, closed or not.
     """
 
     node: str
     share: float
     servers: int
-    capacity: float
-    busy: float | None
+    serve_capacity: float
+    serve_busy: float | None
+    workers: int = 0
+    work_capacity: float = math.inf
+    work_busy: float | None = None
     open: float = 1.0
     """The part of the run in which it is open."""
+
+    @property
+    def limited_by_work(self) -> bool:
+        """Whether its workers get less done than its servers."""
+        return self.work_capacity < self.serve_capacity
+
+    @property
+    def capacity(self) -> float:
+        """Tasks per time unit that it gets done."""
+        return min(self.serve_capacity, self.work_capacity)
+
+    @property
+    def busy(self) -> float | None:
+        """Of the time of its servers, or of its workers where those get less done."""
+        return self.work_busy if self.limited_by_work else self.serve_busy
+
+    @property
+    def staff(self) -> str:
+        """Who limits it, and how many they are."""
+        count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
+        return f"{count} {who}{'s' * (count > 1)}"
 
 
 @dataclass(frozen=True)
@@ -178,8 +203,7 @@ class HandCalculation:
         busy = [item for item in self.stations if item.busy is not None]
         if busy:
             worst = max(busy, key=lambda item: item.busy or 0.0)
-            servers = f"{worst.servers} server{'s' * (worst.servers > 1)}"
-            text += f"; asked for, {worst.node} ({servers}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+            text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
             text += f" in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else ""
         return text
 
@@ -279,18 +303,32 @@ def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: floa
     of, own = specs(model, layout), own_times(model, layout)
     for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
         station = layout.stations.get(node)
-        servers, open_part = 1 if station is None else station.servers, 1.0
+        servers = 1 if station is None else station.servers
         usual = own.get(node, (None, None))[1]
         time = times.get(node, tasks.mean_unload if usual is None else usual)
         time += tasks.clear_time if station is None else 0.0
         capacity = servers / time if time else math.inf
-        if station is not None:
-            part = put_down[node] / share if put_down and share else 1.0
-            capacity = min(capacity, worked_capacity(of[node]) / part if part else math.inf)
-            open_part = open_share(model, of[node])
-            capacity *= open_part
-        busy = None if rate is None else rate * share / capacity
-        found.append(StationLoad(node, share, servers, capacity, busy, open_part))
+        asked = None if rate is None else rate * share
+        if station is None:
+            found.append(StationLoad(node, share, servers, capacity, None if asked is None else asked / capacity))
+            continue
+        spec, part = of[node], put_down[node] / share if put_down and share else 1.0
+        open_part = open_share(model, spec)
+        serve = capacity * open_part
+        work = open_part * worked_capacity(spec) / part if part else math.inf
+        found.append(
+            StationLoad(
+                node,
+                share,
+                servers,
+                serve,
+                None if asked is None else asked / serve,
+                0 if spec.work_time is None else spec.workers,
+                work,
+                None if asked is None else asked / work,
+                open_part,
+            )
+        )
     return tuple(found)
 
 

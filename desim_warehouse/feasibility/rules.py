@@ -158,21 +158,23 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             ),
             f"about {math.ceil(need)} robots are needed to keep up with it",
         )
-    over = [item for item in found.stations if item.busy is not None and item.busy > 1]
-    if over:
-        worst = max(over, key=lambda item: item.busy or 0.0)
-        need = math.ceil(worst.servers * (worst.busy or 0.0))
+    served = [(item.serve_busy or 0.0, item, item.servers, "server", "unload_time") for item in found.stations]
+    worked = [(item.work_busy or 0.0, item, item.workers, "worker", "work_time") for item in found.stations]
+    for staff, does in ((served, "unloading"), (worked, "work on what is put down")):
+        busy, worst, count, who, time_key = max(staff, key=lambda one: one[0], default=(0.0, None, 0, "", ""))
+        if worst is None or busy <= 1:
+            continue
         spec = specs(model, model.floor).get(worst.node)
         time = "time" if spec is None or spec.hours is None else "opening time"
-        work = "" if spec is None or spec.work_time is None else ", or of its workers"
         yield Finding(
             "DEMAND_ABOVE_STATIONS",
             f"layout.stations: {worst.node}",
             (
-                f"unloading at {worst.node} takes {amount(100 * (worst.busy or 0.0))} % of the {time} of its "
-                f"{worst.servers} server{'s' * (worst.servers > 1)}{work}, so its queue grows without bound"
+                f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {count} {who}"
+                f"{'s' * (count > 1)}, so its queue grows without bound"
             ),
-            f"it needs {need} servers{work}, or less unload_time, or a part of its tasks elsewhere (station_choice)",
+            f"it needs {math.floor(count * busy) + 1} {who}s, or less {time_key}, or a part of its tasks elsewhere "
+            "(station_choice)",
         )
 
 

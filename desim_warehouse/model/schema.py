@@ -217,6 +217,11 @@ class Tasks(Part):
     load_time: Varying = Field(description="at the storage place")
     unload_time: Varying = Field(description="at the station")
     clear_time: Time = Field(0.0, description="after unloading, before driving on; the next task is assigned before it")
+    done_when: Literal["delivered", "worked"] = Field(
+        "worked",
+        description="when a load is done, for due times and cycle times: delivered, or (worked) also worked on, where "
+        "it goes to a station with work_time",
+    )
 
     def is_random(self, model: Model) -> bool:
         """Whether stations are drawn, or something else of it is."""

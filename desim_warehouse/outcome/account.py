@@ -49,8 +49,16 @@ OF_ROBOTS = {
 }
 """The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
-OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS}
-"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue, then what that robot does."""
+_AT_WORK = {
+    part.name: part
+    for part in (
+        Share("waiting_for_worker", "waiting for a worker", "#C9A66B"),
+        Share("worked_on", "being worked on", "#A6761D"),
+    )
+}
+OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS, **_AT_WORK}
+"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue, then what that robot does, then
+the work on its load unit, where it is done only after that."""
 OF_WORK = ("task", "flow", "station")
 """Accounts of the time of tasks. The others are of robots."""
 
@@ -86,6 +94,8 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     for row, part, length in found:
         spent[row, part].append(length)
     no = absent(history.model)
+    if not history.workplaces or history.model.tasks.done_when == "delivered":
+        no |= _AT_WORK.keys()
     columns = (part for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS) if part not in no)
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
@@ -184,8 +194,8 @@ def _by_hour(history: History) -> Found:
 
 
 def counted_tasks(history: History) -> dict[int, TaskHistory]:
-    """The tasks that `account` has rows for, by number: those not delivered before the counted time."""
-    return {number: task for number, task in history.tasks.items() if history.counts(task.delivered)}
+    """The tasks that `account` has rows for, by number: those not done before the counted time."""
+    return {number: task for number, task in history.tasks.items() if history.counts(task.done)}
 
 
 def _by_task(history: History) -> Found:
@@ -231,6 +241,10 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
             yield number, piece.part, min(piece.end, assignment.end) - max(piece.start, assignment.start)
     for number, task in tasks.items():
         yield number, _UNASSIGNED.name, min(task.delivered, history.end) - free[number]
+        if task.delivered < task.done:
+            begun = min(task.begun, history.end)
+            yield number, "waiting_for_worker", begun - task.delivered
+            yield number, "worked_on", min(task.done, history.end) - begun
 
 
 _TABLES: dict[By, Callable[[History], Found]] = {

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.states import State
@@ -43,7 +44,11 @@ _CURVE = 16
 
 @dataclass(slots=True)
 class TaskHistory:
-    """When a task was released, loaded and delivered (inf: never), where, and when it was due (None: at no time)."""
+    """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
+
+    `begun`, `worked`: when work on its load unit in the station began and ended (inf: not yet, or there is none).
+    `done`: when it was delivered, or worked on where `tasks.done_when` says so.
+    """
 
     number: int
     good: int
@@ -51,29 +56,32 @@ class TaskHistory:
     due: float | None
     loaded: float = math.inf
     delivered: float = math.inf
+    begun: float = math.inf
+    worked: float = math.inf
+    done: float = math.inf
     station: str = ""
     flow: str = ""
     order: str = ""
 
     @property
     def cycle_time(self) -> float:
-        """From its release to its delivery."""
-        return self.delivered - self.released
+        """From its release until it was done."""
+        return self.done - self.released
 
 
 class OrderHistory(NamedTuple):
-    """An order: when its first task was released, when its last was delivered (inf: never), and by how much late."""
+    """An order: when its first task was released, when its last was done (inf: never), and by how much late."""
 
     flow: str
     order: str
     released: float
-    delivered: float
+    done: float
     lateness: float | None
 
     @property
     def cycle_time(self) -> float:
-        """From its release to its delivery as a whole."""
-        return self.delivered - self.released
+        """From its release until the whole of it was done."""
+        return self.done - self.released
 
 
 class FlowHistory:
@@ -82,28 +90,32 @@ class FlowHistory:
     def __init__(self, history: History, flow: str) -> None:
         self.tasks = {number: task for number, task in history.tasks.items() if task.flow == flow}
         self.delivered = [task for task in history.delivered if task.flow == flow]
+        self.done = [task for task in history.done if task.flow == flow]
         self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
-        self.cycle_times = sorted(task.cycle_time for task in self.counted_deliveries)
-        self.lateness = lateness(self.counted_deliveries)
+        self.counted_done = [task for task in self.done if history.counts(task.done)]
+        self.cycle_times = sorted(task.cycle_time for task in self.counted_done)
+        self.lateness = lateness(self.counted_done)
+        self.put_down = [task for task in history.put_down if task.flow == flow]
+        self.history = history
         self.hours = history.counted / history.model.units.hour
 
 
 def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
     """By how much each task that was due was late, 0 if it was not."""
-    return [max(task.delivered - task.due, 0.0) for task in tasks if task.due is not None]
+    return [max(task.done - task.due, 0.0) for task in tasks if task.due is not None]
 
 
 Spans = tuple[list[int], list[float]]
-"""Deliveries in equal spans of time, and the sums of their cycle times."""
+"""Tasks done in equal spans of time, and the sums of their cycle times."""
 
 
-def deliveries(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
-    """How many tasks were delivered in each of equal spans of time, and the sums of their cycle times."""
+def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
+    """How many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
     width = (end - begin) / spans
     counts, times = [0] * spans, [0.0] * spans
     for task in tasks:
-        if begin <= task.delivered <= end:
-            span = min(int((task.delivered - begin) / width), spans - 1)
+        if begin <= task.done <= end:
+            span = min(int((task.done - begin) / width), spans - 1)
             counts[span] += 1
             times[span] += task.cycle_time
     return counts, times
@@ -240,6 +252,11 @@ class History:
     # What is counted
 
     @property
+    def history(self) -> History:
+        """Itself, as a flow's history has that of the whole run."""
+        return self
+
+    @property
     def counted(self) -> float:
         """The length of time in which indicators count."""
         return self.end - self.begin
@@ -260,12 +277,20 @@ class History:
     # Tasks
 
     @cached_property
-    def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory]]:
-        """All tasks by number, and those delivered in the order in which they were."""
+    def workplaces(self) -> dict[str, StationSpec]:
+        """The stations, by node, where the loads that are put down are worked on."""
+        specs = {node: self.model.layout.stations[item.zone] for node, item in self.layout.stations.items()}
+        return {node: spec for node, spec in specs.items() if spec.work_time is not None}
+
+    @cached_property
+    def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory], list[TaskHistory]]:
+        """All tasks by number, those delivered, and those done, each in the order in which they were."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
+        done: list[TaskHistory] = []
+        until_worked = self.workplaces if self.model.tasks.done_when == "worked" else {}
         loading: set[int] = set()
-        for row in self.rows("released", "delivered", *_LOADING, *_LOADED):
+        for row in self.rows("released", "delivered", "working", "worked", *_LOADING, *_LOADED):
             if row.kind == "released":
                 due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
                 order = self.log.orders.get(row.task, "")
@@ -276,11 +301,19 @@ class History:
                 if row.robot in loading:  # else it goes on, from a stop on its way or after a breakdown
                     loading.remove(row.robot)
                     tasks[row.task].loaded = row.time
+            elif row.kind == "working":
+                tasks[row.task].begun = row.time
             else:
-                task = tasks[row.task]
-                task.delivered, task.station = row.time, row.node or ""
-                delivered.append(task)
-        return tasks, delivered
+                task, node = tasks[row.task], row.node or ""
+                if row.kind == "worked":
+                    task.worked = row.time
+                else:
+                    task.delivered, task.station = row.time, node
+                    delivered.append(task)
+                if (node in until_worked) == (row.kind == "worked"):
+                    task.done = row.time
+                    done.append(task)
+        return tasks, delivered, done
 
     @property
     def tasks(self) -> dict[int, TaskHistory]:
@@ -292,20 +325,35 @@ class History:
         """The tasks that were delivered, in order of delivery, the warm-up included."""
         return self._tasks[1]
 
+    @property
+    def done(self) -> list[TaskHistory]:
+        """The tasks that were done (see `TaskHistory`), in the order in which they were, the warm-up included."""
+        return self._tasks[2]
+
+    @cached_property
+    def put_down(self) -> list[TaskHistory]:
+        """The tasks whose load units were put down in a station with workers, in order of delivery."""
+        return [task for task in self.delivered if task.station in self.workplaces]
+
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
         """The tasks that were delivered in the counted time, in order of delivery."""
         return [task for task in self.delivered if self.counts(task.delivered)]
 
     @cached_property
+    def counted_done(self) -> list[TaskHistory]:
+        """The tasks that were done in the counted time, in that order."""
+        return [task for task in self.done if self.counts(task.done)]
+
+    @cached_property
     def cycle_times(self) -> list[float]:
-        """The cycle times of the counted deliveries, shortest first."""
-        return sorted(task.cycle_time for task in self.counted_deliveries)
+        """The cycle times of the tasks done in the counted time, shortest first."""
+        return sorted(task.cycle_time for task in self.counted_done)
 
     @cached_property
     def lateness(self) -> list[float]:
-        """Tardiness of each counted delivery with a due time, 0 if it was on time."""
-        return lateness(self.counted_deliveries)
+        """Tardiness of each task with a due time that was done in the counted time, 0 if it was on time."""
+        return lateness(self.counted_done)
 
     @cached_property
     def orders(self) -> list[OrderHistory]:
@@ -319,7 +367,7 @@ class History:
                 flow,
                 order,
                 min(task.released for task in tasks),
-                max(task.delivered for task in tasks),
+                max(task.done for task in tasks),
                 max(lateness(tasks), default=None),
             )
             for (flow, order), tasks in of.items()
@@ -327,8 +375,8 @@ class History:
 
     @cached_property
     def counted_orders(self) -> list[OrderHistory]:
-        """The orders that were delivered as a whole in the counted time."""
-        return [one for one in self.orders if self.counts(one.delivered) and one.delivered <= self.end]
+        """The orders of which the last task was done in the counted time."""
+        return [one for one in self.orders if self.counts(one.done) and one.done <= self.end]
 
     def of_flow(self, flow: str) -> FlowHistory:
         """The tasks of one flow."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import StudyError, nearest
 from desim_warehouse.outcome import measures, money
@@ -38,6 +38,7 @@ Unit = Literal[
     "share of charger time",
     "share of capacity",
     "share of people's time",
+    "share of workers' time",
     "encounters per hour",
     "ratio",
     "share of operating time",
@@ -52,8 +53,8 @@ class Indicator:
     `title`: for people, on axes and in reports. `unit`: its kind of unit. The model says what time and length are
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
-    `by_flow`: where tasks flow, each flow has it too, under `NAME:FLOW`, from the flow's own tasks. `signed`: whether
-    it can be less than 0.
+    `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
+    `signed`: whether it can be less than 0.
     """
 
     name: str
@@ -62,7 +63,7 @@ class Indicator:
     meaning: str
     better: Better | None
     compute: Callable[[History], float]
-    applies: Callable[[History], bool] = lambda _: True
+    applies: Callable[[Any], bool] = lambda _: True
     by_flow: Callable[[FlowHistory], float] | None = None
     signed: bool = False
 
@@ -214,7 +215,7 @@ INDICATORS = {
             "cycle_time_mean",
             "Cycle time, mean",
             "time",
-            "from a task's release to its delivery, mean",
+            "from a task's release until it is done (`tasks.done_when`), mean",
             "less",
             measures.cycle_time,
             by_flow=measures.cycle_time,
@@ -250,7 +251,7 @@ INDICATORS = {
             "backlog",
             "Backlog at the end",
             "tasks",
-            "tasks released and not delivered, at the end",
+            "tasks released and not done, at the end",
             "less",
             measures.backlog,
             by_flow=measures.backlog,
@@ -259,7 +260,7 @@ INDICATORS = {
             "backlog_growth_per_hour",
             "Backlog growth",
             "tasks per hour",
-            "tasks released less tasks delivered in the counted time, per hour; only where tasks arrive at random",
+            "tasks released less tasks done in the counted time, per hour; only where tasks arrive at random",
             "less",
             measures.backlog_growth,
             measures.has_arrivals,
@@ -269,7 +270,7 @@ INDICATORS = {
             "tardiness_mean",
             "Tardiness, mean",
             "time",
-            "mean of `max(delivery − due, 0)`; only where tasks have due times",
+            "mean of `max(time when it was done − due, 0)`; only where tasks have due times",
             "less",
             measures.tardiness,
             measures.has_due_times,
@@ -277,13 +278,64 @@ INDICATORS = {
         ),
         Indicator(
             "on_time",
-            "Delivered on time",
+            "On time",
             "share of tasks",
-            "share of the tasks delivered by their due time; only where tasks have due times",
+            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times",
             "more",
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
+        ),
+        Indicator(
+            "worked",
+            "Loads worked on",
+            "count",
+            "load units put down in stations whose work was finished; only where a station has `work_time`",
+            "more",
+            measures.worked,
+            measures.has_work,
+            by_flow=measures.worked,
+        ),
+        Indicator(
+            "worked_on_time",
+            "Worked on in time",
+            "share of tasks",
+            "share of those load units whose work was finished by their due time; only where they have due times",
+            "more",
+            measures.worked_on_time,
+            measures.has_due_work,
+            by_flow=measures.worked_on_time,
+        ),
+        Indicator(
+            "worker_utilisation",
+            "Worker utilisation",
+            "share of workers' time",
+            "share of the time of all workers, in the hours of their stations, in which they work on a load unit; of a "
+            "flow: on its load units",
+            None,
+            measures.worker_utilisation,
+            measures.has_work,
+            by_flow=measures.worker_utilisation,
+        ),
+        Indicator(
+            "worker_wait",
+            "Time waited for a worker",
+            "time",
+            "time from when load units were put down until work on them began, all together",
+            "less",
+            measures.worker_wait,
+            measures.has_work,
+            by_flow=measures.worker_wait,
+        ),
+        Indicator(
+            "work_backlog",
+            "Loads not worked on",
+            "tasks",
+            "load units put down and not yet worked on, at the end",
+            "less",
+            measures.work_backlog,
+            measures.has_work,
+            by_flow=measures.work_backlog,
         ),
         Indicator(
             "trips",
@@ -316,7 +368,7 @@ INDICATORS = {
             "order_cycle_time_mean",
             "Order cycle time, mean",
             "time",
-            "from an order's release to the delivery of its last task, mean; only with orders from a file",
+            "from an order's release until its last task is done, mean; only with orders from a file",
             "less",
             lambda history: measures.mean([order.cycle_time for order in history.counted_orders]),
             measures.has_orders,
@@ -334,7 +386,7 @@ INDICATORS = {
             "orders_on_time",
             "Orders on time",
             "share of orders",
-            "share of the orders with due times of which every task was delivered by its due time",
+            "share of the orders with due times of which every task was done by its due time",
             "more",
             lambda history: measures.mean([not late for late in measures.lateness_of_orders(history)]),
             lambda history: bool(measures.lateness_of_orders(history)),
@@ -429,7 +481,6 @@ INDICATORS = {
     )
 }
 """By name, in the order of tables."""
-_DUE = {"tardiness_mean", "on_time"}
 
 
 def kpis(history: History) -> dict[str, float]:
@@ -438,7 +489,7 @@ def kpis(history: History) -> dict[str, float]:
     for flow in history.model.tasks.flows:
         tasks = history.of_flow(flow)
         for name, indicator in INDICATORS.items():
-            if indicator.by_flow is not None and (name not in _DUE or tasks.lateness):
+            if indicator.by_flow is not None and indicator.applies(tasks):
                 found[f"{name}:{flow}"] = indicator.by_flow(tasks)
     return found
 

@@ -71,6 +71,7 @@ KINDS = {
     "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
+    "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),
     "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
     "parked": RowKind("tasks", "a robot has entered a bay", "energy"),

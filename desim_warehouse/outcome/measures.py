@@ -11,7 +11,7 @@ from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from desim_warehouse.outcome.history import FlowHistory, History, Trip
+    from desim_warehouse.outcome.history import FlowHistory, History, TaskHistory, Trip
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9
@@ -62,8 +62,46 @@ def throughput_of_flow(flow: FlowHistory) -> float:
     return len(flow.counted_deliveries) / flow.hours if flow.hours else math.nan
 
 
+def worked(tasks: History | FlowHistory) -> int:
+    return len(counted_work(tasks))
+
+
+def worked_on_time(tasks: History | FlowHistory) -> float:
+    return mean([task.worked <= task.due for task in counted_work(tasks) if task.due is not None])
+
+
+def counted_work(tasks: History | FlowHistory) -> list[TaskHistory]:
+    """The load units that were worked on by the end, from the end of the warm-up on."""
+    whole = tasks.history
+    return [task for task in tasks.put_down if whole.counts(task.worked) and task.worked <= whole.end]
+
+
+def worker_wait(tasks: History | FlowHistory) -> float:
+    return math.fsum(tasks.history.within(task.delivered, task.begun) for task in tasks.put_down)
+
+
+def worker_utilisation(tasks: History | FlowHistory) -> float:
+    """Work after the end of a station's hours, as `at_close: finish` has it, is not counted: it has no such time."""
+    whole = tasks.history
+    hours = {node: whole.model.hours(spec.hours) for node, spec in whole.workplaces.items()}
+    time = math.fsum(
+        spec.workers * hours[node].share(whole.begin, whole.end) * whole.counted
+        for node, spec in whole.workplaces.items()
+    )
+    busy = math.fsum(
+        end - start
+        for task in tasks.put_down
+        for start, end in hours[task.station].between(max(task.begun, whole.begin), min(task.worked, whole.end))
+    )
+    return busy / time if time else math.nan
+
+
+def work_backlog(tasks: History | FlowHistory) -> int:
+    return sum(task.worked > tasks.history.end for task in tasks.put_down)
+
+
 def backlog(tasks: History | FlowHistory) -> float:
-    return len(tasks.tasks) - len(tasks.delivered)
+    return len(tasks.tasks) - len(tasks.done)
 
 
 def cycle_time(tasks: History | FlowHistory) -> float:
@@ -106,10 +144,10 @@ def quantile(ordered: Sequence[float], part: float) -> float:
 
 
 def backlog_growth(history: History) -> float:
-    """Tasks released less tasks delivered in the counted time, an hour."""
+    """Tasks released less tasks done in the counted time, an hour."""
     hours = history.counted / history.model.units.hour
     released = sum(1 for task in history.tasks.values() if history.counts(task.released))
-    return (released - len(history.counted_deliveries)) / hours if hours else math.nan
+    return (released - len(history.counted_done)) / hours if hours else math.nan
 
 
 def energy_lowest(history: History) -> float:
@@ -170,6 +208,14 @@ def has_orders(history: History) -> bool:
 
 def lateness_of_orders(history: History) -> list[float]:
     return [order.lateness for order in history.counted_orders if order.lateness is not None]
+
+
+def has_work(tasks: History | FlowHistory) -> bool:
+    return bool(tasks.put_down)
+
+
+def has_due_work(tasks: History | FlowHistory) -> bool:
+    return any(task.due is not None for task in counted_work(tasks))
 
 
 def has_arrivals(history: History) -> bool:

@@ -75,6 +75,25 @@ class VerdictRule:
 
 
 def _cannot_keep_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Growth per hour of the tasks that are not done, or of the load units in stations that are not worked on."""
+    found = [growth for growth in (_tasks_pile_up(kpis, model), _work_piles_up(kpis, model)) if growth is not None]
+    return max(found, default=None)
+
+
+def _work_piles_up(kpis: Mapping[str, float], model: Model) -> float | None:
+    """Growth per hour of the load units that were put down and not worked on, from none at the start of the run.
+
+    The chance that is allowed for is that of tasks that arrive at random (see `_tasks_pile_up`).
+    """
+    left, end, counted = kpis.get("work_backlog", 0.0), kpis.get("T", math.nan), _counted(kpis, model)
+    if not model.tasks.never_end or not left or not counted:
+        return None
+    put_down = left + kpis.get("worked", 0.0) * end / counted
+    chance = ERRORS_OF_ARRIVALS * math.sqrt(put_down) + put_down * min(longest_closed(model) / end, 1.0)
+    return left / end * model.units.hour if left > max(chance, model.fleet.size) else None
+
+
+def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
     """Growth of the backlog per hour.
 
     If demand just equalled what the fleet can do, the backlog after n arrivals would have moved by about as much as
@@ -129,7 +148,7 @@ RULES = {
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
         f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
         "by more than one task a robot; what comes in the longest time outside the hours of a station, or of robots "
-        "on average, does not count",
+        "on average, does not count; or as many load units lie in stations (`work_time`) and are not worked on",
         _cannot_keep_up,
     ),
     "BATTERIES_FALL": VerdictRule(

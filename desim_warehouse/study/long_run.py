@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from desim_warehouse.errors import StudyError
-from desim_warehouse.outcome.history import deliveries
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.warm_up import steady_length
@@ -54,7 +55,7 @@ def _of(run: Run, name: str, confidence: float) -> statistics.OneRun:
         raise StudyError(f"indicator {name!r}: not one that batches of a run tell, expected one of {', '.join(has)}")
     history = run.history
     of = history.of_flow(flow) if flow else history
-    times = [task.cycle_time for task in of.counted_deliveries]
+    times = [task.cycle_time for task in of.counted_done]
     if base in QUANTILES:
         return statistics.quantile_in_run(times, QUANTILES[base], confidence)
     if base == "throughput_per_hour":
@@ -68,6 +69,7 @@ def _of(run: Run, name: str, confidence: float) -> statistics.OneRun:
 
 def _rates(history: History, tasks: Sequence[TaskHistory]) -> list[float]:
     """Deliveries per hour in each hundredth of the counted time."""
-    counts, _ = deliveries(tasks, history.begin, history.end, statistics.SMALL_BATCHES)
+    times = [task.delivered for task in tasks]
+    counts, _ = np.histogram(times, statistics.SMALL_BATCHES, (history.begin, history.end))
     hours = history.counted / len(counts) / history.model.units.hour
-    return [count / hours for count in counts]
+    return [float(count) / hours for count in counts]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.outcome.history import deliveries
+from desim_warehouse.outcome.history import in_spans
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.execution.work import Wanted
@@ -93,7 +93,7 @@ def settle(
     length = steady_length(model)
     whole = model.replace({"log": "tasks", "run.warm_up": 0})
     spans = [
-        deliveries(simulate(whole, run_seed(seed, replication)).history.delivered, 0.0, length, observations)
+        in_spans(simulate(whole, run_seed(seed, replication)).history.done, 0.0, length, observations)
         for replication in range(replications)
     ]
     return _settling(model, spans, observed)

@@ -128,7 +128,7 @@ class World:
         """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
         env, model, layout, streams = self.env, self.model, self.layout, self.streams
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
-        self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams)
+        self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
         self.bays = _bays(env, layout, homes, streams, keep=self.traffic.rules.guard is not None)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
@@ -285,6 +285,10 @@ class World:
         self.log.begin = self.env.now
         self._before = tallies(self.robots, self.traffic, self.env.now)
 
+    def _worked(self) -> None:
+        """A load unit in a station has been worked on, which may be the last thing that the run waits for."""
+        self.dispatcher.end_if_done()
+
     def _stalled(self) -> str:
         blocked = "; ".join(
             f"robot {robot.number} {robot.body.place(self.env.now)}"
@@ -303,6 +307,8 @@ class World:
         shut = [robot for robot in self.robots if STATES[robot.state].queue == OPENING]
         waiting = [f"robot {robot.number} at {robot.node}" for robot in shut]
         text = f"; in stations that do not open again: {', '.join(waiting)}" if waiting else ""
+        if left := self.stations.unfinished:
+            text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
             text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"
         if self.dispatcher.open and self.dispatcher.is_in_vain:

@@ -223,7 +223,7 @@ def test_work_that_is_always_open_has_no_hours():
 def test_a_full_buffer_keeps_the_robot_at_the_server():
     """One place, 100 s of work: the second robot comes at 110 and waits until 165, when the first load is done."""
     run = simulated({"layout.stations.desk.work_time": 100, "layout.stations.desk.buffer": 1})
-    assert times(run, "worked") == [165, 295]
+    assert times(run, "worked") == [165, 295, 425]
     assert rows(run, "queueing", "unloading") == [
         ("unloading", 35),
         ("queueing", 110),
@@ -236,13 +236,13 @@ def test_a_full_buffer_keeps_the_robot_at_the_server():
 def test_without_a_limit_loads_wait_and_robots_do_not():
     run = simulated({"layout.stations.desk.work_time": 70})
     assert times(run, "delivered") == [65, 140, 215]
-    assert times(run, "worked") == [135, 210]  # the third after the end of the run
+    assert times(run, "worked") == [135, 210, 285]
 
 
 def test_workers_keep_the_hours_of_the_station():
-    """The first is put down at 65 and worked on from then to 105; the second, put down at 230, until 270."""
+    """Put down at 65, 230 and 305, when it is closed: worked on until 105, 270 and, from 400 on, 440."""
     run = simulated({"layout.stations.desk.work_time": 40, "layout.stations.desk.hours": "day"})
-    assert times(run, "worked") == [105, 270]
+    assert times(run, "worked") == [105, 270, 440]
     pausing = {"layout.stations.desk.work_time": 40, "layout.stations.desk.at_close": "pause"}
     run = simulated({**pausing, "layout.stations.desk.hours": "day"})
     assert times(run, "worked")[0] == 205  # 35 s before 100, and 5 s from 200 on

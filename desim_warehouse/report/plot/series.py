@@ -26,7 +26,7 @@ _WINDOWS = (0.02, 0.05, 0.15)
 
 def cycle_times(run: Run) -> list[float]:
     """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
-    return [task.cycle_time for task in run.history.delivered]
+    return [task.cycle_time for task in run.history.done]
 
 
 def warm_up(

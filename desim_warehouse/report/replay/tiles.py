@@ -80,28 +80,28 @@ def _count(history: History, times: Iterable[float]) -> Curve:
 
 
 def _backlog(history: History) -> Curve:
-    """Tasks released and not delivered."""
+    """Tasks released and not done."""
     changes = [(task.released, 1) for task in history.tasks.values()]
-    changes += [(task.delivered, -1) for task in history.delivered]
+    changes += [(task.done, -1) for task in history.done]
     changes.sort()
     return [time for time, _ in changes], np.cumsum([by for _, by in changes]).tolist()
 
 
 def _on_time(history: History) -> Curve:
-    """The share of the deliveries with due times so far that were not late."""
-    due = [task for task in history.counted_deliveries if task.due is not None]
-    late = np.cumsum([task.due is not None and task.delivered > task.due for task in due])
-    return [task.delivered for task in due], (1 - late / np.arange(1, len(due) + 1)).tolist()
+    """The share of the tasks done so far that had due times and were not late."""
+    due = [task for task in history.counted_done if task.due is not None]
+    late = np.cumsum([task.due is not None and task.done > task.due for task in due])
+    return [task.done for task in due], (1 - late / np.arange(1, len(due) + 1)).tolist()
 
 
 def _cycle_time(history: History) -> Curve:
-    """The 95 % quantile of the cycle times of the deliveries so far."""
+    """The 95 % quantile of the cycle times of the tasks done so far."""
     ordered: list[float] = []
     values = []
-    for task in history.counted_deliveries:
+    for task in history.counted_done:
         insort(ordered, task.cycle_time)
         values.append(quantile(ordered, LATE))
-    return [task.delivered for task in history.counted_deliveries], values
+    return [task.done for task in history.counted_done], values
 
 
 def tile_columns(shown: list[Tile], scale: Scale) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
-from desim_warehouse.outcome.history import deliveries
+from desim_warehouse.outcome.history import in_spans
 from desim_warehouse.run import simulate
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -92,7 +92,7 @@ class Simulator:
             text = " ".join(str(error)[:_SAID].split()) or "no message"
             text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
             return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
-        spans = deliveries(run.history.delivered, 0.0, run.T, wanted.spans) if wanted.spans else None
+        spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
 
     def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:

@@ -159,12 +159,16 @@ class Dispatcher:
             self.stations.release((stop,), ())
 
     def came_home(self, robot: Robot) -> None:
-        """A robot is back in a bay. The last one, with all goods delivered, ends the run (the paper's T)."""
+        """A robot is back in a bay. The last one, with all goods done, ends the run (the paper's T)."""
         departures = self.departures
         if departures.is_full:
             self.call()
         departures.under_way.discard(robot.number)
-        if not departures.under_way and self.done == self.demand.total:
+        self.end_if_done()
+
+    def end_if_done(self) -> None:
+        """End the run when all robots are home and the last load is delivered and, where that counts, worked on."""
+        if not self.departures.under_way and self.done == self.demand.total and not self.stations.unfinished:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:

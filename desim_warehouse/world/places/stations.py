@@ -16,7 +16,7 @@ from desim_warehouse.world.places.stops import Stop, stops_of_tour
 from desim_warehouse.world.places.workplace import Workplace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from simpy import Environment
 
@@ -113,6 +113,7 @@ class Stations:
         self.env = env
         self.nodes = tasks.unload_at
         self.choice = tasks.station_choice
+        self._until_worked = tasks.done_when == "worked"
         self.full = full
         self.by_node = by_node
         self.close = any(station.hours is not None for station in by_node.values())
@@ -121,6 +122,13 @@ class Stations:
         self._drawn: dict[int, str] = {}
         self._tours: dict[int, list[Stop]] = {}
         self._bound: Counter[str] = Counter()
+
+    @property
+    def unfinished(self) -> list[str]:
+        """The nodes of those with load units that are not worked on yet, where tasks are done only after that."""
+        if not self._until_worked:
+            return []
+        return [node for node, station in self.by_node.items() if station.work is not None and station.work.left]
 
     # Which one
 
@@ -276,8 +284,9 @@ def stations_of(
     handling: HandlingTimes,
     log: Log,
     streams: Streams,
+    worked: Callable[[], None],
 ) -> Stations:
-    """The stations of a model, with their hours, and the work done there."""
+    """The stations of a model, with their hours, and the work done there; `worked` is told of each load unit."""
     found: dict[str, Station] = {}
     full: set[str] = set()
     for node, item in layout.stations.items():
@@ -294,6 +303,7 @@ def stations_of(
                 hours=hours,
                 pauses=pauses,
                 time=partial(handling.work, node),
+                worked=worked,
             )
         found[node] = Station(env, node, item.places, item.servers, full, hours=hours, pauses=pauses, work=work)
     return Stations(env, model.tasks, found, full, travel, streams)

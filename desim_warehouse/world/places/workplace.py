@@ -30,7 +30,8 @@ class Workplace:
     """The workers of a station, and its buffer for `places` load units (None: unlimited).
 
     They keep the station's `hours` (None: always at work); what they have begun when these are over is finished, or
-    `pauses`. `time` says how long the work on a task's load unit takes.
+    `pauses`. `time` says how long the work on a task's load unit takes. `left`: load units put down and not worked on;
+    `worked` is told of each that is.
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class Workplace:
         hours: Hours | None,
         pauses: bool,
         time: Callable[[Task], float],
+        worked: Callable[[], None],
     ) -> None:
         self.env = env
         self.node = node
@@ -53,9 +55,12 @@ class Workplace:
         self.hours = hours
         self.pauses = pauses
         self.time = time
+        self.worked = worked
+        self.left = 0
 
     def put(self, task: Task, place: Request | None) -> None:
         """A load unit has been put down, in room of the buffer that was reserved for it."""
+        self.left += 1
         self.env.process(self._work(task, place))
 
     def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:
@@ -64,7 +69,10 @@ class Workplace:
             yield worker
             if hours is not None:
                 yield from until_open(env, hours)
+            self.log.event(env.now, "working", NONE, task.number, self.node, env.now - put)
             yield from open_time(env, self.time(task), hours if self.pauses else None)
         self.log.event(env.now, "worked", NONE, task.number, self.node, env.now - put)
         if self.places is not None and place is not None:
             self.places.release(place)
+        self.left -= 1
+        self.worked()

@@ -1,0 +1,23 @@
+"""When tasks are done, by the rows of a log: with their delivery, or with the work on their load units."""
+
+
+def workplaces(run):
+    """The stations, by node, where what is put down is worked on, as the model says."""
+    specs = run.model.layout.stations
+    of = {node: specs[station.zone] for node, station in run.layout.stations.items()}
+    return {node: spec for node, spec in of.items() if spec.work_time is not None}
+
+
+def ends(run):
+    """The rows with which tasks are done, in order."""
+    last = workplaces(run) if run.model.tasks.done_when == "worked" else {}
+    return [
+        row
+        for row in run.record.rows
+        if (row[1] == "worked" and row[4] in last) or (row[1] == "delivered" and row[4] not in last)
+    ]
+
+
+def done(run):
+    """When each task was done, in that order."""
+    return {row[3]: row[0] for row in ends(run)}
