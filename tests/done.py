@@ -10,12 +10,9 @@ def workplaces(run):
 
 def ends(run):
     """The rows with which tasks are done, in order."""
-    last = workplaces(run) if run.model.tasks.done_when == "worked" else {}
-    return [
-        row
-        for row in run.record.rows
-        if (row[1] == "worked" and row[4] in last) or (row[1] == "delivered" and row[4] not in last)
-    ]
+    at = workplaces(run) if run.model.tasks.done_when == "worked" else {}
+    last = "worked" if at else "delivered"
+    return [row for row in run.record.rows if row[1] == last or (row[1] == "delivered" and row[4] not in at)]
 
 
 def done(run):

@@ -174,7 +174,7 @@ def test_littles_law_on_a_case_worked_by_hand():
 
     def run(begin, end, kpis):
         record = SimpleNamespace(rows=[row for row in rows if row[0] <= end], begin=begin, end=end, flows={})
-        flows = SimpleNamespace(tasks=SimpleNamespace(flows={}))
+        flows = SimpleNamespace(tasks=SimpleNamespace(done_when="delivered", flows={}))
         return SimpleNamespace(record=record, kpis=kpis, model=flows, T=end)
 
     assert little.areas(run(0.0, 100.0, {"tasks": 2, "cycle_time_mean": 55.0})) == (110.0, 110.0)
