@@ -177,10 +177,10 @@ def test_littles_law_on_a_case_worked_by_hand():
         flows = SimpleNamespace(tasks=SimpleNamespace(done_when="delivered", flows={}))
         return SimpleNamespace(record=record, kpis=kpis, model=flows, T=end)
 
-    assert little.areas(run(0.0, 100.0, {"tasks": 2, "cycle_time_mean": 55.0})) == (110.0, 110.0)
+    assert little.areas(run(0.0, 100.0, {"cycle_time_mean": 55.0})) == (110.0, 110.0)
     # counted from 50 to 80: 20 + 20 = 40; the first task took 60, of which 50 before, and the second is open for 30
-    assert little.areas(run(50.0, 80.0, {"tasks": 1, "cycle_time_mean": 60.0})) == (40.0, 60.0 - 50.0 + 30.0)
-    lost = run(0.0, 100.0, {"tasks": 1, "cycle_time_mean": 60.0})
+    assert little.areas(run(50.0, 80.0, {"cycle_time_mean": 60.0})) == (40.0, 60.0 - 50.0 + 30.0)
+    lost = run(0.0, 100.0, {"cycle_time_mean": 30.0})
     assert little.faults(lost) == ["tasks : L x time is 110.0, lambda x W x time 60.0"]
 
 
