@@ -20,7 +20,7 @@ from desim_warehouse.model.demand import always_open, arrival_rate, asked_for, l
 from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.energy import start_energy
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
-from desim_warehouse.model.schema import RandomGoods
+from desim_warehouse.model.goods import RandomGoods
 from desim_warehouse.model.stations import own_times
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.demand import flow_rates
 from desim_warehouse.model.flows import PoissonArrivals, ProfileArrivals, Rates
+from desim_warehouse.model.goods import PoissonGoods
 from desim_warehouse.model.hours import first_stretches
-from desim_warehouse.model.schema import PoissonGoods
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

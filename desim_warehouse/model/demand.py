@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.goods import Good, PoissonGoods
 from desim_warehouse.model.orders import summary
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.schema import Good, PoissonGoods, reading
+from desim_warehouse.model.schema import reading
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout

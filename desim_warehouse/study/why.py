@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.schema import PoissonGoods
+from desim_warehouse.model.goods import PoissonGoods
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import simulate
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model.flows import StorageEnd, mean_rate
+from desim_warehouse.model.goods import Good
 from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.schema import Good
 from desim_warehouse.values.distributions import Distribution, drawn
 
 if TYPE_CHECKING:
