@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections import Counter, defaultdict
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from weakref import WeakKeyDictionary
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.states import APART, SHOWN, WAITING, absent
@@ -110,8 +111,17 @@ ALL = "all tasks"
 # Robots
 
 
-def pieces(history: History) -> Iterator[list[Piece]]:
-    """For each robot its time in pieces, in order, which fill the run from 0 to its end."""
+_known: WeakKeyDictionary[History, list[list[Piece]]] = WeakKeyDictionary()
+
+
+def pieces(history: History) -> list[list[Piece]]:
+    """For each robot its time in pieces, in order, which fill the run from 0 to its end. Cut once for all accounts."""
+    if history not in _known:
+        _known[history] = list(_cut(history))
+    return _known[history]
+
+
+def _cut(history: History) -> Iterator[list[Piece]]:
     waits: defaultdict[int, list[Wait]] = defaultdict(list)
     for wait in history.waits:
         waits[wait.robot].append(wait)
@@ -224,7 +234,7 @@ def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str])
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
     """For each task the time in which no robot has it, and what its robot does while one has it."""
-    fleet = list(pieces(history))
+    fleet = pieces(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
     for assignment in history.assignments:

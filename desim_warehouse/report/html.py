@@ -1,53 +1,63 @@
-"""Parts of a report as HTML; all names are escaped."""
+"""Parts of a report as HTML, by the macros of templates/parts.html, which escape all names."""
 
 from __future__ import annotations
 
-from html import escape
+from functools import cache
 from typing import TYPE_CHECKING
 from urllib.parse import quote
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from jinja2 import Template
 
-class Html:
+
+class Html(Markup):
     """A piece of HTML that Jupyter shows; pieces can be added."""
-
-    def __init__(self, source: str) -> None:
-        self.source = source
-
-    def __add__(self, other: Html) -> Html:
-        return Html(f"{self.source}\n{other.source}")
 
     def _repr_html_(self) -> str:
         """What Jupyter shows."""
-        return self.source
+        return str(self)
+
+
+@cache
+def template(name: str) -> Template:
+    """A template of the package; what is put in is escaped unless it is a piece of HTML."""
+    loader = PackageLoader("desim_warehouse.report")
+    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return made.get_template(name)
+
+
+def _part(macro: str, *values: object) -> Html:
+    return Html(getattr(template("parts.html").module, macro)(*values))
 
 
 def paragraph(text: str, kind: str = "", end: Html | None = None) -> Html:
     """A paragraph; `kind` is lead, question or note; `end` such as a link."""
-    return Html(f"<p{_class(kind)}>{escape(text)}{end.source if end else ''}</p>")
+    return _part("paragraph", text, kind, end or "")
 
 
 def link(text: str, address: str) -> Html:
     """A link to a file beside the page."""
-    return Html(f'<a href="{escape(quote(address))}">{escape(text)}</a>')
+    return _part("link", text, quote(address))
 
 
 def heading(text: str) -> Html:
     """The title of a report."""
-    return Html(f"<h1>{escape(text)}</h1>")
+    return _part("heading", text)
 
 
 def bullets(lines: Iterable[str], kind: str = "") -> Html:
     """A list of sentences."""
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return Html(f"<ul{_class(kind)}>{items}</ul>")
+    return _part("bullets", list(lines), kind)
 
 
 def code(text: str) -> Html:
     """A command or file as it is typed."""
-    return Html(f"<pre>{escape(text)}</pre>")
+    return _part("code", text)
 
 
 def table(
@@ -67,30 +77,14 @@ def table(
         name: the table's id, for programs.
         marked: rows to set apart, such as the baseline.
     """
-
-    def cells(tag: str, row: Sequence[str]) -> str:
-        return "".join(
-            f"<{tag}{_class('' if place < words else 'number')}>{escape(cell)}</{tag}>"
-            for place, cell in enumerate(row)
-        )
-
-    body = "".join(
-        f"<tr{_class('baseline' if number in marked else '')}>{cells('td', row)}</tr>"
-        for number, row in enumerate(rows)
-    )
-    found = f' id="{escape(name)}"' if name else ""
-    return Html(
-        f'<div class="wide"><table{found}><thead><tr>{cells("th", head)}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    )
+    return _part("table", head, list(rows), words, name, marked)
 
 
 def facts(pairs: Iterable[tuple[str, str]], name: str = "") -> Html:
     """Names and values, one pair per line."""
-    rows = "".join(f"<tr><th>{escape(key)}</th><td>{escape(value)}</td></tr>" for key, value in pairs)
-    found = f' id="{escape(name)}"' if name else ""
-    return Html(f'<div class="wide"><table{found}><tbody>{rows}</tbody></table></div>')
+    return _part("facts", list(pairs), name)
 
 
-def _class(kind: str) -> str:
-    return f' class="{kind}"' if kind else ""
+def picture(data: str, width: int, words: str) -> Html:
+    """A picture in PNG format, its data in base64; `words` say what it shows."""
+    return _part("picture", data, width, words)

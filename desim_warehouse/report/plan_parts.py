@@ -1,4 +1,4 @@
-"""The sections of a plan's report, as the notebook shows them one by one."""
+"""The sections of a plan's report: on its page, and one by one in the notebook reports/plan.ipynb."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot, run_parts
+from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.study_parts import versions
 from desim_warehouse.report.text import words
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.report.html import Html
+    from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
 
 
@@ -86,6 +87,26 @@ def _small(folder: Path) -> PlanFolder:
     found = plan_fleet(model, "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=folder)
     save(found, model, [], folder)
     return read(folder)
+
+
+def page(folder: str | Path, replay: str | None = None) -> ReportPage:
+    """The report of the plan of a folder; `replay` is a file for the replay of one run, which the first page links."""
+    plan = read(folder)
+    run = example_run(plan)
+    return pages.ReportPage(
+        title=plan.content["name"],
+        first=[first_page(plan, run, replay), first_figure(plan)],
+        sections={
+            "Where the time goes": [account(plan, run), *run_parts.account_figures(run)],
+            "What shows it": [evidence(plan)],
+            **run_parts.places(run),
+        },
+        appendix={
+            "The commands that show each number": [commands(plan)],
+            "The warehouse": [plot.layout(plan.model), warehouse(plan)],
+            "Method and reproducibility": [method(plan)],
+        },
+    )
 
 
 def first_page(plan: PlanFolder, run: Run | None, replay: str | None = None) -> Html:
@@ -155,7 +176,7 @@ def evidence(plan: PlanFolder) -> Html:
 def commands(plan: PlanFolder) -> Html | None:
     """The line that shows each number again."""
     parts = [html.paragraph(one["what"]) + html.code(one["command"]) for one in plan.content["evidence"]]
-    return sum(parts[1:], parts[0]) if parts else None
+    return html.Html("\n").join(parts) if parts else None
 
 
 def warehouse(plan: PlanFolder) -> Html:

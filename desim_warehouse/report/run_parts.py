@@ -1,4 +1,4 @@
-"""The sections of a single run's report, as the notebook shows them one by one."""
+"""The sections of a single run's report: on its page, and one by one in the notebook reports/run.ipynb."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
-from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot
+from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.text import sentences, words
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.outcome.account import By
     from desim_warehouse.report.html import Html
+    from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
 
 _PLACES = 10
@@ -46,6 +47,26 @@ def read(folder: str | Path | None) -> Run:
     again = pages.in_full(run.model, run.seed)
     same = again is not None and again.record.end == run.record.end and again.record.robots == run.record.robots
     return again if again is not None and same else run
+
+
+def page(folder: str | Path, replay: str | None = None) -> ReportPage:
+    """The report of the run of a folder; `replay` is the file for its replay, which the first page links."""
+    run = read(folder)
+    return pages.ReportPage(
+        title=run.model.name,
+        first=[first_page(run, replay), *flow_figures(run)],
+        sections={
+            "Where the time goes": [account(run), *account_figures(run)],
+            **places(run),
+            "Robots": robot_figures(run),
+        },
+        appendix={
+            "Indicators": [indicators(run)],
+            "The warehouse": [plot.layout(run), warehouse(run)],
+            "Warm-up": [*warm_up_figures(run), warm_up(run)],
+            "Method and reproducibility": [method(run, str(folder))],
+        },
+    )
 
 
 def first_page(run: Run, replay: str | None = None) -> Html:
@@ -135,6 +156,16 @@ def flow_figures(run: Run) -> list[Axes]:
     return [plot.arrivals(run)] if run.history.tasks else []
 
 
+def places(run: Run | None) -> dict[str, list[Html | Axes | None]]:
+    """The sections on where robots are served and where they wait."""
+    if run is None:
+        return {}
+    return {
+        "Stations and chargers": [resources(run)],
+        "Where robots wait": [*congestion_figures(run), worst_places(run)],
+    }
+
+
 def resources(run: Run) -> Html | None:
     """How busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
     if run.record.level != "all":
@@ -182,7 +213,8 @@ def account_figures(run: Run | None) -> list[Axes]:
         return []
     if by == "robot":
         return [plot.account(run, by)]
-    return [plot.account(run, "flow"), *([plot.account(run, "station")] if len(run.account("station")) > 1 else [])]
+    served = {task.station for task in counted_tasks(run.history).values()} & run.layout.stations.keys()
+    return [plot.account(run, "flow"), *([plot.account(run, "station")] if len(served) > 1 else [])]
 
 
 def account(run: Run) -> Html:
@@ -218,12 +250,12 @@ def congestion_figures(run: Run | None) -> list[Axes]:
 
 def worst_places(run: Run) -> Html | None:
     """The edges and intersections with the most waiting."""
-    places = [
+    found = [
         (f"{kind} {name}", float(row["blocked"]), int(row["waits"]), int(row["passages"]))
         for kind, table in (("on", run.edges), ("before", run.nodes))
         for name, row in table.iterrows()
     ]
-    worst = sorted((item for item in places if item[2]), key=lambda item: -item[1])[:_PLACES]
+    worst = sorted((item for item in found if item[2]), key=lambda item: -item[1])[:_PLACES]
     if not worst:
         return None
     rows = [

@@ -1,4 +1,4 @@
-"""The sections of a study's report, as the notebook shows them one by one."""
+"""The sections of a study's report: on its page, and one by one in the notebook reports/study.ipynb."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError
-from desim_warehouse.report import first_page as pages
 from desim_warehouse.report import html, plot, run_parts
+from desim_warehouse.report import page as pages
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.text import answers, sentences, words
@@ -21,6 +21,7 @@ from desim_warehouse.study.table import RESULTS, is_numeric
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
 
 _ROWS = 60
@@ -53,11 +54,36 @@ def read(folder: str | Path | None) -> Results:
     return results
 
 
+def page(folder: str | Path, replay: str | None = None) -> ReportPage:
+    """The report of the study of a folder; `replay` is a file for the replay of one run, which the first page links."""
+    study = read(folder)
+    run = example_run(study)
+    return pages.ReportPage(
+        title=_title(study),
+        first=[first_page(study, run, replay), *first_figure(study)],
+        sections={
+            "Where the time goes": [account(study, run), *run_parts.account_figures(run)],
+            "Findings": [conclusions(study), *result_figures(study), results(study)],
+            **run_parts.places(run),
+        },
+        appendix={
+            "Which factor matters": [effects(study)],
+            "Comparison with the baseline": [*comparison_figures(study), comparison(study)],
+            "The warehouse": [plot.layout(study.base), warehouse(study)],
+            "Design of the study": [design(study)],
+            "Method and reproducibility": [method(study)],
+        },
+    )
+
+
+def _title(study: Results) -> str:
+    return study.base.name if study.plan.name in _UNNAMED else study.plan.name
+
+
 def first_page(study: Results, run: Run | None, replay: str | None = None) -> Html:
     """The question, the answer, and what a year costs; `run` is linked as a replay where there is a path for it."""
-    title = study.base.name if study.plan.name in _UNNAMED else study.plan.name
     about = study.plan.description or study.base.description
-    return pages.first_page(title, about, answers.question(study), answers.answer(study)[0], run, replay)
+    return pages.first_page(_title(study), about, answers.question(study), answers.answer(study)[0], run, replay)
 
 
 def first_figure(study: Results) -> list[Axes]:

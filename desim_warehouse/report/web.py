@@ -62,7 +62,7 @@ def joined(package: str, parts: Mapping[str, str]) -> str:
     scripts = sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
     whole = {
         "title": parts["title"],
-        "style": _common_style() + _read(home.joinpath("page.css")),
+        "style": colours() + _read(common.joinpath("web.css")) + _read(home.joinpath("page.css")),
         "body": _filled(_read(home.joinpath("page.html")), parts),
         "script": "\n".join(_read(item) for item in [common.joinpath("web.js"), *scripts] if item.name.endswith(".js")),
     }
@@ -90,14 +90,14 @@ def safe_json(value: Any) -> str:
     return text
 
 
-def _common_style() -> str:
-    """What all pages look like: the colours of their parts on light and dark ground, text, buttons and fields."""
+def colours() -> str:
+    """The colours of the parts of any page, on light and dark ground; prints are on light ground."""
     light, dark = (
         " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"
         for ground in ("light", "dark")
     )
     return (
         f":root {{ {light} }}\n"
-        f'@media (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
-        f':root[data-theme="dark"] {{ {dark} }}\n' + _read(files("desim_warehouse.report").joinpath("web.css"))
+        f'@media screen and (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
+        f'@media screen {{ :root[data-theme="dark"] {{ {dark} }} }}\n'
     )

@@ -8,6 +8,7 @@ import math
 import re
 import subprocess
 import sys
+import warnings
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
@@ -16,18 +17,19 @@ import nbformat
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from nbclient import NotebookClient
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import browser, notebook, run_parts, study_parts
-from desim_warehouse.report.first_page import example
+from desim_warehouse.report import html, run_parts, study_parts
 from desim_warehouse.report.model_parts import model_facts, work
-from desim_warehouse.report.notebook import report
+from desim_warehouse.report.page import ReportPage, example
 from desim_warehouse.report.study_parts import read
 from desim_warehouse.report.text import answers, words
 from desim_warehouse.report.text.sentences import conclusions
+from desim_warehouse.report.write import report, template
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
@@ -83,7 +85,7 @@ class Page(HTMLParser):
 
 def needs_nothing_from_outside(source):
     page = Page(source)
-    assert not {"script", "link", "iframe", "object", "embed", "base"} & set(page.tags)
+    assert not {"script", "iframe", "object", "embed", "base"} & set(page.tags)
     assert all(address.startswith(("data:", "#")) for address in page.addresses)
     assert not any(re.search(r"url\(|@import|://", style) for style in page.styles)
     assert "default-src 'none'" in source
@@ -92,9 +94,9 @@ def needs_nothing_from_outside(source):
 
 @pytest.fixture(scope="module")
 def made(study_folder, tmp_path_factory):
-    """The report of the study: the page, and the executed notebook beside it."""
+    """The report of the study: the page, and its notebook beside it."""
     kept = tmp_path_factory.mktemp("kept") / "kept.ipynb"
-    path = report(study_folder, keep=kept)
+    path = report(study_folder, notebook=kept)
     assert path == study_folder / "report.html"
     return path.read_text(encoding="utf-8"), nbformat.read(kept, as_version=4)
 
@@ -164,16 +166,31 @@ def test_versions_seed_and_digest_are_there(page, study_folder):
     assert {"desim-warehouse", "python", "simpy"} <= method.keys()
 
 
-def test_code_is_hidden_unless_asked_for(made):
-    assert "parts.conclusions(study)" not in made[0]
-    shown = Page(notebook.page_of(made[1], "x", code=True))
-    assert "parts.conclusions(study)" in shown.text
+def shown_by(notebook):
+    """What a notebook shows: its HTML, and the words of its pictures."""
+    client = NotebookClient(notebook, timeout=120, kernel_name="python3")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the notebook libraries, about one another
+        client.execute()
+    outputs = [output.get("data", {}) | {"of": output} for cell in notebook.cells for output in cell.get("outputs", [])]
+    pages = [data["text/html"] for data in outputs if "text/html" in data]
+    return pages, [data["of"].metadata["image/png"]["alt"] for data in outputs if "image/png" in data]
 
 
-def test_the_executed_notebook_can_be_kept_and_has_its_parameters(made, study_folder):
-    tags = [cell.metadata.get("tags") for cell in made[1].cells[:2]]
-    assert tags == [["parameters"], ["injected-parameters"]]
-    assert made[1].cells[1].source == f"folder = {str(study_folder.resolve())!r}\nreplay = None"
+def test_the_notebook_has_the_folder_and_shows_what_the_page_shows(made, study_folder):
+    source, notebook = made
+    assert notebook.cells[0].source.splitlines()[0] == f"folder = {str(study_folder.resolve())!r}"
+    assert not any(cell.get("outputs") for cell in notebook.cells)
+    pieces, pictures = shown_by(notebook)
+    page = Page(source)
+    assert [picture["alt"] for picture in page.pictures] == pictures
+    places = [source.index(piece) for piece in pieces]
+    assert places == sorted(places)
+    assert sum(len(Page(piece).tables) for piece in pieces) == len(page.tables)
+    headings = [cell.source.lstrip("# ") for cell in notebook.cells if cell.cell_type == "markdown"]
+    on_page = re.findall(r"<h[12]>(.*)</h[12]>", source)[1:]
+    assert on_page == [heading for heading in headings if heading in on_page]
+    assert {"Appendix", "Findings", "Design of the study"} <= set(on_page)
 
 
 def small(path):
@@ -225,7 +242,7 @@ def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
 
     run = dw.simulate(model.replace({"log": "tasks"}))
     assert run_parts.account_figures(run) == []
-    assert "needs a run with log: all" in run_parts.account(run).source
+    assert "needs a run with log: all" in run_parts.account(run)
 
 
 def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
@@ -233,7 +250,7 @@ def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
 
     run = dw.simulate(model.replace({"tasks.goods": {"poisson": 1e-9}, "run.length": 100}))
     said = "The largest part of a robot's time is idle: 100 of 100 step, 100 %, on average over 6 robots."
-    assert said in Page(run_parts.account(run).source).text
+    assert said in Page(run_parts.account(run)).text
 
 
 def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
@@ -244,8 +261,8 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     kpis = run.kpis
     assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
     sentence = f"{kpis['tasks']} tasks delivered in 1,500 step (75 s) after a warm-up of 500 step, "
-    assert f"{sentence}{words.number(kpis['throughput_per_hour'])} an hour." in run_parts.short(run).source
-    shown = {row[0]: row[2] for row in Page(run_parts.indicators(run).source).tables["indicators"][1:]}
+    assert f"{sentence}{words.number(kpis['throughput_per_hour'])} an hour." in run_parts.short(run)
+    shown = {row[0]: row[2] for row in Page(run_parts.indicators(run)).tables["indicators"][1:]}
     assert shown == {key: words.number(float(value)) for key, value in kpis.items()}
     assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
     assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
@@ -393,27 +410,23 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     table.to_parquet(tmp_path / "results.parquet")
     from desim_warehouse.report import study_parts
 
-    shown = Page(study_parts.method(read(tmp_path)).source)
+    shown = Page(study_parts.method(read(tmp_path)))
     assert "1 run failed and is left out everywhere above" in shown.text
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
 
 @pytest.mark.parametrize("kind", ["study", "run", "plan"])
 def test_notebooks_run_as_shipped_on_something_small(kind):
-    page = Page(notebook.page_of(notebook.executed(kind, None), "x"))
-    assert "an example" in page.text
-    assert "The largest part of a task's time is " in page.text
-    assert {"Account", "Layout"} <= {picture["alt"].split()[0] for picture in page.pictures}
-
-
-@pytest.mark.parametrize("kind", ["study", "run", "plan"])
-def test_templates_are_plain_notebooks_without_outputs(kind):
-    made = nbformat.read(notebook.template(kind), as_version=4)
+    made = nbformat.read(template(kind), as_version=4)
     nbformat.validate(made)
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
-    assert "folder = None" in code[0].source
+    assert code[0].source.startswith("folder = None")
+    pieces, pictures = shown_by(made)
+    assert "an example" in pieces[0]
+    assert any("The largest part of a task's time is " in Page(piece).text for piece in pieces)
+    assert {"Account", "Layout"} <= {words.split()[0] for words in pictures}
 
 
 def test_the_wheel_has_the_templates(tmp_path):
@@ -426,13 +439,7 @@ def test_the_wheel_has_the_templates(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
     assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run", "plan")} <= inside
-    assert {f"desim_warehouse/report/templates/desim/{name}" for name in ("conf.json", "index.html.j2")} <= inside
-
-
-def test_a_missing_extra_is_named(study_folder, monkeypatch):
-    monkeypatch.setattr(notebook, "find_spec", lambda name: None if name == "nbclient" else object())
-    with pytest.raises(ReportError, match=r"nbclient; install them with pip install 'desim-warehouse\[report\]'"):
-        report(study_folder)
+    assert {f"desim_warehouse/report/templates/{name}" for name in ("parts.html", "report.html", "report.css")} <= inside
 
 
 def test_folders_without_anything_to_report_are_refused(tmp_path):
@@ -443,32 +450,24 @@ def test_folders_without_anything_to_report_are_refused(tmp_path):
         read(tmp_path)
 
 
-def test_a_cell_that_fails_stops_the_report_with_its_message(study_folder, tmp_path):
+def test_a_folder_with_files_missing_or_damaged_is_one_message(study_folder, tmp_path):
     (tmp_path / "study.json").write_bytes((study_folder / "study.json").read_bytes())
-    with pytest.raises(ReportError, match=r"the report stopped: ReportError: .*results\.parquet"):
+    with pytest.raises(ReportError, match=r"results\.parquet"):
         report(tmp_path)
+    other = tmp_path / "plan"
+    other.mkdir()
+    (other / "plan.json").write_text('{"today": null, "grown": null}')
+    with pytest.raises(ReportError, match="damaged, as it seems: no report can be made"):
+        report(other)
+    run = tmp_path / "file"
+    run.write_text("x")
+    with pytest.raises(ReportError, match="cannot be made"):
+        report(study_folder, run / "page.html")
 
 
-def test_pdf_without_a_browser_says_what_to_do(monkeypatch, tmp_path):
-    monkeypatch.setattr(browser.shutil, "which", lambda name: None)
-    with pytest.raises(ReportError, match="PDF needs Chromium or Chrome, and none is installed"):
-        browser.print_pdf("<p>x</p>", tmp_path / "x.pdf")
-
-
-def test_a_browser_that_prints_nothing_is_said(monkeypatch, tmp_path):
-    monkeypatch.setattr(browser, "find_browser", lambda: "/bin/false")
-    with pytest.raises(ReportError, match="no PDF came out"):
-        browser.print_pdf("<p>x</p>", tmp_path / "x.pdf")
-
-
-def test_pdf_comes_from_an_installed_browser(tmp_path):
-    try:
-        browser.find_browser()
-    except ReportError as error:
-        pytest.skip(str(error))
-    path = tmp_path / "pages" / "x.pdf"
-    browser.print_pdf("<!DOCTYPE html><title>x</title><p>Fleet</p>", path)
-    assert path.read_bytes().startswith(b"%PDF-")
+def test_a_section_in_which_there_is_nothing_is_left_out():
+    page = ReportPage("t", [html.heading("t")], {"Empty": [None], "Full": [html.code("x")]}, {"None": []}).html()
+    assert re.findall("<h2>(.*)</h2>", page) == ["Full"]
 
 
 def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():

@@ -1,0 +1,103 @@
+"""A report on one page: its first page, its sections, and the appendix."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import WarehouseError
+from desim_warehouse.report import html
+from desim_warehouse.report.html import Html
+from desim_warehouse.report.web import colours
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
+
+    Parts = Sequence[Html | Axes | None]
+
+
+@dataclass(frozen=True)
+class ReportPage:
+    """What stands on the page: the parts of the first page, then sections by name, then those of the appendix.
+
+    A part is HTML or a figure; None: there is nothing to show, and a section without parts is left out.
+    """
+
+    title: str
+    first: Parts
+    sections: dict[str, Parts]
+    appendix: dict[str, Parts]
+
+    def html(self) -> str:
+        """The whole page: styles and figures inside, no scripts, no external links."""
+        style = colours() + files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
+        return html.template("report.html").render(
+            title=self.title,
+            style=Html(style),
+            first=_shown(self.first),
+            sections=_filled(self.sections),
+            appendix=_filled(self.appendix),
+        )
+
+
+def _filled(sections: dict[str, Parts]) -> list[tuple[str, Html]]:
+    """The sections in which there is something to show."""
+    made = ((name, _shown(parts)) for name, parts in sections.items())
+    return [(name, parts) for name, parts in made if parts]
+
+
+def _shown(parts: Parts) -> Html:
+    shown = (part if isinstance(part, Html) else _picture(part) for part in parts if part is not None)
+    return Html("\n").join(shown)
+
+
+def _picture(axes: Axes) -> Html:
+    data, facts = axes._repr_png_()  # type: ignore[attr-defined]  # noqa: SLF001 - what Jupyter calls, too
+    return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])
+
+
+def first_page(
+    title: str, description: str, question: str, answer: Iterable[str], run: Run | None, replay: str | None
+) -> Html:
+    """Title, question and answer; then the date, and a link to the replay of `run`, written to the path `replay`."""
+    now = datetime.now(UTC).astimezone()
+    parts = html.heading(title)
+    parts += html.paragraph(description, "lead") if description else Html("")
+    parts += html.paragraph(question, "question") + html.bullets(answer, "answers")
+    made = f"{now.day} {now:%B %Y}"
+    if run is None or replay is None:
+        return parts + html.paragraph(made, "note")
+    run.replay(replay)
+    return parts + html.paragraph(f"{made}. ", "note", html.link("Watch a run", Path(replay).name))
+
+
+def in_full(model: Model, seed: int) -> Run | None:
+    """A run with everything logged; None where it fails, or would run code: a report is opened without fear."""
+    from desim_warehouse.run import simulate
+
+    if model.policies.own():
+        return None
+    try:
+        return simulate(model.replace({"log": "all"}), seed)
+    except WarehouseError:
+        return None
+
+
+def example() -> Model:
+    """A small warehouse for reports of no folder."""
+    from desim_warehouse.draft import Draft, draft
+    from desim_warehouse.model import load
+    from desim_warehouse.model.parse import read_yaml
+
+    words = Draft(size=(16.0, 14.0), orders=60.0, due=2.5, name="an example")
+    content = read_yaml(draft(words), "the example").data
+    return load({**content, "run": {"length": 3600, "warm_up": 600}})

@@ -1,0 +1,88 @@
+"""Reports: the folder of a plan, a study or a run as one self-contained HTML page, and as a notebook."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+
+from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.run.folder import PLAN, RUN, STUDY, write_whole
+
+KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
+"""Kind of report: the file by which its kind of folder is known."""
+
+
+def report(
+    folder: str | Path, out: str | Path | None = None, *, notebook: str | Path | None = None, replay: bool = False
+) -> Path:
+    """Write the report of the folder of a plan, a study or a run. No code that lies in the folder is run.
+
+    Args:
+        folder: what `desim plan`, `study`, `what-if`, `size`, `best` or `run` wrote with `--out`.
+        out: the page; default: report.html in the folder.
+        notebook: write the notebook of this report, which nothing has run, here, too.
+        replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
+
+    Returns:
+        The page.
+
+    Raises:
+        ReportError: no such folder, it is damaged, or nothing can be written.
+    """
+    folder = Path(folder)
+    kind = kind_of(folder)
+    path = folder / "report.html" if out is None else Path(out)
+    beside = path.with_name(f"{path.stem}-replay.html")
+    parts = import_module(f"desim_warehouse.report.{kind}_parts")
+    _make(path.parent)
+    try:
+        page = parts.page(folder, str(beside) if replay else None).html()
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
+        raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
+    _write(path, page)
+    if notebook is not None:
+        _write(Path(notebook), _filled_in(kind, folder.resolve()))
+    return path
+
+
+def kind_of(folder: Path) -> str:
+    """Whether a folder holds a plan, a study or a run."""
+    for kind, file in KINDS.items():
+        if (folder / file).is_file():
+            return kind
+    raise ReportError(
+        f"{folder}: neither a plan, nor a study, nor a run there; desim plan, what-if, study or run --out DIR makes one"
+    )
+
+
+def template(kind: str) -> Path:
+    """The notebook of a kind of report: in the installed package, or in reports/ of the source tree."""
+    name = f"{kind}.ipynb"
+    for home in (Path(__file__).parent / "notebooks", Path(__file__).parents[2] / "reports"):
+        if (home / name).is_file():
+            return home / name
+    raise ReportError(f"{name} is missing from this installation of desim-warehouse")
+
+
+def _filled_in(kind: str, folder: Path) -> str:
+    """A kind's notebook with the folder in the cell that sets the parameters."""
+    notebook = json.loads(template(kind).read_text(encoding="utf-8"))
+    lines = notebook["cells"][0]["source"]
+    lines[0] = f"folder = {str(folder)!r}\n"
+    return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ReportError(f"{folder}: cannot be made ({reason(error)})") from error
+
+
+def _write(path: Path, text: str) -> None:
+    _make(path.parent)
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
