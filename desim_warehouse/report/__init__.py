@@ -1,1 +1,1 @@
-"""Output for people: figures, report notebooks, the replay page, and files for other programs."""
+"""Output for people: figures, reports, the replay page, and files for other programs."""

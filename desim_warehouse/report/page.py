@@ -61,7 +61,7 @@ def _shown(parts: Parts) -> Html:
 
 
 def _picture(axes: Axes) -> Html:
-    data, facts = axes._repr_png_()  # type: ignore[attr-defined]  # noqa: SLF001 - what Jupyter calls, too
+    data, facts = axes._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
     return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])
 
 

@@ -439,7 +439,9 @@ def test_the_wheel_has_the_templates(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
     assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run", "plan")} <= inside
-    assert {f"desim_warehouse/report/templates/{name}" for name in ("parts.html", "report.html", "report.css")} <= inside
+    assert {
+        f"desim_warehouse/report/templates/{name}" for name in ("parts.html", "report.html", "report.css")
+    } <= inside
 
 
 def test_folders_without_anything_to_report_are_refused(tmp_path):

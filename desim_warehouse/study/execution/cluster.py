@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib
 import pickle
 import queue
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.work import Outcome, Simulator, Wanted
 
 if TYPE_CHECKING:
@@ -52,6 +54,7 @@ class Cluster:
         self.client: Any = None
         self.local: Any = None
         self.run_time: float | None = None
+        self._children = ExitStack()
 
     def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
         """Simulate every wanted run.
@@ -93,6 +96,7 @@ class Cluster:
         for part in (self.client, self.local):
             if part is not None:
                 part.close()
+        self._children.close()
 
     def _connect(self) -> None:
         try:
@@ -101,6 +105,7 @@ class Cluster:
             raise StudyError("--cluster needs Dask: install it by pip install 'desim-warehouse[dask]'") from error
         try:
             if self.address == "local":
+                self._children.enter_context(safe_path())  # a worker that dies is replaced at any time
                 self.local = distributed.LocalCluster(
                     n_workers=self.workers, threads_per_worker=1, dashboard_address=None
                 )

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import worker as child
 from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.work import ENOUGH, Outcome, Wanted
 
 if TYPE_CHECKING:
@@ -209,9 +210,9 @@ def _inheriting_nothing() -> Iterator[None]:
     Here it is only delayed.
     """
     masks = hasattr(signal, "pthread_sigmask")
-    if masks:
-        resource_tracker.ensure_running()  # started below, it would let signals through again
-    with _starting:
+    with _starting, safe_path():
+        if masks:
+            resource_tracker.ensure_running()  # started below, it would let signals through again
         before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else set()
         main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
         try:
