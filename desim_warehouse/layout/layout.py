@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -137,5 +136,5 @@ class Layout:
     @cached_property
     def headings(self) -> dict[Edge, float]:
         """Directions of the edges in radians, 0 along x, growing towards y."""
-        points = self.points
-        return {(source, target): cmath.phase(points[target] - points[source]) for source, target in self.graph.edges}
+        ways = {(a, b): self.points[b] - self.points[a] for a, b in self.graph.edges}
+        return {edge: math.atan2(way.imag, way.real) for edge, way in ways.items()}

@@ -221,7 +221,7 @@ def _straight(*ends: Any) -> float | None:
     """The distance between two nodes, if both have coordinates."""
     try:
         return math.dist(*ends)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # which is told where the coordinates are checked
         return None
 
 

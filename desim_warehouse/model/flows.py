@@ -397,6 +397,11 @@ class FlowSpec(Part):
         return any(isinstance(route.target, tuple) and len(route.target) > 1 for route in self.routes)
 
     @property
+    def scheduled(self) -> int:
+        """How many tasks a schedule asks for."""
+        return sum(batch.tasks for batch in self.when.schedule) if isinstance(self.when, ScheduleArrivals) else 0
+
+    @property
     def may_stop(self) -> bool:
         """Whether its tasks may stop on their way: they do, or rows of its orders may say so."""
         return bool(self.via) or isinstance(self.arrivals, OrdersArrivals)

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_
 from desim_warehouse.errors import got
 from desim_warehouse.model.messages import Problem
 from desim_warehouse.policies import catalogue
-from desim_warehouse.values.fields import SECTION, Forms, FrozenMap, Name, Part, Time, as_json, writable, wrong
+from desim_warehouse.values.fields import SECTION, Forms, FrozenMap, Interval, Name, Part, as_json, writable, wrong
 
 
 def _frozen(value: Any) -> Any:
@@ -98,7 +98,7 @@ class Policies(Part):
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
     batching: Policy = Field(PolicySpec(name="single"), description="which tasks a robot does on one tour")
-    interval: Time = Field(
+    interval: Interval = Field(
         0.0,
         title="time between decisions",
         description="time between allocation decisions; 0: whenever a task or a robot becomes free",

@@ -18,6 +18,7 @@ from desim_warehouse.layout.spec import (
     NodesOfStations,
 )
 from desim_warehouse.model.battery import BatterySpec
+from desim_warehouse.model.events import too_many
 from desim_warehouse.model.fleet import Fleet
 from desim_warehouse.model.flows import (
     FlowSpec,
@@ -52,6 +53,7 @@ from desim_warehouse.values.fields import (
     Positive,
     Text,
     Time,
+    all_wrong,
     at_most,
     known,
     wrong,
@@ -172,6 +174,7 @@ class Tasks(Part):
             raise wrong("beside flows, which say where their loads go (to); leave it out", "unload_at")
         if not self.flows and not self.unload_at:
             raise wrong("missing, expected names of stations or nodes", "unload_at")
+        at_most("tasks", sum(flow.scheduled for flow in self.flows.values()) * self.demand, "flows")
         return self
 
     @property
@@ -373,6 +376,8 @@ class Model(Part):
             if isinstance(tasks.goods, PoissonGoods):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
+        if problems := too_many({**info.data, "run": run}):
+            raise all_wrong(problems)
         return run
 
     @property

@@ -33,6 +33,7 @@ LIMITS: dict[str, tuple[int, str]] = {
     "loads": (1000, "loads of one robot"),
     "stops": (1000, "stops of one task"),
     "hourly": (100_000, "tasks arriving per hour (poisson)"),
+    "events": (10_000_000, "breakdowns, outages, visits of people, or openings, of one key in run.length"),
     "bytes": (10_000_000, "bytes of a model, study or CSV file"),
     "json": (100_000_000, "bytes of a layout file (JSON)"),
     "values": (1_000_000, "values in a file, aliases counted at every use"),
@@ -81,6 +82,10 @@ def _not_tiny(value: float) -> float:
     if value < SMALLEST:
         raise wrong(f"too small (got {got(value)}), expected at least {got(SMALLEST)}")
     return value
+
+
+def _none_or_not_tiny(value: float) -> float:
+    return _not_tiny(value) if value else value
 
 
 above_tiny = AfterValidator(_not_tiny)
@@ -135,6 +140,8 @@ class Quantity(Unit):
 
 
 Time = Annotated[NotNegative, Quantity("time")]
+Interval = Annotated[NotNegative, AfterValidator(_none_or_not_tiny), Quantity("time")]
+"""A time between two instants; 0: none."""
 Duration = Annotated[Positive, Quantity("time")]
 Coordinate = Annotated[Number, Quantity("length")]
 Length = Annotated[Positive, Quantity("length")]
