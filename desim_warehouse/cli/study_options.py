@@ -17,6 +17,7 @@ from click.core import ParameterSource
 
 from desim_warehouse.cli.options import with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
@@ -305,7 +306,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 
         check(plan)
         try:
-            Path(page).parent.mkdir(parents=True, exist_ok=True)
+            make_folder(Path(page).parent)
         except OSError as error:
             raise ReportError(f"{page}: the page cannot be written ({reason(error)})") from error
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.plants.drawn import drawn
 from desim_warehouse.plants.names import plain_names
 
@@ -40,7 +41,7 @@ def write_layout(model: Model, path: str | Path, format: str) -> tuple[Remark, .
     plain_names(plant)
     texts = _texts(plant, format)
     try:
-        (path if format == "csv" else path.parent).mkdir(parents=True, exist_ok=True)
+        make_folder(path if format == "csv" else path.parent)
         for name, text in texts.items():
             (path / name if name else path).write_text(text, encoding="utf-8")
     except (OSError, ValueError) as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.report.text import words
 from desim_warehouse.run.spreadsheet import as_csv
@@ -45,10 +46,10 @@ def export(run: Run, form: str, path: str | Path) -> Path:
     path = Path(path)
     try:
         if form == "trace":
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
             path.write_text(json.dumps(trace(run), separators=(",", ":"), allow_nan=False), encoding="utf-8")
             return path
-        path.mkdir(parents=True, exist_ok=True)
+        make_folder(path)
         for name, table in tables(run).items():
             if form == "csv":
                 (path / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.style import save
 from desim_warehouse.run.spreadsheet import as_csv
@@ -59,7 +60,7 @@ class Reproduction:
         return folder
 
     def _write(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         (folder / "paper.csv").write_text(as_csv(self.table, float_format="%.6g"), encoding="utf-8")
         self.table.to_parquet(folder / "paper.parquet", index=False)
         for indicator, (number, _) in FIGURES.items():

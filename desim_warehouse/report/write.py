@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import PLAN, RUN, STUDY, write_whole
 
 KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
@@ -75,7 +76,7 @@ def _filled_in(kind: str, folder: Path) -> str:
 
 def _make(folder: Path) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
     except OSError as error:
         raise ReportError(f"{folder}: cannot be made ({reason(error)})") from error
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def prepare(folder: Path) -> None:
     if (folder / STUDY).exists():
         raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
     except OSError as error:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 

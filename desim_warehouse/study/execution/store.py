@@ -27,6 +27,7 @@ from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import RUN
 from desim_warehouse.study.execution.lock import FolderLock
 from desim_warehouse.study.execution.work import Outcome
@@ -129,7 +130,7 @@ class Store:
             raise StudyError(f"{folder}: holds a run; a study needs a folder of its own")
         try:
             if not read_only:
-                folder.mkdir(parents=True, exist_ok=True)
+                make_folder(folder)
                 self.lock = FolderLock(folder)
             self._read(folder / JOURNAL, mend=not read_only)
             if not read_only:
