@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.messages import Keys, Place, Places, Problem
+from desim_warehouse.model.messages import Keys, Outline, Place, Places, Problem
 from desim_warehouse.values.fields import LIMITS, Part
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {f"{_TAG}{name}" for name in ("str", "timestamp", "merge", "value")}
 _DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
+_LARGE = 200_000  # characters of a text whose keys are looked at while it is read
 _NESTED = re.compile(rf"(?:[\[{{]\s*){{{_DEEPEST + 1}}}")
 _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST} at most"
 
@@ -45,13 +46,14 @@ def from_mapping(source: Mapping[str, Any], name: str) -> Document:
     return Document(plain(source, (), problems), Places(name), problems)
 
 
-def from_file(path: Path, name: str, whole: str) -> Document:
+def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
     """Read a file whose top level is a mapping.
 
     Args:
         path: the file.
         name: what messages call it.
         whole: what it should hold, such as "a model with layout, fleet and tasks".
+        outline: the keys that it can have.
 
     Raises:
         ModelError: where there is no such file, or it cannot be read.
@@ -75,7 +77,7 @@ def from_file(path: Path, name: str, whole: str) -> Document:
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         wrong = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as UTF-8"
         raise ModelError([f"{name}:{line}:{column}: {wrong}"]) from None
-    document = read_yaml(text, name)
+    document = read_yaml(text, name, known=outline.known)
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):
@@ -84,13 +86,14 @@ def from_file(path: Path, name: str, whole: str) -> Document:
     return document
 
 
-def read_yaml(text: str, source: str, most: int = _MOST) -> Document:
+def read_yaml(text: str, source: str, most: int = _MOST, known: Callable[[Keys], bool] | None = None) -> Document:
     """Read one YAML document.
 
     Args:
         text: the document.
         source: what messages call it, such as the file's name.
         most: values that it may hold.
+        known: whether it can have a key; a large text of other keys is not read to its end.
 
     Raises:
         ModelError: where the text is not YAML.
@@ -103,6 +106,10 @@ def read_yaml(text: str, source: str, most: int = _MOST) -> Document:
         before = text[: nested.start()]
         _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
     yaml = YAML(typ="safe", pure=True)
+    if known is not None and len(text) > _LARGE:
+        from desim_warehouse.model.strange import watching
+
+        yaml.Composer = watching(known, source)
     try:
         return _Reader(source, yaml.constructor, most).document(yaml.compose(text))
     except MarkedYAMLError as error:

@@ -39,7 +39,7 @@ def load(
     if isinstance(source, Mapping):
         document = from_mapping(source, "<mapping>")
     else:
-        document = from_file(Path(source), str(source), "a model with layout, fleet and tasks")
+        document = from_file(Path(source), str(source), "a model with layout, fleet and tasks", OUTLINE)
         if document.kind == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
     return model_of(document, overrides or {}, named, run_code=run_code)

@@ -32,6 +32,6 @@ def read_robot(path: str | Path) -> dict[str, Any]:
     Raises:
         ModelError: with every problem of the file, in its order.
     """
-    document = from_file(Path(path), str(path), "a robot with robot or battery")
+    document = from_file(Path(path), str(path), "a robot with robot or battery", _OUTLINE)
     valid(document, RobotFile, _OUTLINE)
     return {key: value for key, value in document.data.items() if value is not None}

@@ -32,7 +32,7 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, 
     Raises:
         ModelError: with every problem of the study, its model and its designs.
     """
-    document = from_file(Path(path), str(path), "a study with model and factors")
+    document = from_file(Path(path), str(path), "a study with model and factors", OUTLINE)
     if document.kind == "model":
         takers = f"desim run {path} simulates it, desim what-if and desim best vary it with --vary"
         raise ModelError([f"{path}: a model file, expected a study file; {takers}"])
