@@ -6,7 +6,9 @@ Subcommands live in modules of this package and are imported when they are calle
 from __future__ import annotations
 
 import importlib
+import re
 import sys
+from typing import Any
 
 import click
 
@@ -17,7 +19,7 @@ COMMANDS = {
     "draw": ("draw", "Draw the floor of a model as PNG or SVG."),
     "run": ("run", "Simulate a model once and show its indicators."),
     "replay": ("replay", "Write a page that plays a run in a browser."),
-    "report": ("report", "Write the report of a study or run folder: one HTML page, or PDF."),
+    "report": ("report", "Write the report of a study or run folder: one HTML page."),
     "export": ("export", "Write a run, or the layout of a model, for other programs."),
     "import": ("import_layout", "Make a model of a layout that another program drew."),
     "check": ("check", "Check a model file and its layout."),
@@ -82,10 +84,29 @@ def desim() -> None:
     """What-if simulator for robot warehouses."""
 
 
+_OBEYED = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x0d\x0e-\x1a\x1c-\x1f\x7f-\x9f]")
+"""What a terminal obeys rather than shows, but for colours, tabs and line ends."""
+
+
+class _Harmless:
+    """Standard output in which names from files and folders cannot steer the terminal."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        """Write it with such characters spelt out."""
+        self._stream.write(_OBEYED.sub(lambda found: repr(found[0])[1:-1], text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
 def main() -> None:
     """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
     from desim_warehouse.errors import WarehouseError, got, reason
 
+    sys.stdout = _Harmless(sys.stdout)
     try:
         desim(standalone_mode=True)
     except WarehouseError as error:
@@ -94,5 +115,7 @@ def main() -> None:
         said = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
     except UnicodeEncodeError as error:
         said = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"
-    click.echo(said.encode("utf-8", "backslashreplace").decode(), err=True)
+    from desim_warehouse.model.messages import printable
+
+    click.echo("\n".join(map(printable, said.split("\n"))), err=True)
     sys.exit(2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,17 +24,26 @@ if TYPE_CHECKING:
 @with_overrides
 @with_seed
 @with_json("indicators, verdicts, seed, version")
+@click.option("--timeout", type=click.FloatRange(0, min_open=True), metavar="SECONDS", help="Time that it may take.")
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
-def command(model: str, assignments: tuple[str, ...], seed: int, as_json: bool, out: str | None) -> None:
+def command(
+    model: str, assignments: tuple[str, ...], seed: int, as_json: bool, timeout: float | None, out: str | None
+) -> None:
     """Simulate MODEL once and show its indicators."""
     from desim_warehouse import __version__
+    from desim_warehouse.errors import SimulationError
     from desim_warehouse.run import simulate
     from desim_warehouse.run.folder import prepare
+    from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
     loaded = load_model(model, assignments)
     if out is not None:
         prepare(Path(out))  # before a long run, not after it: the folder may be unusable
-    run = simulate(loaded, seed)
+    try:
+        with nullcontext() if timeout is None else TimeLimit(timeout):
+            run = simulate(loaded, seed)
+    except TimeOutError:
+        raise SimulationError(f"{loaded.name}: not finished after {timeout:g} s (--timeout)") from None
     if out is not None:
         run.save(out)
     if as_json:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from desim_warehouse.errors import got
 from desim_warehouse.model.messages import Problem
@@ -29,13 +29,6 @@ class PolicySpec(Part):
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     name: Name = Field(description="a policy of ours, module:Class or file.py:Class")
-
-    @field_validator("name")
-    @classmethod
-    def _no_nul(cls, name: str) -> str:
-        if "\0" in name:
-            raise wrong(f"not a name (got {got(name)}), expected no character 0x00")
-        return name
 
     @property
     def params(self) -> Mapping[str, Any]:

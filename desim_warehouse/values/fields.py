@@ -91,10 +91,16 @@ def _none_or_not_tiny(value: float) -> float:
 above_tiny = AfterValidator(_not_tiny)
 
 
+_UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but tab and line end, and those that turn the direction of text around."""
+
+
 def writable(text: str) -> str:
-    """Refuse lone surrogates, which no file and no terminal can hold."""
+    """Refuse lone surrogates, which no file can hold, and what a terminal would obey rather than show."""
     if not text.isascii() and re.search("[\ud800-\udfff]", text):
         raise wrong(f"not text (got {got(text)}), expected characters that can be written in UTF-8")
+    if not text.isprintable() and _UNSEEN.search(text):
+        raise wrong(f"a control character in it (got {got(text)}), expected characters that can be seen")
     return text
 
 

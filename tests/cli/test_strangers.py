@@ -1,13 +1,19 @@
-"""Folders of strangers: what lies in them is read, and never run, from outside and from inside."""
+"""What strangers send: files in their folders are never run, and their names and paths are one message or harmless."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import pandas as pd
 import pytest
+
+import desim_warehouse as dw
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 DESIM = str(Path(sys.executable).with_name("desim"))
@@ -71,3 +77,81 @@ def test_the_processes_of_dask_run_none_either(stranger, tmp_path):
     pytest.importorskip("distributed")
     desim(folder, *vary, "--replications", "3", "--cluster", "local", "--workers", "2", "--out", str(tmp_path / "new"))
     assert not ran.exists(), ran.read_text()
+
+
+ESCAPES = "\x1b[2J\x1b]0;title\x07\x9b31m"
+"""Clears the screen, renames the window, and begins red, where a terminal sees it."""
+OBEYED = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]")
+
+
+@pytest.mark.parametrize("command", ["run", "check", "export", "replay", "draw", "report", "plan"])
+def test_names_do_not_steer_the_terminal(command, tmp_path):
+    """In a model, and in the folders of runs and studies that somebody has changed: one message each."""
+    model, folder = tmp_path / "model.yaml", tmp_path / "folder"
+    text = TUTORIAL.read_text(encoding="utf-8")
+    model.write_text(text.replace("name: tutorial", f"name: {json.dumps(ESCAPES)}"), encoding="utf-8")
+    dw.simulate(dw.load(TUTORIAL)).save(folder)
+    record = json.loads((folder / "run.json").read_text())
+    record["model"]["name"] = ESCAPES
+    (folder / "run.json").write_text(json.dumps(record))
+    given = {"export": [str(folder), "--format", "csv"], "replay": [str(folder)], "report": [str(folder)]}
+    more = {"plan": ["--target", "T <= 100"], "draw": ["-o", str(tmp_path / "x.png")]}
+    said = failing(tmp_path, command, *given.get(command, [str(model), *more.get(command, [])]))
+    assert "control character" in said
+
+
+def test_what_a_study_folder_says_does_not_steer_the_terminal(tmp_path):
+    study = dw.Study(str(TUTORIAL), {"fleet.size": [1, 2]}, replications=2, indicators=["T"])
+    study.run(out=tmp_path / "study")
+    file = tmp_path / "study" / "results.parquet"
+    table = pd.read_parquet(file)
+    table["error"] = [f"BatteryError: {ESCAPES}", None, None, None]
+    table.to_parquet(file)
+    for words in (["study", "study"], ["compare", "study"]):
+        done = subprocess.run([DESIM, *words], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+        assert "Traceback" not in done.stderr
+        assert not OBEYED.search(done.stdout)
+
+
+def test_a_file_s_own_name_is_spelt_out(tmp_path):
+    assert "\\x1b[2J\\x1b]0;title\\x07\\x9b31m.yaml: no such file" in failing(tmp_path, "check", f"{ESCAPES}.yaml")
+
+
+DEEP = "x/" * 2000
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["run", str(TUTORIAL), "--out", DEEP],
+        ["what-if", str(TUTORIAL), "--vary", "fleet.size=1,2", "--quiet", "--out", DEEP],
+        ["what-if", str(TUTORIAL), "--vary", "fleet.size=1,2", "--quiet", "--page", f"{DEEP}p.html"],
+        ["why", str(TUTORIAL), "--out", DEEP],
+        ["draw", str(TUTORIAL), "-o", f"{DEEP}floor.png"],
+        ["export", str(TUTORIAL), "--format", "csv", "-o", DEEP],
+        ["new", f"{DEEP}w.yaml", "--size", "16x14"],
+        ["report", DEEP],
+    ],
+    ids=lambda words: " ".join(word[:9] for word in words if not word.startswith("/")),
+)
+def test_a_path_of_two_thousand_folders_is_one_message(words, tmp_path):
+    failing(tmp_path, *words)
+    assert not list(tmp_path.iterdir())
+
+
+def failing(folder, *words):
+    """What a command says that is refused: one message, and nothing that a terminal obeys."""
+    done = subprocess.run([DESIM, *words], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    assert not OBEYED.search(done.stdout + done.stderr)
+    return done.stderr
+
+
+def test_a_run_that_takes_too_long_is_stopped(tmp_path):
+    model, before = str(TUTORIAL.with_name("medium.yaml")), time.monotonic()
+    long = ["--set", "run.length=400000", "--set", "log=tasks"]
+    assert failing(tmp_path, "run", model, *long, "--timeout", "1.5").endswith("not finished after 1.5 s (--timeout)\n")
+    assert time.monotonic() - before < 60
+    desim(tmp_path, "run", str(TUTORIAL), "--timeout", "600")
