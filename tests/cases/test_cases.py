@@ -94,7 +94,7 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
         for line, chargers in zip(panel.containers, study.levels("chargers"), strict=True):
             for size, height in zip(*line.lines[0].get_data(), strict=True):
                 drawn[panel.get_title("left"), str(size), chargers] = words.number(height)
-    table = re.findall(r"<tr.*?</tr>", study_parts.results(study).source)
+    table = re.findall(r"<tr.*?</tr>", study_parts.results(study))
     head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
     place = head.index(label)
     assert drawn == {(f"demand = {row[0]}", row[1], row[2]): row[place] for row in rows}

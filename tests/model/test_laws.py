@@ -13,21 +13,26 @@ NODE = st.sampled_from("ABCDEFGHIJKLMNOPQR")
 AMOUNT = st.floats(0, 1e12) | st.integers(0, 10**6) | st.just(-0.0)
 POSITIVE = st.floats(1e-9, 1e12) | st.integers(1, 10**6)
 GOOD = st.integers(0, 79)
+SEEN = st.characters(exclude_categories=["C"])
 PARAMETER = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(SEEN, max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(SEEN, max_size=5), inner, max_size=3),
     max_leaves=6,
 )
 TASK = GOOD | st.fixed_dictionaries({"good": GOOD}, optional={"release": AMOUNT, "priority": st.integers(-9, 9)})
 PAIRS = st.fixed_dictionaries({"count": st.just(1)}, optional={"radius": POSITIVE, "speed": POSITIVE})
 KEYS = {
-    "name": st.text(max_size=9),
+    "name": st.text(SEEN, max_size=9),
     "fleet.size": st.integers(2, 9),
     "fleet.start": st.lists(NODE, min_size=6, max_size=6),
     "fleet.start.3": NODE,
     "fleet.robot": st.fixed_dictionaries({"radius": POSITIVE, "speed": POSITIVE}),
     "fleet.robot.margin": AMOUNT,
-    "fleet.kinds": st.dictionaries(st.text(min_size=1, max_size=3), PAIRS, max_size=2),
+    "fleet.kinds": st.dictionaries(st.text(SEEN, min_size=1, max_size=3), PAIRS, max_size=2),
     "tasks.goods": st.lists(TASK, min_size=1, max_size=6) | st.fixed_dictionaries({"random": st.integers(1, 99)}),
     "tasks.unload_at": st.lists(NODE, min_size=1, max_size=1),
     "tasks.popularity": st.sampled_from(["uniform"])

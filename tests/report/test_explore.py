@@ -169,8 +169,8 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
     low, high = sorted(study.plan.warm_up)
     found = f"{low:,.0f} to {high:,.0f} step, found for each design"
     assert dict(content["facts"])["Warm-up"].startswith(found)
-    assert found in study_parts.design(study.results).source
-    table = study_parts.results(study.results).source
+    assert found in study_parts.design(study.results)
+    table = study_parts.results(study.results)
     assert "warm-up (step)" in table
     assert [printed.number(time) in table for time in study.plan.warm_up] == [True, True]
 

@@ -97,7 +97,7 @@ def test_a_run_that_is_over_before_its_warm_up_says_so():
     assert [verdict.code for verdict in run.verdicts] == ["ENDS_IN_WARM_UP"]
     assert run.kpis == whole.kpis
     assert whole.verdicts == []
-    assert "the indicators count the whole run" in run_parts.short(run).source
+    assert "the indicators count the whole run" in run_parts.short(run)
 
 
 def test_a_run_that_lasts_longer_than_its_warm_up_says_nothing():
@@ -134,7 +134,7 @@ def test_a_run_says_its_verdicts_once():
 def test_the_report_of_a_run_begins_with_them():
     run = dw.simulate(dw.load("models/tutorial.yaml", BUSY))
     text = run.verdicts[0].text
-    assert f"<li>{text[0].upper()}{text[1:]}.</li>" in run_parts.short(run).source
+    assert f"<li>{text[0].upper()}{text[1:]}.</li>" in run_parts.short(run)
 
 
 def test_a_study_marks_the_designs_and_says_where_it_is_worst(tmp_path):
@@ -152,8 +152,8 @@ def test_a_study_marks_the_designs_and_says_where_it_is_worst(tmp_path):
         ["CANNOT_KEEP_UP"],
         ["CANNOT_KEEP_UP"],
     ]
-    assert f"C{said[0][1:]}." in study_parts.conclusions(study).source
-    assert study_parts.results(study).source.count(">backlog</td>") == 2
+    assert f"C{said[0][1:]}." in study_parts.conclusions(study)
+    assert study_parts.results(study).count(">backlog</td>") == 2
 
 
 def test_procedures_say_what_is_wrong_with_the_designs_that_were_run():
