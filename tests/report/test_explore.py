@@ -111,7 +111,7 @@ def test_factors_are_called_what_people_call_them_with_their_unit(tmp_path):
         .get_xlabel()
         .startswith("Time between breakdowns (step)")
     )
-    assert ">Time between breakdowns (step)</th>" in study_parts.results(study.results).source
+    assert ">Time between breakdowns (step)</th>" in study_parts.results(study.results)
     shown = CliRunner().invoke(desim, ["study", str(tmp_path)]).output
     assert "fleet.robot.breakdowns.every (step)" in shown
 
