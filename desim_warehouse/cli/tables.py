@@ -155,11 +155,13 @@ def show(table: Table, *, err: bool = False, markup: bool = True) -> None:
 
 def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
     """What became of a layout on its way from one program to another: a row for each remark."""
+    from desim_warehouse.model.messages import printable
+
     table = sheet(None, "", "what", "why", "which", pad_edge=False)
     for remark in remarks:
         number = len(remark.names)
         kind = remark.kind if remark.what == "assumed" else counted(number, remark.kind)
-        table.add_row(remark.what, kind, remark.why, remark.which(_NAMED))
+        table.add_row(*map(printable, (remark.what, kind, remark.why, remark.which(_NAMED))))
     show(table, err=err, markup=False)
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import make_folder
 from desim_warehouse.report.palette import COLOURS, FAINT, INK
 
 if TYPE_CHECKING:
@@ -177,7 +178,7 @@ def save(drawn: Figure | None, folder: Path, name: str) -> None:
     """Write a figure to a folder as PNG and SVG; raises ReportError where that is not possible."""
     assert drawn is not None
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         for ending in ("png", "svg"):
             drawn.savefig(folder / f"{name}.{ending}", dpi=150)
     except OSError as error:
