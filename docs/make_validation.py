@@ -16,6 +16,7 @@ import desim_warehouse as dw
 from desim_warehouse.report.palette import COLOURS, FAINT
 from docs.make_reference import table
 from tests.reference.paper import CELLS, GROUPS, changes, settings
+from tests.study.statistics import coverage
 from tests.theory.cases import CASES, WITHIN, Found, half_width
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ ROBOTS = tuple(range(1, 13))
 LISTS = 20  # random experiments for each number of robots
 MEDIAN = 0.005  # beside the stepped reference
 BESIDE = 0.01  # in the cells of the paper
+FEWEST_TOLD = 20  # long runs without a note: of fewer no share is printed
 
 HEAD = """# Validation
 
@@ -74,14 +76,28 @@ PAPER = """## The paper's cells
 The 30 cells of the paper, 1 to 6 robots and five lists of goods, against what the authors' program gives; the README
 shows them as means, `desim paper` one by one.
 """
+COVERAGE = """## How often answers are right
+
+Studies of synthetic days whose truth is known, by the code of the commands, {studies} of each kind
+(`tests/study/statistics/coverage.py`). Each should be right in 95 %, which so many studies tell to about 2 points.
+Tasks of one day depend on each other: they correlate, more on floors that jam now and then. Intervals of shares of
+tasks assume a correlation of at least 0.05, so they are wide where days are more alike than that.
+"""
+MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans, which look up
+to six times, after 10 to 320 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
+bad days can be:
+"""
+LONG_RUN = """One long run has no days. `long-run` says where it is too short. Runs that pass its checks are the calm
+ones, so they are counted by themselves, too: where few pass, they cover less. Times at one counter with Poisson
+arrivals (M/M/1):
+"""
 TAIL = """## What else is checked
 
 - One robot over worked routes, by hand (`tests/world`); intersections, rings and stations, by hand.
 - An auditor rebuilds positions from the log and applies the paper's rule literally; a recount computes every indicator
   again from the log; both on random warehouses (`tests/laws`).
 - Liveness: work ends in thousands of random worlds, and in every reachable state of small ones.
-- The statistics: 95 % intervals cover as often as they say, for replications, quantiles, one long run and selections
-  (`tests/study/statistics`).
+- More of the statistics: quantiles, selections, screening, warm-ups (`tests/study/statistics`).
 """
 
 
@@ -201,6 +217,35 @@ def paper() -> str:
     return f"{PAPER}\n{table(('what', 'here', 'expected'), rows)}"
 
 
+# Coverage
+
+
+def answers() -> str:
+    """The section on how often what commands say is so."""
+    rows = [(one.command, one.days, f"{100 * one.covered():.1f} %") for one in coverage.CASES]
+    parts = [COVERAGE.format(studies=coverage.STUDIES), table(("command", "days", "right"), rows, "llr")]
+    missed = [
+        (
+            f"{100 * target:g} %",
+            f"{tasks:,}",
+            *(f"{100 * coverage.wrongly_met(target, tasks, alike, 200):.1f} %" for alike in coverage.ALIKE),
+        )
+        for target in (0.95, 0.99)
+        for tasks in (50, 200, 1000)
+    ]
+    heads = ("target", "tasks a day", *(f"correlation {alike}" for alike in coverage.ALIKE))
+    parts += [MISSES, table(heads, missed, "rrrrrr")]
+    runs = []
+    for load, tasks in coverage.LONG_RUNS:
+        every, silent = (coverage.long_runs(load, tasks, noted=noted) for noted in (True, False))
+        told = [right for right in silent if right is not None]
+        share = f"{100 * statistics.fmean(told):.1f} %" if len(told) >= FEWEST_TOLD else "–"
+        right, passed = statistics.fmean(map(bool, every)), len(told) / len(every)
+        runs.append((f"{load}", f"{tasks:,}", f"{100 * right:.1f} %", f"{100 * passed:.0f} %", share))
+    heads = ("load", "tasks", "all runs right", "without a note", "of those right")
+    return "\n".join([*parts, LONG_RUN, table(heads, runs, "rrrrr")])
+
+
 # Figures
 
 
@@ -257,7 +302,7 @@ def page(found: Sequence[Found]) -> tuple[str, list[Beside]]:
     """The text of the page."""
     sections = dict.fromkeys(case.section for case in CASES)
     text, besides = reference()
-    parts = [HEAD, *(cases(section, found) for section in sections), LITTLE, text, paper(), TAIL]
+    parts = [HEAD, *(cases(section, found) for section in sections), LITTLE, text, paper(), answers(), TAIL]
     return "\n".join(parts), besides
 
 

@@ -45,7 +45,7 @@ def _show(found: Fitted, unit: str) -> None:
     times = found.times
     click.echo(
         f"{len(times)} times from {times.min():.4g} to {times.max():.4g} {unit}, mean {times.mean():.4g} {unit}, "
-        f"cv {times.std() / times.mean():.4g}"
+        f"cv {times.std() / times.mean():.4g}" + (f", rounded to {found.step:g} {unit}" if found.step else "")
     )
     table = sheet(None, "distribution", ">AIC")
     for one in found.candidates:

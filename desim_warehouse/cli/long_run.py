@@ -56,6 +56,7 @@ def _content(found: OneRun) -> dict[str, float | bool | str | None]:
         "observations": found.observations,
         "correlation": found.correlation,
         "independent": found.independent,
+        "worth": found.worth,
         "note": found.note,
     }
 
@@ -74,4 +75,4 @@ def _show(run: Run, found: dict[str, OneRun], confidence: float) -> None:
         ]
         table.add_row(name, *cells, with_unit(kind, one.value, units)[1], one.note)
     show(table)
-    click.echo(f"from, to: {100 * confidence:g} % interval by 20 batches of the run")
+    click.echo(f"from, to: {100 * confidence:g} % interval by batches of the run")

@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.study.limits import MOST_RUNS
+from desim_warehouse.study.limits import MOST_RUNS, SCOUTS
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -49,7 +49,7 @@ ALL_YEAR = 8760.0
 @click.option("--price-charger", type=click.FloatRange(0), help="A charger per year, instead of prices.charger.")
 @click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
 @click.option(
-    "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
+    "--runs", type=click.IntRange(SCOUTS, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
 )
 @with_json()
 @with_first_and_cap(320)
@@ -75,7 +75,8 @@ def command(
     """Find how many robots and chargers MODEL needs, today and after growth, with which strategy, and what limits it.
 
     `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. Exit status 3: no fleet was
-    shown to be enough. Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
+    shown to be enough, or --runs ended before an answer.
+    Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
@@ -110,6 +111,9 @@ def command(
         for line in (content["promise"], *content["notes"]):
             click.echo(line)
         click.echo(f"{found.runs:,} runs in {_time(took)}", err=True)
+    if found.ended:
+        click.echo(f"--runs {runs}: more of them may give an answer", err=True)
+        sys.exit(NONE_MEETS)
     if not found.feasible:
         click.echo("no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck", err=True)
         sys.exit(NONE_MEETS)
@@ -167,7 +171,8 @@ def _counts(text: str | None, option: str) -> list[int] | None:
 def _show(shown: list[Evidence]) -> None:
     from desim_warehouse.cli.tables import runs
 
-    click.echo("\nShown by:")
+    if shown:
+        click.echo("\nShown by:")
     for one in shown:
         click.echo(f"  {one.what}: {one.found}, {runs(one.runs)}")
         click.echo(f"    {one.command}")

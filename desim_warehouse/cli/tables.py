@@ -23,6 +23,10 @@ _NAMED = 12
 """Names in a row of remarks."""
 
 
+_NAMED = 3
+"""Lines on what is rare."""
+
+
 def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     """A line for each design: its factors, and mean ± half-width of the indicators."""
     from desim_warehouse.report.text import sentences, words
@@ -57,6 +61,8 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     show_verdicts(results)
     for design in results.unsettled:
         click.echo(f"{design}: {sentences.UNSETTLED}")
+    for line in results.rare[:_NAMED]:
+        click.echo(line)
     if results.deterministic:
         click.echo("These models are deterministic: every replication is the same, and the means are exact.")
     elif max(map(len, results.by_point.values())) == 1:

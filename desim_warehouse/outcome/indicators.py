@@ -16,7 +16,7 @@ from desim_warehouse.outcome import measures, money
 from desim_warehouse.states import APART, TIMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from desim_warehouse.outcome.history import FlowHistory, History
     from desim_warehouse.states import State
@@ -280,7 +280,9 @@ INDICATORS = {
             "on_time",
             "On time",
             "share of tasks",
-            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times",
+            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times. Over several "
+            "runs the mean of their shares, in which each run counts alike: where busy days are late more often, the "
+            "share of all tasks of all runs is smaller, and is said beside it",
             "more",
             measures.on_time,
             measures.has_due_times,
@@ -509,6 +511,20 @@ def within(name: str) -> tuple[float, float]:
     if indicator is None:
         return -math.inf, math.inf
     return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
+
+
+def counted_in(name: str, has: Collection[str]) -> list[str]:
+    """The indicators of a run that say how many tasks, or orders, one of ours is a share of; empty: of none.
+
+    Where only some flows have due times their tasks are counted; `has`: the indicators of the run.
+    """
+    indicator = look_up(name)
+    base, _, flow = name.partition(":")
+    what = {"share of tasks": "tasks", "share of orders": "orders"}.get(indicator.unit if indicator else "")
+    if what is None or flow:
+        return [] if what is None else [f"{what}:{flow}"]
+    flows = [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]
+    return [f"{what}:{one}" for one in flows] or [what]
 
 
 def find(name: str) -> Indicator:

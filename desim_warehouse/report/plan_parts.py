@@ -45,10 +45,12 @@ class PlanFolder:
 
     @property
     def design(self) -> Mapping[str, Any]:
-        """The last answer, or the largest design looked at."""
+        """The last answer, or the largest design looked at; the model as it is where runs ended before any was."""
         last = self.demands[-1]
-        found: Mapping[str, Any] = last["best"] or last["too_small"][-1]
-        return found
+        if last["best"] or last["too_small"]:
+            found: Mapping[str, Any] = last["best"] or last["too_small"][-1]
+            return found
+        return {"robots": self.studies[-1].base.fleet.size, "chargers": 0, "set": {}}
 
     @property
     def model(self) -> Model:
@@ -135,12 +137,14 @@ def first_figure(plan: PlanFolder) -> Axes:
 def _tables(plan: PlanFolder, indicator: str) -> Iterator[pd.DataFrame]:
     """The runs of the designs that were judged; of others those of the search before."""
     for demand, study, scout in zip(plan.demands, plan.studies, plan.scouts, strict=True):
+        if not scout.rows:  # the runs allowed had ended before
+            continue
         judged = study.frame([indicator])
         factors = list(study.factors)
         seen = set(judged[factors].itertuples(index=False, name=None))
         before = scout.frame([indicator])
         others = before[[row not in seen for row in before[factors].itertuples(index=False, name=None)]]
-        for table in (judged, others):
+        for table in (judged, others) if study.rows else (before,):
             part = table[[*factors, "replication", indicator, "deterministic"]].copy()
             if "chargers" in part:
                 part["chargers"] = part["chargers"].astype(int)

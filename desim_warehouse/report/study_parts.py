@@ -297,7 +297,8 @@ def method(study: Results) -> Html:
         (
             "A mean's interval is Student's t over independent replications (Law 2015, section 4.5), from ten on "
             "corrected for skewness (Hall 1992). Values of 0 and 1 have that of a proportion (Clopper-Pearson), and "
-            "where all replications agree, a share of runs that the rule of three leaves open may differ."
+            "where all replications agree, a share of runs that the rule of three leaves open may differ. Shares of "
+            "tasks count tasks, with a design effect for days (Korn & Graubard 1998)."
         ),
         (
             "Designs are compared replication by replication under common random numbers, intervals by Bonferroni "

@@ -24,6 +24,7 @@ from desim_warehouse.outcome.money import equipment
 from desim_warehouse.outcome.verdicts import LASTING, judge
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
+from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics.cheapest import Counts
     from desim_warehouse.study.table import Row
 
-SCOUTS = 3
-"""Runs of each design that the search looks at before anything is shown."""
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the hand calculation needs."""
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
@@ -50,8 +49,8 @@ STRATEGIES = ("nearest", "hungarian", "earliest-due")
 class Shown:
     """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
 
-    `estimate`: of the target's indicator, None where all runs failed. `vetoed`: why it fails in any case. `cost`: of
-    its robots and chargers a year, None without prices of them.
+    `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None without prices of them.
     """
 
     robots: int
@@ -70,7 +69,8 @@ class Sized:
     `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
     failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
     chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
-    the time within them counts. It follows from the indicators `shown_by`.
+    the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
+    `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     """
 
     name: str
@@ -82,6 +82,7 @@ class Sized:
     in_hours: bool
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
+    open: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,10 @@ class Strategy:
 
 @dataclass(frozen=True)
 class FleetPlan:
-    """What `plan_fleet` found. `strategy` is the better one that the sizes are for, or None for the model's own."""
+    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
+
+    `untried`: strategies for which the runs allowed did not suffice.
+    """
 
     target: Target
     zone: float
@@ -112,11 +116,17 @@ class FleetPlan:
     strategy: Strategy | None
     sized: str | None
     runs: int
+    untried: tuple[str, ...] = ()
 
     @property
     def feasible(self) -> bool:
         """Whether a design was found for every demand."""
-        return self.today.best is not None and (self.grown is None or self.grown.best is not None)
+        return self.today.best is not None and (self.grown is None or self.grown.best is not None) and not self.ended
+
+    @property
+    def ended(self) -> bool:
+        """Whether the runs allowed ended before an answer."""
+        return bool(self.today.open or (self.grown is not None and self.grown.open))
 
 
 class Designs:
@@ -245,6 +255,7 @@ class _Planner:
     timeout: float | None
     budget: Budget
     where: dict[str, Any]
+    untried: tuple[str, ...] = ()
 
     def judge(self, veto: Callable[[int], str | None], exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
@@ -301,43 +312,60 @@ class _Planner:
             cases = {f"{number}": self.designs.of_chargers(number) for number in chargers}
             factors["chargers"] = {"cases": cases}
         counts = [(first, second) for first in robots for second in chargers]
-        scout = self.study(f"{name} scout", factors, changes, self.seed + 1)
-        doubts = self.follow(
-            scout,
-            lambda _, exact: statistics.scout_steps(
-                counts, self.designs.key, self.target, 1 if exact else SCOUTS, self.budget
-            ),
-        )
         study = self.study(name, factors, changes, self.seed)
-        found: Cheapest = self.follow(
-            study,
-            lambda veto, exact: statistics.cheapest_meeting_steps(
-                counts, self.designs.key, self.judge(veto, exact), doubts
-            ),
-        )
+        found = self._cheapest(study, self.study(f"{name} scout", factors, changes, self.seed + 1), counts)
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
             for number in (*found.below, *([] if found.design is None else [found.design]))
         }
         best = None if found.design is None else shown[found.design]
         below = tuple(shown[number] for number in found.below)
-        busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
         base = study.plan.base
         rate = arrival_rate(base)
         hourly = None if rate is None else rate * base.units.hour
-        used, in_hours = utilisation(study, study.points[busiest]), base.layout.has_hours or base.fleet.has_hours
+        used = {}
+        if shown:
+            busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
+            used = utilisation(study, study.points[busiest])
+        in_hours = base.layout.has_hours or base.fleet.has_hours
         shown_by = tuple(indicator for part in used for indicator in indicators_of(base)[part])
-        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes)
+        left = tuple(counts[number] for number in found.open)
+        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left)
+
+    def _cheapest(self, study: Study, scout: Study, counts: list[Counts]) -> Cheapest:
+        """The cheapest of the designs of a study, which a scout with other runs looks for first."""
+
+        def scouting(exact: bool) -> Procedure[set[int] | None]:
+            runs = 1 if exact else SCOUTS
+            try:
+                return (yield from statistics.scout_steps(counts, self.designs.key, self.target, runs, self.budget))
+            except statistics.RunsEndedError:
+                return None
+
+        doubts = self.follow(scout, lambda _, exact: scouting(exact))
+        if doubts is None:
+            order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
+            self.follow(study, lambda veto, exact: statistics.verdict_steps([], self.judge(veto, exact)))
+            return statistics.Cheapest(None, (), {}, {}, 0, self.confidence, self.zone, tuple(order))
+        found: Cheapest = self.follow(
+            study,
+            lambda veto, exact: statistics.cheapest_meeting_steps(
+                counts, self.designs.key, self.judge(veto, exact), doubts
+            ),
+        )
+        return found
 
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
         mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
+        if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
+            mean = replace(mean, interval=(verdict.low, verdict.high))
         return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, self.designs.cost(counts))
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
-        counts = [(shown.robots, shown.chargers) for shown in sized.below] if sized.best else []
+        counts = [(shown.robots, shown.chargers) for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
         cases = {
@@ -358,6 +386,10 @@ class _Planner:
                 [point.number for points in others.values() for point in points], self.judge(veto, exact)
             ),
         )
+        tried = {
+            label: points for label, points in others.items() if all(point.number in found.verdicts for point in points)
+        }
+        self.untried += tuple(label for label in others if label not in tried)
         return tuple(
             Strategy(
                 label,
@@ -369,7 +401,7 @@ class _Planner:
                     for point, count in zip(points, counts, strict=True)
                 ),
             )
-            for label, points in others.items()
+            for label, points in tried.items()
         )
 
 
@@ -482,7 +514,8 @@ def plan_fleet(
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
         robots: fleet sizes that could be bought (default: around what the hand calculation needs).
         chargers: likewise.
-        zone: indifference zone in the indicator's unit (default: 0.01 for shares, else 1 % of the target).
+        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
+            of what is possible beyond the target: for 99.5 % it is 0.25 %.
         confidence: that all that is said of one demand is right.
         seed: of all runs.
         runs: the most that may be done.
@@ -499,6 +532,8 @@ def plan_fleet(
     goal = read_target(target)
     if zone is None:
         zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    least, largest = within(goal.indicator)
+    zone = min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)  # what is harder must be possible
     if growth is not None and not 0 < growth < math.inf:
         raise StudyError(f"growth {growth:g}: expected a factor above 0, such as 1.3 for 30 % more")
     _demand(model, growth or 1.0)
@@ -517,7 +552,9 @@ def plan_fleet(
     if better is not None:
         today, grown = _sizes(planner, growth, better.overrides, f" with {better.label}")
     own = ", ".join(str(_level(model, key)) for key in strategies)
-    return FleetPlan(goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent)
+    return FleetPlan(
+        goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent, planner.untried
+    )
 
 
 def _sizes(

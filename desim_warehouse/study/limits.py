@@ -12,3 +12,5 @@ MOST_RUNS = 1_000_000
 """Runs of one study."""
 LEAST_DELTA = 1e-9
 """Indifference zone of a choice of the best design, in the indicator's unit."""
+SCOUTS = 3
+"""Runs of each design that the search of a plan looks at before anything is shown."""

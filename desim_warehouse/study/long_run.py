@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,8 +61,9 @@ def _of(run: Run, name: str, confidence: float) -> statistics.OneRun:
     if base in QUANTILES:
         return statistics.quantile_in_run(times, QUANTILES[base], confidence)
     if base == "throughput_per_hour":
-        observed = _rates(history, of.counted_deliveries)
-    elif base == "cycle_time_mean":
+        rates = statistics.batch_means(_rates(history, of.counted_deliveries), confidence, within=within(name))
+        return replace(rates, worth=math.inf)  # of a hundredth of the run each: no single observations to be counted
+    if base == "cycle_time_mean":
         observed = times
     else:
         observed = of.lateness if base == "tardiness_mean" else [float(not late) for late in of.lateness]

@@ -14,7 +14,7 @@ import numpy as np
 from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.outcome.verdicts import LASTING, judge
-from desim_warehouse.study import statistics
+from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED
@@ -214,6 +214,16 @@ class Results:
     def verdicts(self) -> Mapping[str, list[Verdict]]:
         """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`)."""
         return {design: judge(self._means(design), model) for design, model in self.models.items()}
+
+    @cached_property
+    def rare(self) -> tuple[str, ...]:
+        """Disasters of which intervals of the runs so far know little, each for the design that has fewest of them."""
+        found: dict[str, None] = {}
+        for design, model in self.models.items():
+            times = [row.value("T") for row in self.runs(design) if math.isfinite(row.value("T"))]
+            if times:
+                found.update(dict.fromkeys(rare.warnings(model, len(times), math.fsum(times) / len(times))))
+        return tuple(found)
 
     def _means(self, design: str) -> dict[str, float]:
         """The mean of every indicator over those runs of a design that have it."""

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.outcome.indicators import INDICATORS, within
+from desim_warehouse.outcome.indicators import INDICATORS, counted_in, within
+from desim_warehouse.study.statistics.shares import TaskShare
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -39,8 +40,10 @@ class Row(NamedTuple):
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:
-        """An indicator, nan where the run failed or has none."""
-        return self.indicators.get(indicator, math.nan)
+        """An indicator; nan where the run failed or has none. A share of tasks knows of how many."""
+        value = self.indicators.get(indicator, math.nan)
+        tasks = math.fsum(self.indicators.get(name, 0.0) for name in counted_in(indicator, self.indicators))
+        return TaskShare(value, tasks) if tasks else value
 
     def measured(self, indicator: str) -> float:
         """An indicator of a run that did not fail.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
@@ -15,6 +16,8 @@ from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.run import check
 from desim_warehouse.study.fleet import plan_fleet
 
+ON_TIME = Path(__file__).parent / "always_on_time.yaml"
+"""A small floor on which four robots are never late."""
 DAYS = 100
 """Fresh days on which an answer is looked at."""
 OTHER_SEED = 1000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,14 +13,17 @@ from desim_warehouse.feasibility import estimate
 from desim_warehouse.model.energy import start_energy
 from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN, write_whole
+from desim_warehouse.study import rare
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
 
+_LISTED = 8
+"""Fleets that are named one by one."""
 PARTS = {"robots": "robots", "chargers": "charging", "stations": "packing at the stations"}
 """What may be the bottleneck, in words."""
 
@@ -41,7 +45,10 @@ def sentences(plan: FleetPlan) -> list[str]:
         lines.append(_sized(plan, plan.grown, _when(plan.grown, _growth(plan.grown))))
     if plan.strategies:
         lines.append(_strategy(plan))
-    lines.append(_bottleneck(plan))
+    if plan.untried:
+        lines.append(f"The runs allowed ended before {spoken(plan.untried, 'and')} could be tried.")
+    if (plan.grown or plan.today).utilisation:
+        lines.append(_bottleneck(plan))
     costs = [sized.best.cost for sized in _demands(plan) if sized.best and sized.best.cost is not None]
     if costs:
         lines.append(f"Robots and chargers cost {spoken([words.number(cost) for cost in costs])} a year.")
@@ -58,9 +65,12 @@ def question(plan: FleetPlan) -> str:
 def promise(plan: FleetPlan) -> str:
     """What is meant by enough, and how sure it is."""
     zone = words.amount(plan.target.indicator, plan.zone)
+    if plan.ended:
+        return f"With {100 * plan.confidence:g} % confidence for each demand, all that is said to be known is right."
     return (
         f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, "
-        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse)."
+        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse). "
+        "Ranges of verdicts hold however often the runs were looked at; the commands look once, and may print others."
     )
 
 
@@ -75,6 +85,16 @@ def notes(model: Model) -> list[str]:
     return [f"All batteries start full and last {lasts} h, the runs {runs} h: what charging costs hardly shows. {cure}"]
 
 
+def _rare(plan: FleetPlan, model: Model) -> list[str]:
+    """Disasters of which the runs of the fleets named know little."""
+    found: dict[str, None] = {}
+    for sized in _demands(plan):
+        if sized.best is not None:
+            fleet = model.replace({**sized.overrides, **sized.best.overrides})
+            found.update(dict.fromkeys(rare.warnings(fleet, sized.best.verdict.n, fleet.run.length or math.inf)))
+    return [f"{line[:1].upper()}{line[1:]}." for line in found]
+
+
 def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
     """The numbers behind the sentences."""
     found = []
@@ -82,7 +102,7 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
         name = "today" if sized.growth == 1 else f"x {sized.growth:g}"
         shown = ([sized.best] if sized.best else []) + list(sized.below)
         for one in shown:
-            verdict = "enough" if one is sized.best else "too close to tell" if _is_close(one) else "too few"
+            verdict = "enough" if one is sized.best else _close(plan, one) if _is_close(one) else "too few"
             overrides = {**sized.overrides, **one.overrides}
             found.append(
                 Evidence(
@@ -93,6 +113,8 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
                 )
             )
     sized = plan.grown or plan.today
+    if not sized.utilisation:
+        return found
     busiest = sized.best or sized.below[-1]
     overrides = {**sized.overrides, **busiest.overrides}
     busy = ", ".join(f"{part} {words.share_text(estimate)}" for part, estimate in sized.utilisation.items())
@@ -139,8 +161,35 @@ def _is_close(shown: Shown) -> bool:
     return shown.verdict.verdict == "undecided"
 
 
+def _close(plan: FleetPlan, shown: Shown) -> str:
+    """Why a design is neither enough nor too few."""
+    if shown.verdict.within_zone:
+        return f"better than the target by less than {words.amount(plan.target.indicator, plan.zone)}"
+    alone = shown.verdict.outlier
+    return "too close to tell" if alone is None else f"too close to tell, for replication {alone} alone"
+
+
+def _ended(plan: FleetPlan, sized: Sized, when: str) -> str:
+    """What is known where the runs allowed ended before there was an answer."""
+    aim = f"meet {words.target(plan.target)}"
+    left, few = sorted(sized.open), [(one.robots, one.chargers) for one in sized.below]
+    parts = [] if sized.best is None else [f"{_fleets([(sized.best.robots, sized.best.chargers)])} {aim}"]
+    parts += [f"{_fleets(few)} do not{'' if parts else f' {aim}'}"] if few else []
+    parts += [f"{_fleets(left[:_LISTED])}{f' and {len(left) - _LISTED} more' if len(left) > _LISTED else ''} are open"]
+    return f"{when} the runs allowed ended before an answer: {', '.join(parts)}."
+
+
+def _fleets(counts: Sequence[tuple[int, int]]) -> str:
+    """Fleets as one says them: `4 and 5 robots`, `4 robots and 2 chargers, or 5 robots and 1 charger`."""
+    if any(chargers for _, chargers in counts):
+        return ", or ".join(words.fleet(*one) for one in counts)
+    return f"{spoken([f'{robots}' for robots, _ in counts])} robot{'s' * (counts[-1][0] != 1)}"
+
+
 def _sized(plan: FleetPlan, sized: Sized, when: str) -> str:
     """The answer for one demand."""
+    if sized.open:
+        return _ended(plan, sized, when)
     if sized.best is None:
         largest = sized.below[-1]
         return (
@@ -226,7 +275,7 @@ def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, A
         "strategy": plan.strategy.label if plan.strategy else plan.own,
         "evidence": [asdict(one) for one in shown],
         "promise": promise(plan),
-        "notes": notes(model),
+        "notes": [*notes(model), *_rare(plan, model)],
         "runs": plan.runs,
     }
 
@@ -238,6 +287,7 @@ def _demand_content(sized: Sized) -> dict[str, Any]:
         "orders_per_hour": sized.rate,
         "best": None if sized.best is None else _design_content(sized.best),
         "too_small": [_design_content(one) for one in sized.below],
+        "open": [{"robots": robots, "chargers": chargers} for robots, chargers in sized.open],
         "utilisation": {
             part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()
         },

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim_warehouse.report.text.words import share_text
+
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Difference, Estimate
 
@@ -29,9 +31,11 @@ def number(value: float) -> str:
 
 
 def said(found: Estimate | None) -> str:
-    """An estimate in a table."""
+    """An estimate in a table; shares of tasks in per cent, with the ends of their interval."""
     if found is None:
         return "-"
+    if found.of_all is not None:
+        return share_text(found)
     if found.half_width is None:
         return number(found.mean)
     return f"{number(found.mean)} ± {number(found.half_width)}"

@@ -176,7 +176,9 @@ def decimals(half_width: float) -> int:
 
 
 def mean_text(estimate: Estimate) -> str:
-    """A mean with its half-width, rounded alike; the mean alone where there is no interval."""
+    """A mean with its half-width, rounded alike; the mean alone where there is no interval. Shares of tasks in %."""
+    if estimate.of_all is not None:
+        return share_text(estimate)
     if estimate.half_width is None:
         return number(estimate.mean)
     digits = decimals(estimate.half_width)
@@ -235,10 +237,19 @@ def interval_text(indicator: str, estimate: Estimate, unit: str = "") -> str:
 
 
 def share_text(estimate: Estimate) -> str:
-    """A share in per cent, with the ends of its interval."""
+    """A share in per cent, with the ends of its interval, and the share of all tasks where that is another number."""
+    digits = 1
     if estimate.interval is None:
-        return f"{number(100 * estimate.mean, 1)} % ({'exact' if estimate.deterministic else 'one run'})"
-    low, high = (100 * end for end in estimate.interval)
-    digits = min(max(decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
-    shown = [number(value, digits) for value in (100 * estimate.mean, low, high)]
-    return f"{shown[0]} % ({shown[1]} to {shown[2]})"
+        ends = "exact" if estimate.deterministic else "one run"
+    else:
+        low, high = (100 * end for end in estimate.interval)
+        digits = min(max(decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
+        ends = f"{_percent(low, digits)} to {_percent(high, digits)}"
+    mean = _percent(100 * estimate.mean, digits)
+    all_tasks = mean if estimate.of_all is None else _percent(100 * estimate.of_all, digits)
+    return f"{mean} % ({ends}" + (")" if all_tasks == mean else f"; of all tasks {all_tasks} %)")
+
+
+def _percent(value: float, digits: int) -> str:
+    """A share in per cent; that all or none of it is so needs no decimals."""
+    return number(value, 0 if value in {0.0, 100.0} else digits)

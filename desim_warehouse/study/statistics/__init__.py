@@ -27,6 +27,7 @@ from desim_warehouse.study.statistics.cheapest import (
     Budget,
     Cheapest,
     Judge,
+    RunsEndedError,
     cheapest_meeting_steps,
     scout_steps,
     verdict_steps,
@@ -53,6 +54,7 @@ from desim_warehouse.study.statistics.screening import (
     main_effects,
 )
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
+from desim_warehouse.study.statistics.shares import TaskShare
 from desim_warehouse.study.statistics.sizing import (
     DesignVerdict,
     Sizing,
@@ -95,12 +97,14 @@ __all__ = [
     "Procedure",
     "QuantileEstimate",
     "RunNumber",
+    "RunsEndedError",
     "SaltelliDesign",
     "Selection",
     "Sizing",
     "SobolIndices",
     "Stage",
     "Target",
+    "TaskShare",
     "WarmUp",
     "averaged",
     "batch_means",

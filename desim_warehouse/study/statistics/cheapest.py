@@ -35,7 +35,8 @@ class Cheapest:
 
     `design` is None if none was shown to. `verdicts` are those judged, by number, in their order; `below` are the
     designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
-    from the target. `vetoed`: why designs fail whatever the target says.
+    from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
+    the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far.
     """
 
     design: int | None
@@ -45,11 +46,16 @@ class Cheapest:
     runs: int
     confidence: float
     zone: float
+    open: tuple[int, ...] = ()
 
     @property
     def close(self) -> tuple[int, ...]:
         """Designs that rule out cheaper ones by default only: too close to tell within the runs allowed."""
         return tuple(number for number in self.below if self.verdicts[number].verdict == "undecided")
+
+
+class RunsEndedError(StudyError):
+    """There may be no more runs, and there is no answer yet."""
 
 
 @dataclass
@@ -78,7 +84,7 @@ def scout_steps(
     cost less than what it saves of the second, it looks there, too. The means of so few runs are no proof.
 
     Raises:
-        StudyError: a budget that ends before the search does.
+        RunsEndedError: a budget that ends before the search does.
     """
     number = {design: rank for rank, design in enumerate(designs)}
     firsts, seconds = sorted({first for first, _ in designs}), sorted({second for _, second in designs})
@@ -88,9 +94,7 @@ def scout_steps(
         design = firsts[first], seconds[second]
         if design not in found:
             if not budget.allows(replications):
-                raise StudyError(
-                    f"--runs: {budget.spent + budget.left} do not even suffice for a first search; allow more"
-                )
+                raise RunsEndedError("the runs allowed do not even suffice for a first search")
             budget.take(replications)
             values = yield from request([(number[design], r) for r in range(replications)])
             found[design] = target.met_by(sum(values) / replications)
@@ -173,8 +177,7 @@ class Judge:
         for n in looks:
             if not self.budget.allows(n - len(data)):
                 if not data:
-                    used = self.budget.spent
-                    raise StudyError(f"--runs: {used} runs were used before there was an answer; allow more")
+                    raise RunsEndedError("the runs allowed ended before there was an answer")
                 break
             self.budget.take(n - len(data))
             data += yield from request([(number, r) for r in range(len(data), n)])
@@ -184,15 +187,18 @@ class Judge:
                 self.vetoed[number] = why
                 found = replace(found, verdict="fails")
             self.verdicts[number] = found
-            if found.verdict != "undecided":
+            if found.verdict != "undecided" or found.within_zone:
                 break
         return self.verdicts[number].verdict
 
 
 def verdict_steps(numbers: Sequence[int], judge: Judge) -> Procedure[Judge]:
-    """The verdict on each of these designs, all right at once; returns the judge, who knows them."""
-    for number in numbers:
-        yield from judge.verdict(number)
+    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows."""
+    try:
+        for number in numbers:
+            yield from judge.verdict(number)
+    except RunsEndedError:
+        pass  # of the others nothing is known
     return judge
 
 
@@ -224,20 +230,26 @@ def cheapest_meeting_steps(
         return any(first <= designs[other][0] and second <= designs[other][1] for other in by)
 
     best: int | None = None
-    while best is None and top not in failing:
-        candidate = next((n for n in order if not ruled_out(n, failing | doubts)), top)
-        if (yield from judge.verdict(candidate)) == "meets":
-            best = candidate
-        else:
-            failing.add(candidate)
-    open_ = _cheaper(best, order, failing, ruled_out)
-    while best is not None and open_:
-        largest = max(open_, key=lambda n: designs[n])  # no other of them has more of both
-        if (yield from judge.verdict(largest)) == "meets":
-            best = largest
-        else:
-            failing.add(largest)
+    open_: list[int] = []
+    try:
+        while best is None and top not in failing:
+            candidate = next((n for n in order if not ruled_out(n, failing | doubts)), top)
+            if (yield from judge.verdict(candidate)) == "meets":
+                best = candidate
+            else:
+                failing.add(candidate)
         open_ = _cheaper(best, order, failing, ruled_out)
+        while best is not None and open_:
+            largest = max(open_, key=lambda n: designs[n])  # no other of them has more of both
+            if (yield from judge.verdict(largest)) == "meets":
+                best = largest
+            else:
+                failing.add(largest)
+            open_ = _cheaper(best, order, failing, ruled_out)
+    except RunsEndedError:
+        failing = {number for number in failing if judge.verdicts[number].verdict == "fails"}
+        among = order if best is None else order[: order.index(best)]
+        open_ = [number for number in among if not ruled_out(number, failing)]
     return Cheapest(
         best,
         _needed(best, order, designs, failing),
@@ -246,6 +258,7 @@ def cheapest_meeting_steps(
         judge.budget.spent - before,
         judge.confidence,
         judge.zone,
+        tuple(open_),
     )
 
 

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.values.distributions import (
-    Distribution,
-    ExponentialTime,
-    GammaTime,
-    LognormalTime,
-    UniformTime,
-    WeibullTime,
-)
+from desim_warehouse.study.statistics.families import Counted, clock_step, families
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
+
+    from desim_warehouse.study.statistics.families import Family, Parameters
+    from desim_warehouse.values.distributions import Distribution
 
 FEWEST = 20
 """Measured times from which on a distribution is proposed."""
@@ -31,7 +27,6 @@ SAMPLES = 199
 """Samples of the proposed distribution to which the measured times are compared."""
 LEVEL = 0.05
 """A p-value below this speaks against a distribution."""
-DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -55,12 +50,14 @@ class Fitted:
         candidates: by Akaike's criterion, best first.
         statistic: Cramér and von Mises', of the best.
         p_value: the part of samples of the best distribution, fitted in the same manner, that lie as far from theirs.
+        step: to which the times were rounded, 0: they were not.
     """
 
     times: NDArray[np.float64]
     candidates: tuple[Candidate, ...]
     statistic: float
     p_value: float
+    step: float = 0.0
 
     @property
     def best(self) -> Distribution:
@@ -74,18 +71,23 @@ class Fitted:
 
 
 def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
-    """Fit exponential, gamma, lognormal, Weibull and uniform distributions to measured times.
+    """Fit exponential, gamma, lognormal, Weibull, uniform and triangular distributions to measured times.
 
-    The p-value is Monte Carlo with the parameters fitted anew to every sample (as Lilliefors has it): that of a test
-    with parameters given beforehand would be far too large.
+    Times that a clock has rounded, to whole seconds or tenths, are taken for what they are: somewhere between half a
+    step below and half a step above. Their likelihood is that of these intervals. Where the steps are small beside the
+    spread, that is the same as the density.
+
+    The p-value is Monte Carlo with the parameters fitted anew to every sample, which is rounded as the times were (as
+    Lilliefors has it): that of a test with parameters given beforehand would be far too large.
 
     Raises:
         StudyError: fewer than 20 times, one that is negative or not finite, or all alike.
 
-    Sources: Akaike (1974); Cramér (1928), von Mises (1931); Stute, Gonzáles-Manteiga & Presedo-Quindimil (1993).
+    Sources: Akaike (1974); Cramér (1928), von Mises (1931); for rounded times Choulakian, Lockhart & Stephens (1994),
+    Cramér-von Mises statistics for discrete distributions, Canadian J. of Statistics 22(1), 125-137; Stute,
+    Gonzáles-Manteiga & Presedo-Quindimil (1993); intervals: Law (2015), section 6.5; Gentleman & Geyer (1994),
+    Maximum likelihood for interval censored data, Biometrika 81(3), 618-623.
     """
-    from scipy import stats
-
     x = np.asarray(times, dtype=float)
     if len(x) < FEWEST:
         raise StudyError(f"{len(x)} times are too few for a distribution, expected at least {FEWEST}")
@@ -93,53 +95,44 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
         raise StudyError("times that are negative or no numbers, expected numbers of at least 0")
     if x.min() == x.max():
         raise StudyError(f"all times are {x[0]:g}: write that number instead of a distribution")
+    step = clock_step(x)
     found = []
-    for name, (family, known, ours) in _families().items():
-        if x.min() == 0 and name not in {"exponential", "uniform"}:
+    for name, family in families().items():
+        if x.min() == 0 and not step and name not in {"exponential", "uniform"}:
             continue  # a time of 0 is impossible there
-        parameters = family.fit(x, **{f"f{key}": value for key, value in known.items()})
-        aic = 2 * (len(parameters) - len(known)) - 2 * float(family.logpdf(x, *parameters).sum())
+        likely = family.most_likely(x, step)
+        aic = 2 * family.free + 2 * family.cost(likely, Counted.of(x, step))
         if math.isfinite(aic):
-            found.append((name, Candidate(ours(*parameters), aic, family(*parameters).cdf)))
-    found.sort(key=lambda item: item[1].aic)
-    family, known, _ = _families()[found[0][0]]
-    some = x if len(x) <= TESTED else np.random.default_rng(0).choice(x, TESTED, replace=False)
-    test = stats.goodness_of_fit(
-        family, some, known_params=known, statistic="cvm", n_mc_samples=SAMPLES, rng=np.random.default_rng(0)
-    )
-    return Fitted(x, tuple(one for _, one in found), float(test.statistic), float(test.pvalue))
+            found.append((family, likely, aic))
+    found.sort(key=lambda item: item[2])
+    family, likely, _ = found[0]
+    rng = np.random.default_rng(0)
+    some = x if len(x) <= TESTED else rng.choice(x, TESTED, replace=False)
+    statistic, p_value = _tested(family, some, step, rng)
+    candidates = tuple(Candidate(family.ours(*one), aic, family.frozen(one).cdf) for family, one, aic in found)
+    return Fitted(x, candidates, statistic, p_value, step)
 
 
-Family = tuple["Any", dict[str, float], "Callable[..., Distribution]"]
+def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.random.Generator) -> tuple[float, float]:
+    """Cramér and von Mises' statistic of a family, and the part of its samples that are as far from their best."""
+    likely = family.most_likely(times, step)
+    ours = _distance(family, likely, times, step)
+    worse = 0
+    for _ in range(SAMPLES):
+        sample = family.frozen(likely).rvs(len(times), random_state=rng)
+        sample = np.round(sample / step) * step if step else sample
+        alike = sample.min() == sample.max()
+        worse += not alike and _distance(family, family.most_likely(sample, step), sample, step) >= ours
+    return ours, (worse + 1) / (SAMPLES + 1)
 
 
-def _families() -> dict[str, Family]:
-    """The distribution of scipy, what of it is not fitted, and ours from scipy's parameters."""
-    from scipy import stats
-
-    from_zero = {"loc": 0.0}
-    return {
-        "exponential": (stats.expon, from_zero, lambda _, mean: ExponentialTime(exponential=_short(mean))),
-        "gamma": (stats.gamma, from_zero, lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5)),
-        "lognormal": (stats.lognorm, from_zero, _lognormal),
-        "weibull": (
-            stats.weibull_min,
-            from_zero,
-            lambda c, _, scale: WeibullTime.model_validate({"weibull": {"shape": _short(c), "scale": _short(scale)}}),
-        ),
-        "uniform": (stats.uniform, {}, lambda least, width: UniformTime(uniform=(least, least + width))),
-    }
-
-
-def _lognormal(sigma: float, _: float, scale: float) -> Distribution:
-    return _by_mean(LognormalTime, scale * math.exp(sigma**2 / 2), math.sqrt(math.expm1(sigma**2)))
-
-
-def _by_mean(kind: type[Distribution], mean: float, cv: float) -> Distribution:
-    name = next(iter(kind.model_fields))
-    return kind.model_validate({name: {"mean": _short(mean), "cv": _short(cv)}})
-
-
-def _short(value: float) -> float:
-    """A parameter as it is written into a model: no more digits than are known."""
-    return float(f"{value:.{DIGITS}g}")
+def _distance(family: Family, parameters: Parameters, times: NDArray[np.float64], step: float) -> float:
+    """How far the times are from a distribution: Cramér and von Mises' statistic, by steps where they are rounded."""
+    n = len(times)
+    if not step:
+        below = family.frozen(parameters).cdf(np.sort(times))
+        return float(1 / (12 * n) + (((2 * np.arange(1, n + 1) - 1) / (2 * n) - below) ** 2).sum())
+    marks = np.arange(times.min(), times.max() + 1.5 * step, step)
+    below = family.frozen(parameters).cdf(marks + step / 2)
+    seen = np.searchsorted(np.sort(times), marks + step / 2) / n
+    return float(n * ((seen - below) ** 2 * np.diff(below, prepend=0.0)).sum())

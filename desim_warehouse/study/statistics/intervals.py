@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim_warehouse.study.statistics.checks import ROUNDING, check_confidence, check_same, finite, is_constant
+from desim_warehouse.study.statistics.shares import share_bounds, tasks_of
+from desim_warehouse.study.statistics.student import t_quantile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +30,8 @@ class Estimate:
 
     `interval` is None where none can be given: one replication of a random model, or a `deterministic` one, whose
     mean is exact. `sd` (divisor n-1) is None for one replication of a random model. An `sd` of 0 without
-    `deterministic` means that the replications agree so far.
+    `deterministic` means that the replications agree so far. `of_all`: of shares of tasks, the share of all tasks of
+    all replications; in `mean` each replication counts alike, however many tasks it has.
     """
 
     n: int
@@ -39,6 +42,7 @@ class Estimate:
     quantiles: dict[float, float]
     deterministic: bool
     confidence: float
+    of_all: float | None = None
 
     @property
     def half_width(self) -> float | None:
@@ -71,7 +75,7 @@ def estimate(
     """Mean of an indicator with its interval, median and quantiles, from one value per replication.
 
     Args:
-        values: one number per replication, any unit, shape (n,).
+        values: one number per replication, any unit, shape (n,); shares of tasks as `TaskShare`.
         confidence: of the two-sided interval, between 0 and 1.
         deterministic: the runs used no random numbers, so one replication is enough. Values that agree are not
             taken for that: the next run may differ.
@@ -85,12 +89,21 @@ def estimate(
     9.4.1. Quantiles: linear interpolation, type 7 of Hyndman & Fan (1996).
     Assumes: as `bounds`; n chosen in advance.
     """
-    array = finite(values)
+    array, tasks = finite(values), tasks_of(values)
     check_confidence(confidence)
     if deterministic:
         check_same(array)
-    known = deterministic or array.size == 1
-    return described(array, None if known else bounds(array, 0.5 + confidence / 2, within), deterministic, confidence)
+    interval = None
+    if not deterministic and array.size > 1:
+        interval = bounds_of(values, 0.5 + confidence / 2, within)
+    of_all = None if tasks is None else float((array * tasks).sum() / tasks.sum())
+    return replace(described(array, interval, deterministic, confidence), of_all=of_all)
+
+
+def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
+    """The bounds of the mean of an indicator over runs: by tasks where the values are shares of them."""
+    array, tasks = finite(values), tasks_of(values)
+    return bounds(array, level, within) if tasks is None else share_bounds(array, tasks, level)
 
 
 def described(
@@ -171,13 +184,6 @@ def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[
 def differing_share(n: int, level: float) -> float:
     """The share of all runs that may differ from n runs that agree; a larger one would have shown with `level`."""
     return float(1.0 - (1.0 - level) ** (1.0 / n))
-
-
-def t_quantile(df: int, probability: float) -> float:
-    """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(df, probability))
 
 
 def _error(array: NDArray[np.float64]) -> tuple[float, float]:

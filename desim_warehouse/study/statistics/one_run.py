@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
     from desim_warehouse.study.statistics.intervals import Interval
 
-BATCHES = 20
-SMALL_BATCHES = 100  # a fifth of a batch each: their independence is tested
+BATCHES = (20, 10, 5)
+SMALL_BATCHES = 100  # a fifth of a batch of 20 each: their independence is tested
+LEAST_WORTH = 300  # independent observations: a run that is worth fewer is too short
 _SURE = 1.6449  # of a standard normal variable 5 % lie above
 
 
@@ -29,8 +30,9 @@ class OneRun:
     """A mean or a quantile over one run, in the unit of the observations, with its interval.
 
     `correlation` is that of neighbouring small batches; `independent` is False where it is too large to be chance:
-    the run is too short then, and the interval too narrow. An end of the `interval` is infinite where the run has too
-    few observations beyond the quantile.
+    the run is too short then, and the interval too narrow. `worth`: as many independent observations would tell as
+    much; with fewer than 300 no test sees that batches depend on each other. An end of the `interval` is infinite where
+    the run has too few observations beyond the quantile.
     """
 
     value: float
@@ -39,6 +41,7 @@ class OneRun:
     correlation: float
     independent: bool
     confidence: float
+    worth: float = math.inf
 
     @property
     def bounded(self) -> bool:
@@ -50,13 +53,19 @@ class OneRun:
         """What is wrong with the run, in words, or nothing if it is long enough."""
         if not self.independent:
             return f"batches depend on each other (correlation {self.correlation:.2f}): run longer"
-        return "" if self.bounded else "too few observations beyond the quantile: run longer"
+        if not self.bounded:
+            return "too few observations beyond the quantile: run longer"
+        few = self.worth < LEAST_WORTH
+        return f"worth only {self.worth:.0f} independent observations: run longer" if few else ""
 
 
 def batch_means(
     values: Sequence[float] | NDArray[np.float64], confidence: float = 0.95, *, within: Interval = ANYTHING
 ) -> OneRun:
-    """The mean of observations of one run in order of time, warm-up left out, with the interval of 20 batch means.
+    """The mean of observations of one run in order of time, warm-up left out, with the interval of batch means.
+
+    The interval reaches as far as those of 20, of 10 and of 5 batches: dependence that is left between 20 batches shows
+    in longer ones, and a run that happens to be calm, which no test can tell from a short-memoried one, is wider.
 
     Args:
         values: observations in order of time (the cycle times of the tasks, the deliveries of every minute), in any
@@ -74,13 +83,13 @@ def batch_means(
     analysis, in Banks (ed.), Handbook of Simulation, chapter 7, use it. Where small batches show no dependence, those
     five times as long have next to none. Interval of the batch means: `intervals.bounds`.
     Assumes: a steady state; a warm-up that is left out. In at most 6 % of runs a 95 % interval is said to be of
-    independent batches and misses the mean (autoregressive series up to 0.98, waits of M/M/1 up to load 0.9).
+    independent batches and misses the mean (autoregressive series up to 0.98, waits of M/M/1 up to load 0.9); of the
+    runs without a note docs/validation.md says how often the interval covers.
     """
     check_confidence(confidence)
     array = _enough(values)
-    correlation, independent = _dependence(array)
-    interval = bounds(_means(array, BATCHES), 0.5 + confidence / 2, within)
-    return OneRun(float(array.mean()), interval, array.size, correlation, independent, confidence)
+    interval = _interval(array, 0.5 + confidence / 2, within)
+    return OneRun(float(array.mean()), interval, array.size, *_dependence(array), confidence, _worth(array))
 
 
 def quantile_in_run(values: Sequence[float] | NDArray[np.float64], share: float, confidence: float = 0.95) -> OneRun:
@@ -108,12 +117,10 @@ def quantile_in_run(values: Sequence[float] | NDArray[np.float64], share: float,
     array = _enough(values)
     found = float(np.quantile(array, share))
     below = (array <= found).astype(float)
-    correlation, independent = _dependence(below)
-    parts = _means(below, BATCHES)
-    low, high = bounds(parts, 0.5 + confidence / 2)
-    middle = float(parts.mean())
+    low, high = _interval(below, 0.5 + confidence / 2)
+    middle = float(below.mean())
     interval = _at(array, share - (high - middle)), _at(array, share + (middle - low))
-    return OneRun(found, interval, array.size, correlation, independent, confidence)
+    return OneRun(found, interval, array.size, *_dependence(below), confidence, _worth(below))
 
 
 def _enough(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
@@ -124,6 +131,22 @@ def _enough(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64
 
 def _means(array: NDArray[np.float64], batches: int) -> NDArray[np.float64]:
     return np.array([batch.mean() for batch in np.array_split(array, batches)])
+
+
+def _interval(array: NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
+    """As far as the bounds by any number of batches reach; longer ones that agree say nothing of their own."""
+    most, *fewer = (_means(array, batches) for batches in BATCHES)
+    ends = [bounds(means, level, within) for means in (most, *(one for one in fewer if not is_constant(one)))]
+    return min(low for low, _ in ends), max(high for _, high in ends)
+
+
+def _worth(array: NDArray[np.float64]) -> float:
+    """How many independent observations tell as much: their variance over that of the mean, by small batches."""
+    small = _means(array, SMALL_BATCHES)
+    if is_constant(array) or is_constant(small):
+        return float(array.size)
+    left = min(max(_dependence(array)[0], 0.0), 0.99)  # as an autoregressive series of small batches
+    return float(array.var(ddof=1) * SMALL_BATCHES / small.var(ddof=1) * (1.0 - left) / (1.0 + left))
 
 
 def _dependence(array: NDArray[np.float64]) -> tuple[float, bool]:

@@ -34,7 +34,7 @@ def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
             runs = next(procedure) if values is None else procedure.send(values)
         except StopIteration as end:
             return cast("T", end.value)
-        values = [float(sample(design, replication)) for design, replication in runs]
+        values = [sample(design, replication) for design, replication in runs]
 
 
 def request(runs: list[RunNumber]) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import ANYTHING, bounds, gaps
+from desim_warehouse.study.statistics.intervals import ANYTHING, bounds, bounds_of, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, follow, request
 from desim_warehouse.study.statistics.targets import Target, parse_target
 
@@ -21,14 +21,17 @@ if TYPE_CHECKING:
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
+FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
 
 
 @dataclass(frozen=True)
 class DesignVerdict(Generic[V]):
     """The verdict on one design.
 
-    `low` and `high` are the bounds the verdict rests on, each valid with `level`. Both are None where the values are
-    `deterministic` and the mean is exact.
+    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
+    are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
+    clear; None: there is no such one. `within_zone`: it is better than the target by less than the zone, so that more
+    runs would tell nothing that matters.
     """
 
     value: V
@@ -39,6 +42,8 @@ class DesignVerdict(Generic[V]):
     high: float | None
     level: float
     deterministic: bool
+    within_zone: bool = False
+    outlier: int | None = None
 
 
 @dataclass(frozen=True)
@@ -166,19 +171,35 @@ def judged(
 ) -> DesignVerdict[V]:
     """The verdict on one design: it meets the target if even its worse bound does.
 
-    It fails if its better bound does not meet a target that is harder by `zone`, in the indicator's unit: a design
-    that is better than the target by less may be given either verdict.
+    It fails if its mean does not, and its better bound does not meet a target that is harder by `zone`, in the
+    indicator's unit. So no run that turns out better makes a design fail that met the target before.
     """
     mean = float(np.mean(data))
     if deterministic:
         return DesignVerdict(
             value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True
         )
-    low, high = bounds(np.array(data), level, within)
+    verdict, (low, high), within_zone = _verdict(data, mean, target, level, within, zone)
+    outlier = None
+    if verdict == "undecided" and not within_zone and len(data) >= FEWEST_BESIDE:
+        farthest = int(np.argmax(np.abs(np.array(data) - mean)))
+        others = [*data[:farthest], *data[farthest + 1 :]]
+        if _verdict(others, float(np.mean(others)), target, level, within, zone)[0] != "undecided":
+            outlier = farthest
+    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier)
+
+
+def _verdict(
+    data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float
+) -> tuple[Verdict, Interval, bool]:
+    """The verdict, its bounds, and whether the design is better than the target by less than the zone."""
+    low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
-    close = target.met_by(better - target.sign * zone)
-    verdict: Verdict = "meets" if target.met_by(worse) else "undecided" if close else "fails"
-    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False)
+    if target.met_by(worse):
+        return "meets", (low, high), False
+    short = not target.met_by(better - target.sign * zone)
+    fails = short and not target.met_by(mean)
+    return "fails" if fails else "undecided", (low, high), short and not fails
 
 
 def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list[tuple[int, int]]:
@@ -203,7 +224,8 @@ def _note(
     else:
         parts = [f"{smallest} is the smallest shown to meet {target}"]
     if below is not None and below.verdict == "undecided":
-        parts.append(f"{below.value} is too close to call after {below.n} replications")
+        alone = "" if below.outlier is None else f", for replication {below.outlier} alone"
+        parts.append(f"{below.value} is too close to call after {below.n} replications{alone}")
     if falls and search == "bisection":
         pairs = ", ".join(f"{a} to {b}" for a, b in falls)
         parts.append(f"the response is not monotone (worse from {pairs}): repeat with the search 'scan'")

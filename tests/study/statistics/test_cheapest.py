@@ -81,8 +81,11 @@ def test_a_design_within_the_zone_may_be_left_out_and_ends_the_search():
         return 0.5 if design[0] < 4 else 0.904 if design[0] == 4 else 0.99
 
     found = search(mean, noise=0.02, seed=4)
+    (close,) = found.close
     assert GRID[found.design][0] in {4, 5}
-    assert not found.close
+    assert GRID[close][0] == 4
+    assert found.verdicts[close].within_zone
+    assert found.verdicts[close].n < 320  # more runs would tell nothing that matters
 
 
 def test_what_the_runs_do_not_tell_is_said():
@@ -98,10 +101,8 @@ def test_the_budget_is_kept():
     found = search(at_least(5, 2), noise=0.2, budget=budget)
     assert budget.spent <= 120
     assert found.design is None or found.close
-    with pytest.raises(StudyError, match="--runs: 5 do not even suffice for a first search"):
+    with pytest.raises(StudyError, match="the runs allowed do not even suffice for a first search"):
         search(at_least(5, 2), budget=Budget(5))
-    with pytest.raises(StudyError, match=r"--runs: \d+ runs were used before there was an answer"):
-        search(at_least(5, 2), budget=Budget(30))
 
 
 def test_what_cannot_last_does_not_meet_the_target():

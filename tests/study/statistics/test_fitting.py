@@ -12,6 +12,10 @@ DRAWN = {
     "exponential": lambda rng: rng.exponential(8, 600),
     "weibull": lambda rng: 9 * rng.weibull(3, 600),
     "uniform": lambda rng: rng.uniform(4, 12, 600),
+    "triangular": lambda rng: rng.triangular(4, 6, 12, 600),
+}
+ROUNDED = {kind: draw for kind, draw in DRAWN.items() if kind != "uniform"} | {
+    "lognormal": lambda rng: rng.lognormal(np.log(5) - 0.08, 0.4, 300),
 }
 
 
@@ -24,6 +28,34 @@ def test_the_family_that_times_were_drawn_from_is_proposed(kind):
     assert found.best.mean == pytest.approx(times.mean(), rel=0.03)
     assert found.best.cv == pytest.approx(times.std() / times.mean(), rel=0.1)
     assert [one.aic for one in found.candidates] == sorted(one.aic for one in found.candidates)
+
+
+@pytest.mark.parametrize("kind", ROUNDED)
+def test_whole_seconds_give_back_the_family_and_its_parameters(kind):
+    """A stopwatch reads 5 for all from 4.5 to 5.5: it was said that nothing fits, in 12 of 12."""
+    exact = ROUNDED[kind](np.random.default_rng(3))
+    found = fit(np.round(exact))
+    assert found.step == 1.0
+    assert found.best.kind == kind
+    assert found.fits
+    assert found.best.mean == pytest.approx(exact.mean(), rel=0.03)
+    assert found.best.cv == pytest.approx(exact.std() / exact.mean(), rel=0.1)
+
+
+def test_the_corners_of_a_triangle_are_found_from_whole_seconds():
+    times = np.round(np.random.default_rng(8).triangular(10, 20, 60, 2000))
+    assert fit(times).best.triangular == pytest.approx((10, 20, 60), abs=1.5)
+
+
+def test_steps_that_are_small_beside_the_spread_change_nothing():
+    times = np.random.default_rng(3).gamma(2, 40, 100)
+    assert fit(np.round(times, 1)).step == 0.0
+    assert fit(np.round(times)).best.mean == pytest.approx(times.mean(), rel=0.01)
+
+
+def test_two_kinds_of_picks_in_whole_seconds_fit_no_curve():
+    rng = np.random.default_rng(5)
+    assert not fit(np.round([*rng.normal(5, 1, 200), *rng.normal(20, 1, 100)])).fits
 
 
 def test_the_criterion_is_scipys_likelihood_by_hand():

@@ -12,6 +12,7 @@ from scipy.stats import t as student
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import batch_means, quantile_in_run
+from tests.study.statistics.coverage import Coverage, long_run
 
 
 def test_twenty_batches_worked_by_hand():
@@ -37,7 +38,7 @@ def test_the_ratio_of_von_neumann_worked_by_hand():
     assert halves.correlation == pytest.approx(0.98)
     assert not halves.independent
     assert halves.note == "batches depend on each other (correlation 0.98): run longer"
-    assert batch_means([0.0, 1.0] * 50).note == ""
+    assert batch_means([0.0, 1.0] * 50).note == "worth only 100 independent observations: run longer"
 
 
 def test_a_run_that_never_changes_is_as_sure_as_twenty_batches_that_agree():
@@ -66,7 +67,7 @@ def test_a_quantile_of_independent_values_is_as_sure_as_the_binomial_says():
     """Of 4,000 values the share below the median is known to 1.96 sqrt(0.25 / 4000): 62 ranks up and down."""
     values = np.random.default_rng(5).permutation(4000)
     low, high = quantile_in_run(values, 0.5).interval
-    assert (high - low) / 2 == pytest.approx(62, rel=0.35)  # s of 20 batches is itself known to 16 %
+    assert 0.65 * 62 <= (high - low) / 2 <= 2 * 62  # s of 5 batches is itself known to a third
 
 
 def test_a_quantile_with_nothing_beyond_it_has_no_end():
@@ -169,16 +170,32 @@ SHORT = [
 
 @pytest.mark.parametrize(("series", "n"), SHORT)
 def test_runs_that_are_too_short_say_so(series, n):
-    """Their intervals cover too rarely; few of those that miss are said to be of independent batches."""
+    """Few of those intervals that miss are said to be of independent batches."""
     covered, wrong = share_covered(series, n, 200)
-    assert min(covered) < 0.93
+    assert min(covered) < 0.97
     assert wrong[0] <= 0.05
     assert wrong[1] <= 0.08
 
 
-def test_twenty_batches_use_students_t_with_nineteen_degrees_of_freedom():
+def test_the_interval_reaches_as_far_as_students_t_of_any_number_of_batches():
     values = np.random.default_rng(3).normal(size=4000)
-    means = values.reshape(20, 200).mean(axis=1)
-    half = student.ppf(0.975, 19) * means.std(ddof=1) / math.sqrt(20)
     low, high = batch_means(values).interval
-    assert (high - low) / 2 == pytest.approx(half, rel=0.02)  # but for the skewness of 20 values
+    for batches in (20, 10, 5):
+        means = values.reshape(batches, -1).mean(axis=1)
+        half = student.ppf(0.975, batches - 1) * means.std(ddof=1) / math.sqrt(batches)
+        assert high - low >= 2 * half * 0.98  # but for the skewness of the means
+    assert high - low <= 2 * 1.2 * half
+
+
+def test_a_run_worth_few_independent_observations_says_so():
+    """A series with a memory of 20 observations, 1,000 long, is worth some 25; of 400 independent ones, nearly 400."""
+    draw, *_ = autoregressive(0.95)
+    short = [batch_means(draw(np.random.default_rng(seed), 1000)) for seed in range(5)]
+    assert all(one.note and one.worth < 60 for one in short)
+    assert batch_means(np.random.default_rng(4).normal(size=400)).worth == pytest.approx(400, rel=0.35)
+
+
+@pytest.mark.parametrize(("load", "tasks"), [(0.5, 5_000), (0.8, 20_000), (0.9, 80_000)])
+def test_runs_without_a_note_cover_in_at_least_91_per_cent(load, tasks):
+    """Measured before: 0.844 of those at load 0.8 with 10,000 tasks. Which pass the check are the calm ones."""
+    assert Coverage("long-run", f"{load} {tasks}", 0.95, long_run(load, tasks, noted=False)).covered(300) >= 0.91

@@ -1,0 +1,192 @@
+"""Families of distributions for measured times: most likely parameters, also of times that a clock has rounded."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from desim_warehouse.values.distributions import (
+    Distribution,
+    ExponentialTime,
+    GammaTime,
+    LognormalTime,
+    TriangularTime,
+    UniformTime,
+    WeibullTime,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+Parameters: TypeAlias = tuple[float, ...]
+"""As scipy has them."""
+STEPS = (60.0, 30.0, 15.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+"""To which clocks round."""
+COARSE = 0.05
+"""Of the standard deviation: smaller steps change no fit."""
+DIGITS = 4
+IMPOSSIBLE = 1e10
+"""In place of the minus log likelihood of times that a distribution cannot have."""
+
+
+class Counted(NamedTuple):
+    """Times, each once, how often they occur, and the step of the clock that rounded them (0: none did)."""
+
+    times: NDArray[np.float64]
+    often: NDArray[np.int64]
+    step: float
+
+    @classmethod
+    def of(cls, times: NDArray[np.float64], step: float) -> Counted:
+        """The times of a sample."""
+        return cls(*np.unique(times, return_counts=True), step)
+
+
+@dataclass(frozen=True)
+class Family:
+    """A distribution of scipy, how many parameters are free, and ours from its parameters.
+
+    `free` is one more where there is a largest time: an end that may lie on the largest time measured flatters it.
+    `guess`: a first guess of the free parameters, on a scale without limits; `made`: scipy's parameters from those.
+    """
+
+    scipy: Any
+    free: int
+    ours: Callable[..., Distribution]
+    guess: Callable[[NDArray[np.float64], float], list[float]]
+    made: Callable[[NDArray[np.float64]], Parameters]
+
+    def frozen(self, parameters: Parameters) -> Any:
+        """Scipy's distribution with these parameters."""
+        return self.scipy(*parameters)
+
+    def cost(self, parameters: Parameters, counted: Counted) -> float:
+        """Minus the log likelihood, of rounded times by the intervals in which they lie."""
+        times, often, step = counted
+        if not step:
+            logs = self.scipy.logpdf(times, *parameters)
+        else:
+            ends = self.scipy.cdf(np.stack([times - step / 2, times + step / 2]), *parameters)
+            with np.errstate(divide="ignore"):
+                logs = np.log(ends[1] - ends[0])
+        return float(-(often * logs).sum())
+
+    def most_likely(self, times: NDArray[np.float64], step: float) -> Parameters:
+        """The parameters with which the times are most likely."""
+        if not step and self.scipy.name != "triang":
+            known = {} if self.scipy.name == "uniform" else {"floc": 0.0}
+            return tuple(map(float, self.scipy.fit(times, **known)))
+        from scipy.optimize import minimize
+
+        counted = Counted.of(times, step)
+
+        def cost(free: NDArray[np.float64]) -> float:
+            with np.errstate(over="ignore", invalid="ignore"):
+                found = self.cost(self.made(free), counted)
+            return found if math.isfinite(found) else IMPOSSIBLE
+
+        best = minimize(cost, self.guess(times, step), method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-4})
+        return self.made(best.x)
+
+
+def clock_step(times: NDArray[np.float64]) -> float:
+    """To what times were rounded, if that matters beside their spread; else 0."""
+    for step in STEPS:
+        if np.allclose(times / step, np.round(times / step), rtol=0.0, atol=1e-6):
+            return step if step > COARSE * times.std() else 0.0
+    return 0.0
+
+
+def families() -> dict[str, Family]:
+    """The families that are proposed, by our names."""
+    from scipy import stats
+
+    def moments(times: NDArray[np.float64], _: float) -> tuple[float, float]:
+        mean = float(times.mean())
+        return mean, max(float(times.std()) / mean, 0.01)
+
+    def logs(*values: float) -> list[float]:
+        return [math.log(value) for value in values]
+
+    def shape(times: NDArray[np.float64], step: float) -> list[float]:
+        mean, cv = moments(times, step)
+        return logs(cv**-2, mean * cv**2)
+
+    def lognormal(times: NDArray[np.float64], step: float) -> list[float]:
+        mean, cv = moments(times, step)
+        square = math.log1p(cv**2)
+        return logs(math.sqrt(square), mean * math.exp(-square / 2))
+
+    def weibull(times: NDArray[np.float64], step: float) -> list[float]:
+        mean, cv = moments(times, step)
+        return logs(cv**-1.086, mean / math.gamma(1 + cv**1.086))
+
+    def scaled(free: NDArray[np.float64]) -> Parameters:
+        first, second = np.exp(np.clip(free, -30, 30))
+        return float(first), 0.0, float(second)
+
+    def ends(times: NDArray[np.float64], step: float) -> list[float]:
+        return [float(times.min()) - step / 4, float(times.max()) + step / 4]
+
+    def corners(times: NDArray[np.float64], step: float) -> list[float]:
+        beyond = max(step / 2, 0.05 * float(np.ptp(times)))
+        least, most = float(times.min()) - beyond, float(times.max()) + beyond
+        usual = min(max(3 * float(times.mean()) - least - most, least + beyond), most - beyond)
+        return [least, usual, most]
+
+    def triangle(free: NDArray[np.float64]) -> Parameters:
+        least, usual, most = float(max(free[0], 0.0)), float(free[1]), float(free[2])
+        width = max(most - least, 1e-9)
+        return min(max((usual - least) / width, 0.0), 1.0), least, width
+
+    from_zero = {
+        "gamma": Family(stats.gamma, 2, lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5), shape, scaled),
+        "lognormal": Family(stats.lognorm, 2, _lognormal, lognormal, scaled),
+        "weibull": Family(stats.weibull_min, 2, _weibull, weibull, scaled),
+    }
+    return {
+        "exponential": Family(
+            stats.expon,
+            1,
+            lambda _, mean: ExponentialTime(exponential=_short(mean)),
+            lambda times, step: [math.log(moments(times, step)[0])],
+            lambda free: (0.0, math.exp(min(float(free[0]), 30))),
+        ),
+        **from_zero,
+        "uniform": Family(
+            stats.uniform,
+            3,
+            lambda least, width: UniformTime(uniform=(_short(least), _short(least + width))),
+            ends,
+            lambda free: (max(float(free[0]), 0.0), max(float(free[1] - max(free[0], 0.0)), 1e-9)),
+        ),
+        "triangular": Family(stats.triang, 4, _triangular, corners, triangle),
+    }
+
+
+def _lognormal(sigma: float, _: float, scale: float) -> Distribution:
+    return _by_mean(LognormalTime, scale * math.exp(sigma**2 / 2), math.sqrt(math.expm1(sigma**2)))
+
+
+def _weibull(shape: float, _: float, scale: float) -> Distribution:
+    return WeibullTime.model_validate({"weibull": {"shape": _short(shape), "scale": _short(scale)}})
+
+
+def _triangular(usual: float, least: float, width: float) -> Distribution:
+    corners = least, least + usual * width, least + width
+    return TriangularTime.model_validate({"triangular": [_short(corner) for corner in corners]})
+
+
+def _by_mean(kind: type[Distribution], mean: float, cv: float) -> Distribution:
+    name = next(iter(kind.model_fields))
+    return kind.model_validate({name: {"mean": _short(mean), "cv": _short(cv)}})
+
+
+def _short(value: float) -> float:
+    """A parameter as it is written into a model: no more digits than are known."""
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,194 @@
+"""How often what commands say is so: many studies of synthetic days whose truth is known, by the code of the commands.
+
+`docs/make_validation.py` makes a table of it; seeds are fixed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim_warehouse.study.statistics import (
+    Judge,
+    TaskShare,
+    batch_means,
+    compare,
+    estimate,
+    follow,
+    gains_steps,
+    kn,
+    parse_target,
+    smallest_meeting,
+    verdict_steps,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.random import Generator
+    from numpy.typing import NDArray
+
+STUDIES = 400
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """A kind of study: the command, what its days are like, and one study, which says whether it was right.
+
+    A study that gives no answer, such as a run too short for one, is None, and is not counted.
+    """
+
+    command: str
+    days: str
+    promised: float
+    one: Callable[[Generator], bool | None]
+
+    def covered(self, studies: int = STUDIES) -> float:
+        """The part of the studies that are right, of those that give an answer."""
+        return float(np.mean([right for right in self.all(studies) if right is not None]))
+
+    def all(self, studies: int = STUDIES) -> list[bool | None]:
+        """Whether each study is right."""
+        rng = np.random.default_rng(sum(map(ord, self.command + self.days)))
+        return [self.one(rng) for _ in range(studies)]
+
+    def __str__(self) -> str:
+        return f"{self.command}: {self.days}"
+
+
+def day_shares(rng: Generator, true: float, tasks: int, alike: float, days: int) -> NDArray[np.float64]:
+    """Beta-binomial: each day has a chance of its own that a task is on time; tasks of a day correlate by `alike`."""
+    both = 1 / alike - 1
+    return np.asarray(rng.binomial(tasks, rng.beta(true * both, (1 - true) * both, days)) / tasks)
+
+
+def times_in_m_m_1(rng: Generator, load: float, n: int, start: int = 2000) -> NDArray[np.float64]:
+    """Waiting and service at a counter in turn of arrival, rate 1: exponential with mean load / (1 - load)."""
+    service, arrivals = rng.exponential(load, n + start), rng.exponential(1.0, n + start)
+    steps = np.concatenate([[0.0], np.cumsum(service[:-1] - arrivals[1:])])  # Lindley: a walk above its minimum
+    return np.asarray((steps - np.minimum.accumulate(steps) + service)[start:])
+
+
+def _holds(interval: tuple[float | None, float | None] | None, truth: float) -> bool:
+    assert interval is not None
+    low, high = interval
+    assert low is not None
+    assert high is not None
+    return low <= truth <= high
+
+
+def _shares(values: Sequence[float] | NDArray[np.float64], tasks: int) -> list[float]:
+    return [TaskShare(value, tasks) for value in values]
+
+
+def mean_of_days(draw: Callable[[Generator], Sequence[float]], truth: float) -> Callable[[Generator], bool]:
+    """`desim what-if`: the interval of a mean."""
+    return lambda rng: _holds(estimate(draw(rng), within=(0.0, np.inf)).interval, truth)
+
+
+def share_of_days(true: float, tasks: int, alike: float, days: int) -> Callable[[Generator], bool]:
+    """The same of a share of tasks."""
+    return mean_of_days(lambda rng: _shares(day_shares(rng, true, tasks, alike, days), tasks), true)
+
+
+def plan(true: float, alike: float, tasks: int = 100) -> Callable[[Generator], bool]:
+    """`desim plan`: the range printed with the verdict on a fleet, where runs stop as soon as it is clear."""
+
+    def one(rng: Generator) -> bool:
+        days = _shares(day_shares(rng, true, tasks, alike, 320), tasks)
+        judge = Judge(parse_target("on_time >= 0.95"), zone=0.01, within=(0.0, 1.0))
+        follow(verdict_steps([0], judge), lambda _, replication: days[replication])
+        return _holds((judge.verdicts[0].low, judge.verdicts[0].high), true)
+
+    return one
+
+
+def size(rng: Generator) -> bool:
+    """`desim size`: every range of a search over six fleets."""
+    values = rng.lognormal(0.0, 0.5, (6, 320)) / np.exp(0.125)
+    found = smallest_meeting(
+        lambda fleet, replication: fleet * values[fleet - 1, replication], range(1, 7), "throughput_per_hour >= 3.3"
+    )
+    return all(_holds((one.low, one.high), one.value) for one in found.decisions)
+
+
+def best(rng: Generator) -> bool:
+    """`desim best`: the design named is within delta of the best, of six in steps of delta."""
+    values = rng.lognormal(0.0, 0.5, (6, 1000)) / np.exp(0.125) + 0.2 * np.arange(6)[:, None]
+    found = kn(lambda design, replication: values[design, replication], 6, 0.2, maximise=True)
+    return found.best >= 4  # the fifth is as good but for delta
+
+
+def why(rng: Generator) -> bool:
+    """`desim why`: all ranges of what six suspects cost hold at once; one costs something."""
+    days = rng.normal(100, 10, 160)
+    truth = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    values = days + np.array(truth)[:, None] + rng.gamma(1, 3, (7, 160)) - 3
+    found = follow(gains_steps(6, 1.0), lambda design, replication: float(values[design, replication]))
+    return all(_holds((gain.low, gain.high), truth[gain.change]) for gain in found.gains)
+
+
+def compared(rng: Generator) -> bool:
+    """`desim compare`: all differences of five designs to today's hold at once."""
+    common = rng.normal(0, 10, 12)
+    table = {design: common + design + rng.gamma(2, 2, 12) - 4 for design in range(6)}
+    return all(_holds(one.estimate.interval, float(str(one.design))) for one in compare(table, 0).differences)
+
+
+def wrongly_met(target: float, tasks: int, alike: float, studies: int) -> float:
+    """How often `desim plan` says of a fleet that misses a share by 0.05 points that it meets it."""
+    rng = np.random.default_rng(int(1000 * target) + tasks)
+    return float(np.mean([verdict(rng, target - 0.0005, target, tasks, alike) == "meets" for _ in range(studies)]))
+
+
+def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float) -> str:
+    """What `desim plan` says of a fleet, with its looks from 10 to 320 days."""
+    days = _shares(day_shares(rng, true, tasks, alike, 320), tasks)
+    judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 4, within=(0.0, 1.0))
+    follow(verdict_steps([0], judge), lambda _, replication: days[replication])
+    return judge.verdicts[0].verdict
+
+
+def long_run(load: float, tasks: int, *, noted: bool) -> Callable[[Generator], bool | None]:
+    """`desim long-run`: the mean time; without `noted` only of runs that it does not call too short."""
+
+    def one(rng: Generator) -> bool | None:
+        found = batch_means(times_in_m_m_1(rng, load, tasks))
+        return _holds(found.interval, load / (1 - load)) if noted or not found.note else None
+
+    return one
+
+
+ON_TIME = (
+    Coverage("what-if", "on time 95 %, 10 days of 50 tasks, correlation 0.02", 0.95, share_of_days(0.95, 50, 0.02, 10)),
+    Coverage("what-if", "97 %, 20 days of 400, correlation 0.05", 0.95, share_of_days(0.97, 400, 0.05, 20)),
+    Coverage("what-if", "90 %, 20 days of 1,000, correlation 0.1", 0.95, share_of_days(0.9, 1000, 0.1, 20)),
+)
+CASES = (
+    Coverage("what-if", "10 normal days", 0.95, mean_of_days(lambda rng: rng.normal(50, 8, 10), 50)),
+    Coverage(
+        "what-if", "20 lognormal days", 0.95, mean_of_days(lambda rng: rng.lognormal(0, 0.5, 20), float(np.exp(0.125)))
+    ),
+    *ON_TIME,
+    *(
+        Coverage("plan", f"{100 * true:g} %, target 95 %, correlation {alike}", 0.95, plan(true, alike))
+        for true in (0.93, 0.955, 0.97)
+        for alike in (0.024, 0.077)
+    ),
+    Coverage("size", "six fleets, lognormal days", 0.95, size),
+    Coverage("best", "six designs in steps of delta, lognormal days", 0.95, best),
+    Coverage("why", "six suspects, gamma differences", 0.95, why),
+    Coverage("compare", "five designs and today's, gamma differences", 0.95, compared),
+)
+
+
+def long_runs(load: float, tasks: int, *, noted: bool) -> list[bool | None]:
+    """Of `STUDIES` long runs whether each is right; without `noted` None for those that say that they are too short."""
+    return Coverage("long-run", f"load {load}, {tasks} tasks", 0.95, long_run(load, tasks, noted=noted)).all()
+
+
+ALIKE = (0.01, 0.05, 0.1, 0.2)
+"""Correlations of the tasks of a day."""
+LONG_RUNS = tuple((load, tasks) for load in (0.5, 0.8, 0.9) for tasks in (5_000, 10_000, 20_000, 80_000))

@@ -1,0 +1,139 @@
+"""Shares of tasks: bounds worked by hand, the law of better days, and how often verdicts and intervals are right."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import beta
+
+from desim_warehouse.outcome.indicators import counted_in
+from desim_warehouse.study.statistics import TaskShare, estimate, judged, parse_target
+from desim_warehouse.study.statistics.shares import share_bounds
+from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met
+
+SURE = 1 - 0.05 / 12  # what `Judge` asks of the first design and six looks
+
+
+def of(shares, tasks=60):
+    return [TaskShare(share, tasks) for share in shares]
+
+
+def test_days_without_a_late_task_count_tasks_and_not_days():
+    """Ten days of 60 tasks: 600 over 1 + 59 x 0.05 = 3.95 are 151.9 tasks, of which none was late: 0.025^(1/151.9)."""
+    low, high = share_bounds(np.ones(10), np.full(10, 60.0), 0.975)
+    assert low == pytest.approx(0.025 ** (3.95 / 600))
+    assert high == 1.0
+    assert low > 0.97  # the day as a coin: 1 - 0.31
+
+
+def test_days_that_vary_as_the_binomial_says_are_worth_what_tasks_are_at_most():
+    """Five days of 0.9 and five of 0.94, of 60 tasks: they vary less than tasks would, so 151.9 of them again."""
+    shares = np.array([0.9, 0.94] * 5)
+    _, high = share_bounds(shares, np.full(10, 60.0), 0.975)
+    assert high == pytest.approx(beta.ppf(0.975, 0.92 * 151.9 + 1, 0.08 * 151.9), abs=1e-4)
+
+
+def test_days_that_vary_more_are_worth_fewer_tasks():
+    """Half at 0.7, half at 1: s² / 10 = 0.0025, times (2.262 / 1.960)²: 0.1275 / 0.00333 = 38.3 tasks, not 152."""
+    low, _ = share_bounds(np.array([0.7, 1.0] * 5), np.full(10, 60.0), 0.975)
+    assert low == pytest.approx(beta.ppf(0.025, 0.85 * 38.3, 0.15 * 38.3 + 1), abs=1e-3)
+
+
+def test_each_day_counts_alike_and_the_share_of_all_tasks_is_another():
+    found = estimate([TaskShare(1.0, 50), TaskShare(0.9, 150)])
+    assert found.mean == pytest.approx(0.95)
+    assert found.of_all == pytest.approx((50 + 135) / 200)
+    assert estimate([1.0, 0.9]).of_all is None
+
+
+def test_no_interval_of_a_share_leaves_what_is_possible():
+    low, high = estimate(of([1.0, 1.0])).interval
+    assert 0.8 < low < high == 1.0
+
+
+def test_the_tasks_of_flows_with_due_times_are_those_that_are_counted():
+    run = {"tasks", "tasks:in", "tasks:out", "on_time", "on_time:out", "orders_on_time", "share_waiting"}
+    assert counted_in("on_time", run) == ["tasks:out"]
+    assert counted_in("on_time:out", run) == ["tasks:out"]
+    assert counted_in("on_time", {"tasks", "on_time"}) == ["tasks"]
+    assert counted_in("orders_on_time", run) == ["orders"]
+    assert counted_in("share_waiting", run) == []
+
+
+DAYS = st.lists(st.tuples(st.floats(0, 1), st.integers(1, 400)), min_size=2, max_size=12)
+LEVELS = st.sampled_from([0.9, 0.975, SURE])
+
+
+@given(DAYS, st.data(), LEVELS)
+def test_no_bound_falls_where_a_day_gets_better(days, data, level):
+    shares, tasks = np.array([share for share, _ in days]), np.array([float(count) for _, count in days])
+    better = shares.copy()
+    day = data.draw(st.integers(0, len(days) - 1))
+    better[day] = data.draw(st.floats(float(shares[day]), 1))
+    for before, after in zip(share_bounds(shares, tasks, level), share_bounds(better, tasks, level), strict=True):
+        assert after >= before - 1e-9
+
+
+@given(
+    st.lists(st.integers(80, 100), min_size=2, max_size=12),
+    st.data(),
+    st.sampled_from([0.85, 0.9, 0.95, 0.99]),
+    st.sampled_from([0.0, 0.005, 0.01, 0.05]),
+)
+def test_a_better_day_never_turns_meets_into_anything_else_nor_open_into_fails(late, data, value, zone):
+    target = parse_target(f"on_time >= {value}")
+    better = list(late)
+    day = data.draw(st.integers(0, len(late) - 1))
+    better[day] = data.draw(st.integers(late[day], 100))
+    before, after = (
+        judged("", of([share / 100 for share in shares], 100), target, 0.9, False, (0, 1), zone).verdict
+        for shares in (late, better)
+    )
+    order = ["fails", "undecided", "meets"]
+    assert order.index(after) >= order.index(before)
+
+
+@given(
+    st.lists(st.integers(0, 60), min_size=2, max_size=14),
+    st.data(),
+    st.integers(10, 50),
+    st.sampled_from([0.0, 1.0, 5.0]),
+)
+def test_of_other_indicators_a_better_day_never_turns_meets_into_fails(values, data, value, zone):
+    target = parse_target(f"throughput_per_hour >= {value}")
+    better = list(values)
+    day = data.draw(st.integers(0, len(values) - 1))
+    better[day] = data.draw(st.integers(values[day], 500))
+    before, after = (
+        judged("", list(map(float, days)), target, 0.9, False, (0, np.inf), zone).verdict for days in (values, better)
+    )
+    assert (before, after) != ("meets", "fails")
+
+
+def test_a_run_that_alone_leaves_a_verdict_open_is_named():
+    target = parse_target("throughput_per_hour >= 100")
+    calm = [101.0, 102.0, 101.5, 102.5, 101.2, 102.2, 101.8, 102.1, 101.4]
+    assert judged("", calm, target, 0.975, False, (0, np.inf)).verdict == "meets"
+    found = judged("", [*calm[:4], 260.0, *calm[4:]], target, 0.975, False, (0, np.inf))
+    assert (found.verdict, found.outlier) == ("undecided", 4)
+    assert judged("", [90.0, 110.0] * 4, target, 0.975, False, (0, np.inf)).outlier is None
+
+
+@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("target", [0.95, 0.99])
+@pytest.mark.parametrize("alike", [0.01, 0.1])
+def test_a_design_that_just_misses_is_said_to_meet_in_at_most_5_per_cent_of_studies(tasks, target, alike):
+    assert wrongly_met(target, tasks, alike, 100) <= 0.07  # 5 %, and a standard error
+
+
+@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("alike", [0.01, 0.1])
+def test_a_design_beyond_the_zone_fails_in_at_most_5_per_cent_of_studies_and_a_bad_one_in_all(tasks, alike):
+    rng = np.random.default_rng(tasks)
+    assert [verdict(rng, 0.9775, 0.97, tasks, alike) for _ in range(100)].count("fails") <= 5
+    assert {verdict(rng, 0.9, 0.95, tasks, alike) for _ in range(40)} == {"fails"}
+
+
+@pytest.mark.parametrize("case", ON_TIME, ids=str)
+def test_95_per_cent_intervals_of_shares_cover(case):
+    assert case.covered(400) >= 0.93
