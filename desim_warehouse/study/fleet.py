@@ -50,7 +50,8 @@ class Shown:
     """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None without prices of them.
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
+    without prices of them.
     """
 
     robots: int
