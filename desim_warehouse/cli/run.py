@@ -78,6 +78,7 @@ def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     if kind.startswith("share"):
         return f"{100 * value:.1f}", {
             "share of tasks": "% of tasks",
+            "share of load units": "% of loads",
             "share of orders": "% of orders",
             "share of capacity": "% full",
         }.get(kind, "% of time")

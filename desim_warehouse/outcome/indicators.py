@@ -33,6 +33,7 @@ Unit = Literal[
     "money per task",
     "capacity per hour",
     "share of tasks",
+    "share of load units",
     "share of orders",
     "share of fleet time",
     "share of charger time",
@@ -278,7 +279,7 @@ INDICATORS = {
         ),
         Indicator(
             "on_time",
-            "On time",
+            "Done on time",
             "share of tasks",
             "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times. Over several "
             "runs the mean of their shares, in which each run counts alike: where busy days are late more often, the "
@@ -301,7 +302,7 @@ INDICATORS = {
         Indicator(
             "worked_on_time",
             "Worked on in time",
-            "share of tasks",
+            "share of load units",
             "share of those load units whose work was finished by their due time; only where they have due times",
             "more",
             measures.worked_on_time,
@@ -513,6 +514,14 @@ def within(name: str) -> tuple[float, float]:
     return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
 
 
+_COUNTS: dict[Unit, str] = {
+    "share of tasks": "tasks",
+    "share of load units": "worked",
+    "share of orders": "orders",
+}
+"""The indicator that counts what a share is of."""
+
+
 def counted_in(name: str, has: Collection[str]) -> list[str]:
     """The indicators of a run that say how many tasks, or orders, one of ours is a share of; empty: of none.
 
@@ -520,7 +529,7 @@ def counted_in(name: str, has: Collection[str]) -> list[str]:
     """
     indicator = look_up(name)
     base, _, flow = name.partition(":")
-    what = {"share of tasks": "tasks", "share of orders": "orders"}.get(indicator.unit if indicator else "")
+    what = _COUNTS.get(indicator.unit) if indicator else None
     if what is None or flow:
         return [] if what is None else [f"{what}:{flow}"]
     flows = [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]

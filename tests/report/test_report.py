@@ -285,7 +285,7 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
     assert lines[-1].startswith("A year with 2 robots costs 18,800, a task ")
     for line in lines:
         assert line in page.text
-    assert [picture["alt"] for picture in page.pictures] == ["Delivered on time by fleet.size"]
+    assert [picture["alt"] for picture in page.pictures] == ["Done on time by fleet.size"]
     assert 'href="boss-replay.html"' in first
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")

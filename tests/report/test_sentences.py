@@ -72,7 +72,7 @@ def test_shares_differ_by_percentage_points(model):
     (line,) = conclusions(facts(model, runs(on_time={1: base, 2: more})))
     difference = paired(more, base)
     assert line == (
-        "Delivered on time is higher with fleet.size = 2 than with fleet.size = 1, "
+        "Done on time is higher with fleet.size = 2 than with fleet.size = 1, "
         f"by {100 * difference.mean:.1f} ± {100 * difference.half_width:.1f} percentage points (+80 %)."
     )
 
