@@ -281,9 +281,9 @@ INDICATORS = {
             "on_time",
             "Done on time",
             "share of tasks",
-            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times. Over several "
-            "runs the mean of their shares, in which each run counts alike: where busy days are late more often, the "
-            "share of all tasks of all runs is smaller, and is said beside it",
+            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times. Over "
+            "several runs the mean of their shares, in which each run counts alike: where busy days are late more "
+            "often, the share of all tasks of all runs is smaller, and is said beside it",
             "more",
             measures.on_time,
             measures.has_due_times,
