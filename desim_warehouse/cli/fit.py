@@ -10,7 +10,7 @@ import click
 from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.statistics import Fitted
+    from desim_warehouse.study.fit import Fitted
 
 
 @click.command("fit")
@@ -24,8 +24,8 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
     Example: desim fit picks.csv --column load_s --out out/fit
     """
     from desim_warehouse.errors import got
-    from desim_warehouse.study.statistics import fit
-    from desim_warehouse.study.times import read_times
+    from desim_warehouse.study.fit import fit
+    from desim_warehouse.study.fit.times import read_times
 
     found = fit(read_times(Path(file), column))
     _show(found, unit)

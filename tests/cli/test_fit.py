@@ -8,7 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.study.statistics import fit
+from desim_warehouse.study.fit import fit
 
 
 def call(*arguments):

@@ -15,7 +15,7 @@
 | the warehouse                                  | `layout`                | Model or Run                 |
 | where the warm-up ends                         | `warm_up`               | Run or observations          |
 | the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
-| measured times and fitted distributions        | `fitted`                | `statistics.Fitted`          |
+| measured times and fitted distributions        | `fitted`                | `fit.Fitted`                 |
 
 Every function takes `title` (none by default), `style` ("light" for screens, "print" for papers) and `ax` (axes
 to draw on; default: those of a new figure, which is `ax.figure`). `model` gives the axes their units. Nothing here

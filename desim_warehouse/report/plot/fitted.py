@@ -12,7 +12,7 @@ from desim_warehouse.report.plot import style as look
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from desim_warehouse.study.statistics import Fitted
+    from desim_warehouse.study.fit import Fitted
 
 _SHOWN = 3
 _POINTS = 400
@@ -29,7 +29,7 @@ def fitted(
     """The share of measured times below each time, and that of the three distributions that fit best.
 
     Args:
-        found: from `statistics.fit`.
+        found: from `study.fit`.
         unit: of the times.
     """
     times = np.sort(found.times)

@@ -34,7 +34,6 @@ from desim_warehouse.study.statistics.cheapest import (
 )
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
-from desim_warehouse.study.statistics.fitting import Candidate, Fitted, fit
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
 from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
@@ -77,14 +76,12 @@ __all__ = [
     "SMALL_BATCHES",
     "Between",
     "Budget",
-    "Candidate",
     "Cheapest",
     "Comparison",
     "DesignVerdict",
     "Difference",
     "Estimate",
     "FirstOrder",
-    "Fitted",
     "Gain",
     "Gains",
     "Judge",
@@ -113,7 +110,6 @@ __all__ = [
     "compare",
     "estimate",
     "first_order",
-    "fit",
     "follow",
     "gains_steps",
     "holm",

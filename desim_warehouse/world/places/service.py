@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from simpy.events import Event
     from simpy.resources.resource import Request
 
-    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.station import Station
     from desim_warehouse.world.places.stops import Stop
 
     Steps = Generator[Event, object, None]

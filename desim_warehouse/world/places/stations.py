@@ -1,4 +1,4 @@
-"""Stations beside nodes, where load units are handed over: which one a task goes to, and whether there is room.
+"""All stations: which one a task goes to, and whether there is room.
 
 A slot is reserved before a robot sets out for the good, so a full station holds work back at the source, in a bay,
 and never in a lane. Rejected: reserving on arrival (queues in lanes), driving in circles until a slot is free.
@@ -10,8 +10,7 @@ from collections import Counter
 from functools import partial
 from typing import TYPE_CHECKING
 
-from simpy import Resource
-
+from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stops import Stop, stops_of_tour
 from desim_warehouse.world.places.workplace import Workplace
 
@@ -26,71 +25,9 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Tasks
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.policies import RobotView, StopPlace, Task
-    from desim_warehouse.values.calendars import Hours
     from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.stops import Act
-
-
-class Servers(Resource):
-    """The servers of a station, a SimPy resource: a robot requests one when it is inside."""
-
-
-class Station:
-    """An unloading station: `places` slots for robots inside or on the way, `servers` of them are served at a time.
-
-    Outside its `hours` nothing begins there (None: it is always open). What has begun is finished, or `pauses`. `work`
-    is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
-    """
-
-    def __init__(
-        self,
-        env: Environment,
-        node: str,
-        places: int,
-        servers: int,
-        full: set[str],
-        *,
-        hours: Hours | None,
-        pauses: bool,
-        work: Workplace | None,
-    ) -> None:
-        self.node = node
-        self.places = places
-        self.taken = 0
-        self.inside: set[int] = set()
-        self.servers = Servers(env, servers)
-        self.full = full
-        self.hours = hours
-        self.pauses = pauses
-        self.work = work
-
-    @property
-    def free(self) -> int:
-        """Slots that no robot is in or on its way to."""
-        return self.places - self.taken
-
-    def take(self) -> None:
-        """A slot is reserved."""
-        self.taken += 1
-        if self.free <= 0:
-            self.full.add(self.node)
-
-    def give_up(self) -> None:
-        """A slot is free again."""
-        self.taken -= 1
-        if self.free > 0:
-            self.full.discard(self.node)
-
-    def dock(self, robot: int) -> None:
-        """A robot that has a slot reserved comes in."""
-        self.inside.add(robot)
-
-    def leave(self, robot: int, *, keep: bool = False) -> None:
-        """A robot is out again, and its slot is free unless it is to `keep` it, as it comes back."""
-        self.inside.remove(robot)
-        if not keep:
-            self.give_up()
 
 
 class Stations:

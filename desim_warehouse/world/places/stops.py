@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.policies import Handling, Task
-    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.station import Station
 
     Act = Literal["load", "visit", "unload"]
 

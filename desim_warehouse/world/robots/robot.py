@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.fleet import RobotSpec, Start
     from desim_warehouse.policies import Task
     from desim_warehouse.world.places.bays import Bay
-    from desim_warehouse.world.places.stations import Station
+    from desim_warehouse.world.places.station import Station
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.itinerary import Place
     from desim_warehouse.world.robots.surroundings import Surroundings

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.world.places.handling import HandlingTimes
-    from desim_warehouse.world.places.stations import Station, Stations
+    from desim_warehouse.world.places.station import Station
+    from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.robot import Robot

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.families import Counted, clock_step, families
+from desim_warehouse.study.fit.families import Counted, clock_step, families
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from desim_warehouse.study.statistics.families import Family, Parameters
+    from desim_warehouse.study.fit.families import Family, Parameters
     from desim_warehouse.values.distributions import Distribution
 
 FEWEST = 20

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import fit
+from desim_warehouse.study.fit import fit
 
 DRAWN = {
     "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),

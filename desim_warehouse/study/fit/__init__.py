@@ -1,0 +1,7 @@
+"""Distributions fitted to measured times."""
+
+from __future__ import annotations
+
+from desim_warehouse.study.fit.fitting import Candidate, Fitted, fit
+
+__all__ = ["Candidate", "Fitted", "fit"]
