@@ -84,6 +84,7 @@ def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
 MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
+    "feasibility/rules.py": {"unloading"},  # in a sentence
     "model/disturbances.py": {"closed"},  # in a sentence
     "model/charging.py": {"charging"},  # a kind of policy
     "layout/checks.py": {"unloading"},  # in a sentence

@@ -12,7 +12,6 @@ import click
 
 from desim_warehouse.cli.options import load_model, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
-from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
@@ -72,6 +71,7 @@ def _show(run: Run) -> None:
 def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
     """A value and its unit for planners: shares in percent, and times in other units also in seconds."""
     from desim_warehouse.report.text import words
+    from desim_warehouse.report.text.printed import number
 
     if math.isnan(value):
         return "-", ""

@@ -23,7 +23,7 @@ _NAMED = 12
 """Names in a row of remarks."""
 
 
-_NAMED = 3
+_RARE = 3
 """Lines on what is rare."""
 
 
@@ -61,7 +61,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     show_verdicts(results)
     for design in results.unsettled:
         click.echo(f"{design}: {sentences.UNSETTLED}")
-    for line in results.rare[:_NAMED]:
+    for line in results.rare[:_RARE]:
         click.echo(line)
     if results.deterministic:
         click.echo("These models are deterministic: every replication is the same, and the means are exact.")

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.outcome.indicators import INDICATORS, counted_in, within
-from desim_warehouse.study.statistics.shares import TaskShare
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -41,6 +40,8 @@ class Row(NamedTuple):
 
     def value(self, indicator: str) -> float:
         """An indicator; nan where the run failed or has none. A share of tasks knows of how many."""
+        from desim_warehouse.study.statistics.shares import TaskShare
+
         value = self.indicators.get(indicator, math.nan)
         tasks = math.fsum(self.indicators.get(name, 0.0) for name in counted_in(indicator, self.indicators))
         return TaskShare(value, tasks) if tasks else value

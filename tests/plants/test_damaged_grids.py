@@ -121,7 +121,7 @@ TASK_FILES = {
     "more": (TASKS + "5 0 1\n", ":5: one more line (got '5 0 1')"),
     "negative": (TASKS.replace("4 2", "-4 2"), ":3: not what it should be (got '-4 2 7 0 0')"),
     "short line": (TASKS.replace("4 2 7 0 0", "4 2"), ":3: not what it should be (got '4 2')"),
-    "another format": ("hello\n", "not tasks that can be read, expected transport orders of openTCS (XML) or tasks of"),
+    "another format": ("hello\n", "not tasks that can be read, expected transport orders of openTCS (XML), tasks of"),
 }
 
 

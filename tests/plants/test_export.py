@@ -181,11 +181,11 @@ def test_what_is_written_is_valid_by_the_schema_of_opentcs(floor, tmp_path):
 @pytest.mark.parametrize("form", ["csv", "graphml", "opentcs", "lif"])
 def test_names_that_files_cannot_hold_are_changed_and_said(floor, form, tmp_path):
     text = json.dumps(floor.content())
-    for old, new in (('"A"', '"A\\n1"'), ('"B"', '" B"'), ('"C"', '"\\u0001"')):
+    for old, new in (('"A"', '"A\\n1"'), ('"B"', '" B"'), ('"C"', '"\\uffff"')):
         text = text.replace(old, new)
     path = tmp_path / f"out.{form}"
     remarks = lost(dw.write_layout(dw.load(json.loads(text)), path, form))
-    assert remarks["changed", "name"][:3] == ("A 1 from 'A\\n1'", "B from ' B'", "unnamed from '\\x01'")
+    assert remarks["changed", "name"][:3] == ("A 1 from 'A\\n1'", "B from ' B'", "unnamed from '\\uffff'")
     assert {"A 1", "B", "unnamed", "D", "P"} <= set(dw.read_layout(path).layout.nodes)
 
 
@@ -199,7 +199,7 @@ def test_a_name_twice_gets_a_number_where_it_must(floor, tmp_path):
 def test_other_units_become_metres_and_seconds(floor, tmp_path):
     content = {**floor.content(), "units": {"length": "cm", "time": "min", "seconds": 60}}
     for edge in content["layout"]["edges"]:
-        edge["speed"] = 150 if edge["speed"] else None
+        edge["speed"] = 150 if edge.get("speed") else None
     dw.write_layout(dw.load(content), tmp_path / "floor", "csv")
     model = dw.read_layout(tmp_path / "floor")
     assert model.layout.nodes["P"] == (0.14, 0.08)

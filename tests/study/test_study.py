@@ -269,6 +269,7 @@ def test_every_indicator_of_a_run_is_known():
     elsewhere = {"backlog_growth_per_hour", "station_wait"}  # of arriving demand, and of stations beside nodes
     elsewhere |= {"orders", "order_cycle_time_mean", "order_cycle_time_p95", "orders_on_time"}  # of orders from a file
     elsewhere |= {"annual_cost", "cost_per_task"}  # with prices
+    elsewhere |= {name for name in INDICATORS if name.startswith("work")}  # where loads are worked on in stations
     elsewhere |= {"trips", "loads_per_trip"}  # with batching
     elsewhere |= {
         "breakdowns",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim_warehouse.report.text.words import share_text
-
 if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Difference, Estimate
 
@@ -35,6 +33,8 @@ def said(found: Estimate | None) -> str:
     if found is None:
         return "-"
     if found.of_all is not None:
+        from desim_warehouse.report.text.words import share_text  # the words need the model, which help texts do not
+
         return share_text(found)
     if found.half_width is None:
         return number(found.mean)
