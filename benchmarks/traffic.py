@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from desim_warehouse.world.traffic.lane import Lane
 
 ROOT = Path(__file__).parents[1]
+MODELS = Path(__file__).parent / "models_0_2"
+"""Models as version 0.2.0 shipped them, without acceleration: speed is measured on what was always measured."""
 STATIONS = 1100
 
 
@@ -173,7 +175,7 @@ def whole(name: str, model: dw.Model, since: float, until: float) -> None:
 
 def medium() -> None:
     """The medium model."""
-    whole("medium model, all included", dw.load(ROOT / "models/medium.yaml"), 1, 7200)
+    whole("medium model, all included", dw.load(MODELS / "medium.yaml"), 1, 7200)
 
 
 def many_stations() -> None:
@@ -249,7 +251,7 @@ def growth() -> None:
 
 def shift() -> None:
     """An eight-hour shift of the large model, on one core."""
-    world = World(dw.load(ROOT / "models/large.yaml"))
+    world = World(dw.load(MODELS / "large.yaml"))
     begin = time.process_time()
     world.run()
     spent = time.process_time() - begin
@@ -268,7 +270,7 @@ def report(*, long: bool = False) -> None:
     for robots in (40, 60, 80, 120):
         core(f"{robots} robots on 6 x 4, contention", 6, 4, robots, 20_000)
     medium()
-    whole("large model, 1,000 robots, all included", dw.load(ROOT / "models/large.yaml"), 600, 1200)
+    whole("large model, 1,000 robots, all included", dw.load(MODELS / "large.yaml"), 600, 1200)
     whole("cells, 300 robots, all included", dw.load(sorting.model(300, 1000, 0)), 300, 900)
     many_stations()
     if long:

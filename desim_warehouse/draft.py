@@ -214,7 +214,12 @@ servers: {servers}}}   # (!) servers: people who pack, at each
 fleet:
   size: {words.robots}
   start: [parking]
-  robot: {{radius: 0.4, speed: 1.5 m/s, margin: 0.2}}   # (!) robots keep 2 x radius + margin apart
+  robot:                      # (!)
+    radius: 0.4               # robots keep 2 x radius + margin apart
+    margin: 0.2
+    speed: 1.5 m/s
+    acceleration: 0.5 m/s^2   # typical of robots whose loads must not shift
+    deceleration: 0.5 m/s^2
   start_energy: {{uniform: [0.4, 1]}}                   # batteries at the start: the day before is not simulated
 
 tasks:
@@ -231,7 +236,7 @@ battery:                      # (!) 100 % last 5.6 h; from 0 to full in 1.4 h
   charge_rate: 0.02           # per second
 
 traffic:
-  node_time: 1 s              # slowing down and turning where aisles meet; with an acceleration: 0, and a turn_time
+  turn_time: 2 s              # (!) for a turn of 90 degrees, standing
 
 policies:                     # `desim policies` lists them
   allocation: nearest
