@@ -28,6 +28,7 @@ class Phase(Enum):
     TO_STATION = "driving with a good"
     QUEUE = "in a station or bay, waiting for its turn there"
     UNLOADING = "putting a good down"
+    DECISION = "in a station, unloaded, until the next decision"
     TO_BAY = "driving to a bay"
     CHARGING = "at a charger"
     BREAKDOWN = "out of order: afterwards it goes on with what it did before"
@@ -244,6 +245,20 @@ STATES = {
             colour="#8C564B",
             stacked=11,
             applies=lambda model: model.fleet.breaks_down,
+        ),
+        State(
+            "awaiting",
+            doing="waiting for a decision",
+            begins="it has unloaded in a station and waits there for the next decision; only with `policies.interval`",
+            time="in a station, unloaded, until the next decision; only with `policies.interval`",
+            better="less",
+            draws="standing",
+            phase=Phase.DECISION,
+            queue=None,
+            role="idle",
+            colour="#6A51A3",
+            stacked=14,
+            applies=lambda model: model.policies.interval > 0,
         ),
     )
 }

@@ -10,7 +10,7 @@ from desim_warehouse.values.streams import Streams
 from tests.done import done
 
 TOL = 1e-6
-WORKING = {"empty", "loading", "loaded", "closed", "unloading", "returning", "broken"}
+WORKING = {"empty", "loading", "loaded", "closed", "unloading", "awaiting", "returning", "broken"}
 STATES = WORKING | {"idle", "on_break", "queueing", "charging"}
 NO_ENERGY = {"drive", "collision", "rotation", "enter", "released", "waiting_closed", "waiting_person"}
 

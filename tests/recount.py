@@ -16,12 +16,13 @@ import numpy as np
 from tests.done import done, workplaces
 
 APART = ("waiting_closed", "waiting_person")
-WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "returning")
+WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
 STATES = ("idle", *WORK, "charging", "broken", "on_break")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
     "closed": "standing",
+    "awaiting": "standing",
     "on_break": "standing",
     "broken": "standing",
     "empty": "empty",

@@ -55,6 +55,7 @@ WHERE = {
     "closed": "queues at a station",
     "on_break": "parked",
     "broken": None,
+    "awaiting": None,
 }
 
 
@@ -271,7 +272,7 @@ DOWN = """
             queue=Queue("station", "its repair"),
             role="loaded",
             colour="#117733",
-            stacked=14,
+            stacked=15,
             applies=_always,
         ),
 """

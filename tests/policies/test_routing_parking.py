@@ -165,6 +165,25 @@ def test_decisions_are_collected_for_an_interval():
     assert given == [0, 100, 100, 100, 100, 100]
 
 
+def test_until_the_next_decision_a_robot_in_a_station_has_unloaded_and_its_server_is_free():
+    """Goods 0 and 1 come to M with two robots, decided on every 100 s: 20 s of unloading each, and no more."""
+    inside = {"layout.stations": {"pack": {"at": ["M"], "places": 2, "servers": 2}}, "fleet.size": 2, "log": "all"}
+    often = MULTIBOTS.replace({**inside, "tasks.goods": [0, 1], "tasks.unload_at": ["M", "M"]})
+    seldom = often.replace({"policies.interval": 100})
+    run = dw.simulate(seldom)
+    assert run.robots["unloading"].sum() == dw.simulate(often).robots["unloading"].sum() == 2 * 20
+    delivered = {row[2]: row[0] for row in run.record.rows if row[1] == "delivered"}
+    begun = {row[2]: row[0] for row in run.record.rows if row[1] == "awaiting"}
+    left = {row[2]: row[0] for row in run.record.rows if row[1] == "returning"}
+    assert begun == delivered
+    assert all(at % 100 == 0 for at in left.values())
+    waited = sum(left[robot] - delivered[robot] for robot in (0, 1))
+    assert 0 < waited < 200
+    assert run.robots["awaiting"].sum() == pytest.approx(waited)
+    assert run.kpis["share_awaiting"] == pytest.approx(waited / (2 * run.T))
+    assert "share_awaiting" not in dw.simulate(often).kpis
+
+
 def test_a_robot_that_unloads_in_a_station_can_take_the_next_task_for_the_same_station():
     inside = {"layout.stations": {"pack": {"at": ["M"], "places": 1}}, "fleet.size": 1, "tasks.goods": [0, 1, 2]}
     run = dw.simulate(MULTIBOTS.replace(inside))

@@ -223,6 +223,11 @@ class Dispatcher:
             self._decides_at = time
             end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
 
+    @property
+    def decides_later(self) -> bool:
+        """Whether the policy is asked next at a later instant."""
+        return self._decides_at > self.env.now
+
     def _decide(self, _: Event) -> None:
         self._decides_at = math.inf
         if self.queues:

@@ -174,7 +174,10 @@ class Robot:
 
     def ask_for_more(self) -> Steps:
         """The next task is given before the robot leaves the slot or node where it unloaded."""
-        yield self.dispatcher.ask(self)
+        decided = self.dispatcher.ask(self)
+        if self.dispatcher.decides_later:
+            self.enter("awaiting")
+        yield decided
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, self.clear_time)
 
