@@ -28,13 +28,18 @@ AFTER_UNLOADING_STEPS = 3
 FULL_STEPS = 1  # from fully charged to taking the next good
 COMING_OUT_STEPS = 2  # from taking a good after a charge to standing at the letter
 TINY = 1e-9
+ROUNDED = 0.5  # what a drive of 150 or 250 px takes longer in whole steps of 4 px than it should
 
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One experiment: `robots` robots fetch `goods` (numbers 0..79, in order) to the letter `unload_at`."""
+    """One experiment: `robots` robots fetch `goods` (numbers 0..79, in order) to the letter `unload_at`.
+
+    `finer`: into how many equal parts each step is cut, an even number (or 1, as in the paper): what drives are rounded
+    up by in whole steps is then spent at the nodes. Times stay in whole steps.
+    """
 
     robots: int
     goods: tuple[int, ...]
@@ -49,6 +54,12 @@ class Setting:
     collision_angle: float = 30.0
     load_time: int = 10
     unload_time: int = 20
+    finer: int = 1
+
+    @property
+    def stride(self) -> float:
+        """How far a robot drives in a part of a step."""
+        return self.speed / self.finer
 
 
 @dataclass(frozen=True)
@@ -148,9 +159,9 @@ class Warehouse:
     def run(self) -> Outcome:
         while self.delivered < len(self.setting.goods) or not all(robot.inside for robot in self.robots):
             self.step()
-            if self.now > 1_000_000:
+            if self.now > 1_000_000 * self.setting.finer:
                 raise RuntimeError(f"no end in sight: {self.setting}")
-        return Outcome(float(self.finished), self.S, self.C, self.delivered)
+        return Outcome(self.finished / self.setting.finer, self.S, self.C, self.delivered)
 
     def step(self) -> None:
         for robot in self.robots:
@@ -172,7 +183,7 @@ class Warehouse:
             return
         waiting.remove(robot)
         if not robot.inside:
-            for other in self.in_way(robot, self.reach + self.setting.speed):
+            for other in self.in_way(robot, self.reach + self.setting.stride):
                 self.act(other, waiting)
         next(robot.story)
 
@@ -182,7 +193,7 @@ class Warehouse:
         """Use one step's charge; at the threshold a good still being fetched goes back to the front."""
         if not robot.awake:
             return
-        robot.battery -= self.setting.consumption
+        robot.battery -= self.setting.consumption / self.setting.finer
         if not robot.low and robot.battery <= self.setting.threshold + TINY:
             robot.low = True
             if robot.fetching and robot.good is not None:
@@ -240,7 +251,7 @@ class Warehouse:
         while length > TINY:
             robot.heading = ((goal[0] - robot.point[0]) / length, (goal[1] - robot.point[1]) / length)
             if not self.must_wait(robot):
-                stride = min(self.setting.speed, length)
+                stride = min(self.setting.stride, length)
                 x, y = robot.point
                 robot.point = (x + stride * robot.heading[0], y + stride * robot.heading[1])
                 length = math.dist(robot.point, goal)
@@ -251,7 +262,7 @@ class Warehouse:
     def follow(self, robot: Robot, letters: list[str]) -> Iterator[None]:
         for letter in letters:
             yield from self.drive(robot, PLACES[letter])
-            yield from rest(TURN_STEPS)
+            yield from self.rest(TURN_STEPS + (ROUNDED if self.setting.finer > 1 else 0))
 
     def life(self, robot: Robot) -> Iterator[None]:
         """Go in and out of the charging zone for ever: it is `run` that ends when the work is done."""
@@ -267,7 +278,7 @@ class Warehouse:
 
     def come_out(self, robot: Robot, steps: int) -> Iterator[None]:
         robot.fetching = True
-        yield from rest(steps - 1)
+        yield from self.rest(steps, less=1)
         robot.ready = True
         while robot.inside:  # until `step` opens the door
             yield
@@ -298,21 +309,27 @@ class Warehouse:
         assert robot.good is not None
         _, end, point = place_of(robot.good)
         yield from self.drive(robot, point)
-        yield from rest(self.setting.load_time)
+        yield from self.rest(self.setting.load_time)
         yield from self.follow(robot, [end, *highways(end, self.setting.unload_at)])
-        yield from rest(self.setting.unload_time)
+        yield from self.rest(self.setting.unload_time)
         self.delivered += 1
         robot.good = self.goods.popleft() if self.goods and not robot.low else None
         robot.fetching = True
-        yield from rest(AFTER_UNLOADING_STEPS)
+        yield from self.rest(AFTER_UNLOADING_STEPS)
 
     def charge(self, robot: Robot) -> Iterator[None]:
         """Go in and charge up; the charge counts when the robot goes out again (see `step`)."""
         robot.inside, robot.awake = True, False
         self.finished = self.now + 1
         missing = self.setting.capacity - robot.battery
-        yield from rest(math.ceil(missing / self.setting.charge_rate - TINY) + FULL_STEPS - 1)
+        charging = math.ceil(missing / self.setting.charge_rate * self.setting.finer - TINY) / self.setting.finer
+        yield from self.rest(charging + FULL_STEPS, less=1)
         robot.battery, robot.low, robot.charged = self.setting.capacity, False, True
+
+    def rest(self, steps: float, *, less: int = 0) -> Iterator[None]:
+        """Stand for some steps, `less` that many of the parts into which they are cut."""
+        for _ in range(round(steps * self.setting.finer) - less):
+            yield
 
 
 def is_waiting_for(robot: Robot, other: Robot) -> bool:
@@ -320,11 +337,6 @@ def is_waiting_for(robot: Robot, other: Robot) -> bool:
     while following is not None and following is not other:
         following = following.waits_for
     return following is other
-
-
-def rest(steps: int) -> Iterator[None]:
-    for _ in range(steps):
-        yield
 
 
 def simulate(setting: Setting, *, higher_first: bool = True) -> Outcome:

@@ -1,9 +1,16 @@
 """The stepped reference against the results of the authors' program, and against cases worked out by hand."""
 
+from dataclasses import replace
+
 import pytest
 
-from .paper import CELLS, GROUPS
+import desim_warehouse as dw
+
+from .paper import CELLS, GROUPS, changes
 from .stepped import LETTERS, Outcome, Setting, Warehouse, highways, place_of, simulate
+from .stops import Watched, unmatched, waits
+
+MULTIBOTS = dw.load("models/multibots.yaml")
 
 # Steps: along a row ceil(150 / 4) = 38, along a column ceil(250 / 4) = 63, and one at the node reached.
 ROW, COLUMN = 38 + 1, 63 + 1
@@ -126,3 +133,31 @@ def test_every_robot_gets_home(robots, unload_at):
     outcome = simulate(Setting(robots, goods, unload_at=unload_at))
     assert outcome.delivered == len(goods)
     assert outcome == simulate(Setting(robots, goods, unload_at=unload_at))
+
+
+def test_finer_steps_give_the_same_time_and_ever_more_stops():
+    """6 robots, group 1: each of seven stops is one here and there. In finer steps one that waits for a robot that
+    turns off goes on in jerks: how many stops that is depends on the step, so S has no value without one."""
+    expected = Setting(6, GROUPS[1])
+    found = {finer: simulate(replace(expected, finer=finer)) for finer in (1, 2, 4, 8)}
+    assert [found[finer].S for finer in found] == [7, 19, 31, 55]
+    for outcome in found.values():
+        assert abs(outcome.T / found[1].T - 1) < 0.002
+    run = dw.simulate(MULTIBOTS.replace({"fleet.size": 6, "tasks.goods": list(GROUPS[1]), "log": "all"}))
+    assert run.S == 7
+    assert unmatched([(run.model, expected)])[1] == (0, 0, 0, 0)
+
+
+def test_a_robot_right_behind_another_waits_shorter_than_steps_can_tell():
+    """Seven robots: the last comes out of A when robot 0 is D ahead, and again stands behind it at B.
+
+    Robot 0 spends 1.5 steps there, and so does robot 6 behind it. In steps robot 6 comes out 36 px behind, as robots
+    move by 4, and need not stop.
+    """
+    setting = Setting(7, (40, 15, 23, 31, 39, 47, 40))
+    run = dw.simulate(MULTIBOTS.replace({**changes(setting), "log": "all"}))
+    [wait] = [wait for wait in waits(run) if wait.robot == 6 and wait.end < 60 and wait.start > 20]
+    assert wait.end - wait.start == 1.5
+    reference = Watched(setting)
+    reference.run()
+    assert not [wait for wait in reference.waits[6] if 20 < wait.start < 60]

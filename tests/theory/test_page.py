@@ -4,6 +4,7 @@ import pytest
 
 from docs import make_validation
 from docs.make_validation import PAGE, PICTURES, ROBOTS
+from tests.reference.stops import Unmatched
 from tests.theory.cases import CASES, Found
 
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -48,7 +49,7 @@ def test_the_figures_show_every_row():
     """Drawn from made-up values: what stands where, not what came out."""
     every = [(case, one) for case in CASES for one in case.quantities]
     found = [Found(case, one, [one.theory, 1.01 * one.theory][: case.runs]) for case, one in every]
-    besides = [make_validation.Beside(n, (0.99, 1.0, 1.01), 1, 1, 3) for n in ROBOTS]
+    besides = [make_validation.Beside(n, (0.99, 1.0, 1.01), 1, 1, 3, 3, Unmatched(0, 0, 0, 0)) for n in ROBOTS]
     (axes,) = make_validation.intervals(found, besides).axes
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert len(names) == sum(case.runs > 1 for case, _ in every) + len(besides)
@@ -56,7 +57,7 @@ def test_the_figures_show_every_row():
     assert names[0] == "stepped reference, robots: 12, T"
     closed, rings = make_validation.curves(found).axes
     assert [line.get_label() for line in closed.lines] == ["closed line D/D/1, theory", "simulated"]
-    assert list(closed.lines[0].get_xdata()) == [1, 2, 3, 4, 5, 8]
-    assert list(closed.lines[0].get_ydata()) == [90, 180, 270, 360, 360, 360]
+    assert list(closed.lines[0].get_xdata()) == [2, 4, 5, 8]
+    assert list(closed.lines[0].get_ydata()) == [180, 360, 360, 360]
     assert len(rings.lines) == 4
     assert (PICTURES / "validation.png").exists()

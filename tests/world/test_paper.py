@@ -67,7 +67,10 @@ def test_the_stepped_reference_picks_all_goods_at_the_same_places(multibots):
 
 
 def test_the_30_cells_against_the_authors_program(multibots):
-    """T within 1 % in at least 29 cells and the median within 0.2 %, C equal, S within 8 % of 65 and 2 a cell."""
+    """T within 1 % in at least 29 cells and the median within 0.2 %, C equal, S within 2 a cell.
+
+    For S as a whole there is no bound from theory: docs/dev/validation.md says why. Golden: 70 here, 65 there.
+    """
     errors, stops = [], 0
     for cell in CELLS:
         outcome = run(multibots, int(cell["robots"]), GROUPS[int(cell["group"])])
@@ -79,8 +82,7 @@ def test_the_30_cells_against_the_authors_program(multibots):
     assert len(errors) == 30
     assert sum(error <= 0.01 for error in errors) >= 29
     assert statistics.median(errors) <= 0.002
-    assert sum(cell["S_program"] for cell in CELLS) == 65
-    assert 0.92 * 65 <= stops <= 1.08 * 65
+    assert (stops, sum(cell["S_program"] for cell in CELLS)) == (70, 65)
 
 
 @pytest.mark.parametrize(("seed", "margin", "more_stops"), [(1, 8.0, 0.08), (2, 8.0, 0.08), (3, 0.0, 0.25)])
