@@ -218,8 +218,7 @@ fleet:
     radius: 0.4               # robots keep 2 x radius + margin apart
     margin: 0.2
     speed: 1.5 m/s
-    acceleration: 0.5 m/s^2   # typical of robots whose loads must not shift
-    deceleration: 0.5 m/s^2
+    acceleration: 0.5 m/s^2   # and deceleration; typical where loads must not shift
   start_energy: {{uniform: [0.4, 1]}}                   # batteries at the start: the day before is not simulated
 
 tasks:

@@ -91,7 +91,7 @@ differences.
 FINER = """
 The stepped reference has the program's T and C in all cells, and S {whole}. With steps cut in 2 and in 4 its T stays
 within {time:.2g} %, but S becomes {halves} and {quarters}: a robot that waits for another that turns off stops once
-here and in whole steps. In finer steps it goes on in jerks, and each counts. So S has no value that finer steps come to.
+here and in whole steps. In finer steps it goes on in jerks, and each counts. So finer steps come to no value of S.
 """
 COVERAGE = """## How often answers are right
 
