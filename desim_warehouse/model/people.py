@@ -28,7 +28,9 @@ Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_lin
 
 
 class PeopleSpec(Part):
-    """People who come into aisles, each into one: no robot enters it until they have left, and who is in it drives on.
+    """People who come into aisles, each into one: no robot is let in until they have left; one that is in it drives on.
+
+    A robot that was let in at its stop line before they came may enter later.
 
     Each visit draws what it needs from a random stream of its own, so people come alike whatever robots do.
     """

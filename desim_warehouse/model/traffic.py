@@ -36,7 +36,10 @@ class NodeTraffic(Part):
 
 
 class ClosureSpec(Part):
-    """A part of the floor that is closed at times: robots do not enter it then, and drive on and out of it."""
+    """A part of the floor that is closed at times: no robot is let in then; one that is in it drives on and out.
+
+    A robot that was let in at its stop line before it closed may enter later.
+    """
 
     members: Members = Field(
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"

@@ -15,7 +15,7 @@ from tests.docs import pages
 from tests.study import plans
 from tests.world.test_hours import SQUARE
 
-WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 2.5"
+WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
 SHORT = "--set run.length=3600 --set run.warm_up=600"
 
 
