@@ -94,8 +94,8 @@ class Policies(Part):
     interval: Interval = Field(
         0.0,
         title="time between decisions",
-        description="time between allocation decisions; 0: whenever a task or a robot becomes free. Else a robot that has "
-        "unloaded in a station stays there until the next decision, in the state `awaiting`",
+        description="time between allocation decisions; 0: whenever a task or a robot becomes free. Else a robot that "
+        "has unloaded in a station stays there until the next decision, in the state `awaiting`",
     )
 
     def specs(self) -> dict[str, PolicySpec]:
