@@ -76,11 +76,10 @@ def read_orders(text: str) -> float:
     Raises:
         ModelError: no such rate.
     """
-    from desim_warehouse.values.units import UnitNames, converted
+    from desim_warehouse.values.units import UnitNames, quantity
 
     try:
-        found = converted(text, "rate", UnitNames())
-        number = float(text) if found is None else found
+        number = quantity(text, "rate", UnitNames())
     except ValueError:
         number = math.nan
     if not 0 < number < math.inf:
@@ -230,7 +229,6 @@ tasks:
 
 battery:                      # (!) 100 % last 5.6 h; from 0 to full in 1.4 h
   capacity: 100
-  threshold: 25
   consumption: 0.005          # per second
   charge_rate: 0.02           # per second
 

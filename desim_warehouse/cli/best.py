@@ -22,6 +22,7 @@ from desim_warehouse.errors import spoken
 from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.study.procedures import Best
     from desim_warehouse.study.statistics import Selection
     from desim_warehouse.study.study import Study
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
 @click.option(
     "--delta",
     required=True,
-    type=click.FloatRange(0, min_open=True),
-    help="Indifference zone: a difference that does not matter, in its unit.",
+    metavar="AMOUNT",
+    help="Indifference zone: a difference that does not matter, such as 5, 5s or 1%.",
 )
 @click.option("--minimise", "sense", flag_value="minimise", help="The smallest mean is best (default for T, S, ...).")
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
@@ -46,7 +47,7 @@ def command(
     model: str,
     vary: tuple[str, ...],
     indicator: str,
-    delta: float,
+    delta: str,
     sense: str | None,
     first: int,
     cap: int,
@@ -71,8 +72,26 @@ def command(
         execution = execution.at_home(model)
     more = None if sense is None else sense == "maximise"
     with interruptible(study, execution.out):
-        found = best(study, indicator, delta, maximise=more, first=first, cap=cap, **execution.where())
+        found = best(
+            study,
+            indicator,
+            _delta(delta, indicator, study.plan.base),
+            maximise=more,
+            first=first,
+            cap=cap,
+            **execution.where(),
+        )
     show_best(study, found)
+
+
+def _delta(text: str, indicator: str, model: Model) -> float:
+    """The indifference zone in the unit of its indicator."""
+    from desim_warehouse.study.target import amount_of
+
+    delta = amount_of(indicator, text, model.units.names, "--delta")
+    if not delta > 0:
+        raise click.BadParameter(f"{text} is not above 0.", param_hint="--delta")
+    return delta
 
 
 def show_best(study: Study, found: Best) -> None:

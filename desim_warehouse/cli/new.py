@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import with_force, write_model
+from desim_warehouse.cli.options import TimeIn, with_force, write_model
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
@@ -24,7 +24,12 @@ _WORKED_OUT = "worked out by hand"
 @click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
 @click.option("--chargers", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
 @click.option(
-    "--due", type=float, default=15, show_default=True, metavar="MINUTES", help="Minutes from an order to its due time."
+    "--due",
+    type=TimeIn("min"),
+    default="15min",
+    show_default=True,
+    metavar="TIME",
+    help="Time from an order to its due time; a plain number is in minutes.",
 )
 @with_force
 def command(file: str | None, *, force: bool, **given: Any) -> None:
@@ -56,7 +61,7 @@ def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     words = dict(given)
     words["size"] = click.prompt("Floor in metres, width x height", default=given["size"])
     words["orders"] = click.prompt("Orders", default=given["orders"])
-    words["due"] = click.prompt("Due after how many minutes", default=given["due"], type=float)
+    words["due"] = click.prompt("Due after how many minutes", default=f"{given['due']:g}", type=TimeIn("min"))
     for name, what in (("aisles", "as many as fit"), ("stations", "as many as needed"), ("robots", _WORKED_OUT)):
         words[name] = _number(name, what)
     words["chargers"] = _number("chargers", _WORKED_OUT)

@@ -68,6 +68,29 @@ def with_json(content: str = "") -> Callable[[F], F]:
     )
 
 
+class TimeIn(click.ParamType[float]):
+    """A time above 0 with a unit, such as `20 min`; a plain number is in the unit that the option says."""
+
+    name = "time"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The time in the unit of the option."""
+        from desim_warehouse.values.units import SECONDS, UnitNames, quantity
+
+        if not isinstance(value, str):
+            return float(value)
+        try:
+            time = quantity(value, "time", UnitNames("m", self.unit, float(SECONDS[self.unit])))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        if not time > 0:
+            self.fail(f"{value} is not above 0", param, ctx)
+        return time
+
+
 with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
 
 

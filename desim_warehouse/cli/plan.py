@@ -32,12 +32,14 @@ if TYPE_CHECKING:
 
 ALL_YEAR = 8760.0
 """Hours."""
+MOST_TIMES = 10.0
+"""Times today's demand; a larger number without % was probably meant in per cent."""
 
 
 @click.command("plan")
 @click.argument("model")
 @click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
-@click.option("--growth", metavar="PERCENT", help="Also with so much more demand, such as 30%.")
+@click.option("--growth", metavar="AMOUNT", help="Also with more demand: 30% more, or 1.3 times as much.")
 @with_vary
 @click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by hand]")
 @click.option("--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by hand]")
@@ -91,7 +93,7 @@ def command(
             strategies=_strategies(vary),
             robots=_counts(robots, "--robots"),
             chargers=_counts(chargers, "--chargers"),
-            zone=None if zone is None else _zone(zone),
+            zone=None if zone is None else _zone(zone, target, loaded),
             runs=runs,
             first=first,
             cap=cap,
@@ -127,22 +129,29 @@ def _priced(model: Model, **prices: float | None) -> Model:
 
 
 def _growth(text: str) -> float:
-    """The factor of demand that a growth such as `30%` is."""
+    """The factor of demand that a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, is."""
+    from desim_warehouse.values.units import UnitNames, quantity
+
+    is_share = text.strip().endswith("%")
     try:
-        grown = 1 + float(text.strip().removesuffix("%")) / 100
+        number = quantity(text, "share", UnitNames())
     except ValueError:
-        grown = 0.0
-    if not text.strip().endswith("%") or not 0 < grown < math.inf:
-        raise click.BadParameter(f"{text!r} is no growth such as 30%.", param_hint="--growth")
+        number = math.nan
+    grown = round(1 + number, 12) if is_share else number
+    if not 0 < grown < math.inf:
+        raise click.BadParameter(f"{text!r} is no growth such as 30%, or 1.3 times.", param_hint="--growth")
+    if not is_share and not 1 < grown <= MOST_TIMES:
+        meant = f"{number:g}%" if number > MOST_TIMES else f"{100 * number:g}% or {1 + number:g}"
+        raise click.BadParameter(f"{text} times as much: did you mean {meant}?", param_hint="--growth")
     return grown
 
 
-def _zone(text: str) -> float:
-    """An indifference zone such as `1 %` or `5`."""
-    try:
-        return float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
-    except ValueError:
-        raise click.BadParameter(f"{text!r} is no amount such as '1 %' or 5.", param_hint="--zone") from None
+def _zone(text: str, target: str, loaded: Model) -> float:
+    """An indifference zone such as `1 %`, `5 s` or `5`, in the unit of the target's indicator."""
+    from desim_warehouse.study.target import amount_of, read_target
+
+    units = loaded.units.names
+    return amount_of(read_target(target, units).indicator, text, units, "--zone")
 
 
 def _strategies(vary: tuple[str, ...]) -> dict[str, Any] | None:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from desim_warehouse.cli.options import run_of, with_overrides, with_seed
+
+if TYPE_CHECKING:
+    from desim_warehouse.model.schema import Units
 
 
 @click.command("replay")
@@ -19,8 +24,10 @@ from desim_warehouse.cli.options import run_of, with_overrides, with_seed
     metavar="MODEL|RUN_DIR",
     help="Another run, shown next to it on the same clock; --set and --accept change only MODEL.",
 )
-@click.option("--from", "start", type=float, metavar="T", help="First moment shown, in the model's time unit.")
-@click.option("--to", "end", type=float, metavar="T", help="Last moment shown.")
+@click.option(
+    "--from", "start", metavar="TIME", help="First moment shown, such as 20min; a plain number is in the model's unit."
+)
+@click.option("--to", "end", metavar="TIME", help="Last moment shown.")
 @click.option(
     "--palette",
     type=click.Choice(["safe", "paper"]),
@@ -34,12 +41,23 @@ def command(
     assignments: tuple[str, ...],
     seed: int,
     beside: str | None,
-    start: float | None,
-    end: float | None,
+    start: str | None,
+    end: str | None,
     palette: str,
 ) -> None:
     """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
     run = run_of(source, assignments, seed)
     other = None if beside is None else run_of(beside, (), seed)
-    page = run.replay(output, start=start, end=end, palette=palette, beside=other)
+    first, last = (_time(text, option, run.model.units) for text, option in ((start, "--from"), (end, "--to")))
+    page = run.replay(output, start=first, end=last, palette=palette, beside=other)
     click.echo(f"{output}: {len(page.html) / 1e6:.1f} MB; open it in a browser")
+
+
+def _time(text: str | None, option: str, units: Units) -> float | None:
+    """A moment of a run, in the model's unit."""
+    from desim_warehouse.values.units import quantity
+
+    try:
+        return None if text is None else quantity(text, "time", units.names)
+    except ValueError as error:
+        raise click.BadParameter(f"{error}.", param_hint=option) from None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 from click.core import ParameterSource
 
-from desim_warehouse.cli.options import with_overrides, with_study_confidence, with_study_seed
+from desim_warehouse.cli.options import TimeIn, with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.study.limits import MOST_REPLICATIONS
@@ -166,9 +166,9 @@ with_execution = _gathered(
         click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
         click.option(
             "--timeout",
-            type=click.FloatRange(0, min_open=True),
-            metavar="SECONDS",
-            help="Time that a run may take.",
+            type=TimeIn("s"),
+            metavar="TIME",
+            help="Time that a run may take: seconds, or with a unit such as 5min.",
         ),
         click.option("--out", metavar="DIR", help="Study folder; runs that are already there are reused."),
         click.option("--quiet", is_flag=True, help="Do not show progress."),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -47,7 +47,10 @@ class BatterySpec(Part):
         title="battery capacity", description="energy of a full battery"
     )
     threshold: Energy = Field(
-        title="charging threshold", description="level at which the threshold policy sends a robot home"
+        0.0,
+        title="charging threshold",
+        description="level at which the threshold policy sends a robot home; must be given with it, others have their "
+        "own levels",
     )
     consumption: Annotated[
         Annotated[Power, form("number")] | Annotated[Consumption, form("states")],
@@ -73,6 +76,11 @@ class BatterySpec(Part):
             expected = f"a level below battery.capacity, {got(capacity)}"
             raise wrong(f"too large (got {got(threshold)}), expected {expected}")
         return threshold
+
+    def content(self) -> Any:
+        """As of any section; a threshold that is not given is left out, as a policy may ask for it."""
+        found: dict[str, Any] = super().content()
+        return found if "threshold" in self.model_fields_set else {k: v for k, v in found.items() if k != "threshold"}
 
     @property
     def draws(self) -> Consumption:

@@ -6,12 +6,24 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
 from desim_warehouse.model.messages import Problem
 from desim_warehouse.policies import catalogue
-from desim_warehouse.values.fields import SECTION, Forms, FrozenMap, Interval, Name, Part, as_json, writable, wrong
+from desim_warehouse.values.fields import (
+    SECTION,
+    Forms,
+    FrozenMap,
+    Interval,
+    Name,
+    Part,
+    as_json,
+    known,
+    writable,
+    wrong,
+)
+from desim_warehouse.values.units import quantity
 
 
 def _frozen(value: Any) -> Any:
@@ -97,6 +109,19 @@ class Policies(Part):
         description="time between allocation decisions; 0: whenever a task or a robot becomes free. Else a robot that "
         "has unloaded in a station stays there until the next decision, in the state `awaiting`",
     )
+
+    @field_validator(*KINDS)
+    @classmethod
+    def _in_the_models_units(cls, spec: PolicySpec, info: ValidationInfo) -> PolicySpec:
+        kinds = catalogue.quantities_of(str(info.field_name), spec.name)
+        found = {}
+        for key, value in spec.params.items():
+            try:
+                if isinstance(value, str) and key in kinds:
+                    found[key] = quantity(value, kinds[key], known(info).units)
+            except ValueError as error:
+                raise wrong(str(error), key) from None
+        return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
 
     def specs(self) -> dict[str, PolicySpec]:
         """The policies by kind."""

@@ -39,10 +39,12 @@ from desim_warehouse.model.popularity import PopularityRule
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.model.valid import valid
+from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
+    TOP,
     Duration,
     FrozenMap,
     Known,
@@ -51,6 +53,7 @@ from desim_warehouse.values.fields import (
     NotNegative,
     Part,
     Positive,
+    Quantity,
     Text,
     Time,
     all_wrong,
@@ -79,6 +82,11 @@ class Units(Part):
         return float(METRES[self.length]) if self.length in METRES else None
 
     @property
+    def names(self) -> UnitNames:
+        """What quantities with units are converted to."""
+        return UnitNames(self.length, self.time, self.seconds)
+
+    @property
     def hour(self) -> float:
         """Time units in an hour."""
         return 3600 / self.seconds
@@ -89,7 +97,7 @@ class Tasks(Part):
 
     goods: GoodsRule | None = Field(None, description="the goods to fetch, one by one or drawn; this or flows")
     flows: Named[FlowSpec] = Field(FrozenMap(), description="instead of goods: what is brought from where to where")
-    demand: Positive = Field(
+    demand: Annotated[Positive, Quantity("share")] = Field(
         1.0,
         description="multiplies all rates of arrival, schedules, and resampled orders; what is always open stays so",
     )
@@ -325,7 +333,7 @@ class Model(Part):
     battery: BatterySpec | None = Field(None, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
     people: Named[PeopleSpec] = Field(FrozenMap(), description="people in the aisles, by name of where they come from")
-    policies: Policies = Policies()
+    policies: Policies = Field(Policies(), validate_default=True)
     run: RunSpec = Field(RunSpec(), validate_default=True)
     cost: Cost = Cost()
     prices: Prices | None = Field(None, description="none: no costs are worked out")
@@ -343,7 +351,7 @@ class Model(Part):
     @field_validator("units")
     @classmethod
     def _convert(cls, units: Units, info: ValidationInfo) -> Units:
-        known(info).units = UnitNames(units.length, units.time, units.seconds)
+        known(info).units = units.names
         return units
 
     @field_validator("calendars")
@@ -361,6 +369,17 @@ class Model(Part):
             if layout.nodes and not getattr(layout, key):
                 raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
         return layout
+
+    @field_validator("policies")
+    @classmethod
+    def _threshold_is_given(cls, policies: Policies, info: ValidationInfo) -> Policies:
+        battery, charging = info.data.get("battery"), policies.charging
+        if battery is None or charging.own or "threshold" in battery.model_fields_set:
+            return policies
+        if catalogue.reads_threshold(charging.name, charging.params):
+            expected = f"the level of energy at which robots charge, by policies.charging: {charging.name}"
+            raise wrong(f"missing, expected {expected}", TOP, "battery", "threshold")
+        return policies
 
     @field_validator("run")
     @classmethod

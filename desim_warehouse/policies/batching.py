@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from desim_warehouse.policies.protocols import TaskBatch
+from desim_warehouse.values.fields import Unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -61,7 +62,7 @@ class TimeWindow:
     carries.
     """
 
-    window: float
+    window: Annotated[float, Unit("time")]
     size: int | None = None
 
     def __post_init__(self) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, nearest, shown
+from desim_warehouse.policies.protocols import RobotView
 
 OURS: dict[str, dict[str, str]] = {
     "allocation": {
@@ -133,6 +134,31 @@ def parameters_of(cls: type) -> dict[str, tuple[Any, Any]]:
         for field in dataclasses.fields(cls)
         if field.init
     }
+
+
+@lru_cache(maxsize=64)
+def quantities_of(kind: str, name: str) -> dict[str, str]:
+    """The parameters of a policy of ours that are written with a unit, and its kind: `{"window": "time"}`.
+
+    Of the user's own nothing is known before its code is run.
+    """
+    if name not in OURS[kind]:
+        return {}
+    hints = get_type_hints(_find(kind, name), include_extras=True)
+    notes = [(key, note) for key, hint in hints.items() for note in getattr(hint, "__metadata__", ())]
+    return {key: note.kind for key, note in notes if hasattr(note, "kind")}
+
+
+def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:
+    """Whether the levels of a charging policy depend on the battery's threshold: ours is asked with two.
+
+    The user's own may read it; one that cannot be made does not.
+    """
+    if ":" in name:
+        return True
+    policy, found = _attempt("charging", name, parameters)
+    low, high = (RobotView(0, "", "", 1.0, 1.0, threshold) for threshold in (0.25, 0.5))
+    return not found and policy.levels(low) != policy.levels(high)
 
 
 def resolved(name: str, folder: Path) -> str:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from desim_warehouse.policies.protocols import CHARGERS, Levels, RobotView
+from desim_warehouse.values.fields import Unit
+
+ShareOfCapacity = Annotated[float, Unit("share")]
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class ReachAware:
     `margin`: share of the capacity. `charger`: nearest, own (its home) or least-loaded.
     """
 
-    margin: float = 0.1
+    margin: ShareOfCapacity = 0.1
     charger: str = "nearest"
     fixed: ClassVar[bool] = True
 
@@ -69,8 +72,8 @@ class Opportunity:
     task on reaching a charger. `charger`: nearest, own or least-loaded.
     """
 
-    minimum: float = 0.2
-    margin: float = 0.1
+    minimum: ShareOfCapacity = 0.2
+    margin: ShareOfCapacity = 0.1
     charger: str = "nearest"
     fixed: ClassVar[bool] = True
 
@@ -95,11 +98,11 @@ class FourThresholds:
     or least-loaded.
     """
 
-    critical: float = 0.3
-    good: float = 0.6
-    sufficient: float = 0.5
-    full: float = 0.95
-    margin: float = 0.1
+    critical: ShareOfCapacity = 0.3
+    good: ShareOfCapacity = 0.6
+    sufficient: ShareOfCapacity = 0.5
+    full: ShareOfCapacity = 0.95
+    margin: ShareOfCapacity = 0.1
     charger: str = "nearest"
     fixed: ClassVar[bool] = True
 
@@ -135,9 +138,9 @@ class Swap:
     capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger.
     """
 
-    time: float
-    level: float = 0.2
-    margin: float = 0.1
+    time: Annotated[float, Unit("time")]
+    level: ShareOfCapacity = 0.2
+    margin: ShareOfCapacity = 0.1
     charger: str = "nearest"
     fixed: ClassVar[bool] = True
 

@@ -530,7 +530,7 @@ def plan_fleet(
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
-    goal = read_target(target)
+    goal = read_target(target, model.units.names)
     if zone is None:
         zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
     least, largest = within(goal.indicator)

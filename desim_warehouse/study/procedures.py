@@ -153,7 +153,7 @@ def size(
 
     Source: see `statistics.smallest_meeting`, with what it promises and assumes.
     """
-    goal = read_target(target)
+    goal = read_target(target, study.plan.base.units.names)
     if len(study.plan.factors) != 1:
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
     (key,) = (factor.key for factor in study.plan.factors)

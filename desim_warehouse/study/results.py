@@ -351,7 +351,7 @@ class Results:
     @cached_property
     def target(self) -> statistics.Target | None:
         """What designs should meet."""
-        return read_target(self.plan.target) if self.plan.target else None
+        return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
     @cached_property
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:

@@ -1,4 +1,4 @@
-"""Targets as users write them, with shares in per cent."""
+"""Targets as users write them: shares in per cent, times, lengths and rates with a unit."""
 
 from __future__ import annotations
 
@@ -8,26 +8,59 @@ from dataclasses import replace
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
 from desim_warehouse.study import statistics
+from desim_warehouse.values.units import UnitNames, quantity
 
-_PERCENT = re.compile(r"([\d.]+)\s*%\s*$")
+_WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
+_KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
+"""Kinds of units of indicators that have units of their own; shares are in per cent."""
 
 
-def read_target(text: str) -> statistics.Target:
-    """A target as users write it, with shares as 0.95 or as 95 %.
+def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
+    """A target as users write it, such as `on_time >= 95 %` (or 0.95), `cycle_time_p95 <= 5 min` or `T <= 300`.
+
+    Args:
+        text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
+        units: those of the model; None: not known yet, and the target has none.
 
     Raises:
-        StudyError: not a target, or a share outside 0 to 1.
+        StudyError: not a target, a unit of another kind, or a share outside 0 to 1.
     """
-    percent = _PERCENT.search(text)
-    goal = statistics.parse_target(text[: percent.end(1)] if percent else text)
+    written = _WITH_UNIT.fullmatch(text)
+    goal = statistics.parse_target(f"{written['bound']}{written['number']}" if written else text)
     if look_up(goal.indicator) is None:
-        statistics.parse_target(text[: percent.end(1)] if percent else text, INDICATORS)  # says what is meant
-    if not find(goal.indicator).is_share:
-        if percent:
-            raise StudyError(f"target {text!r}: {goal.indicator} is no share, expected a number without %")
-        return goal
-    goal = replace(goal, value=goal.value / 100) if percent else goal
-    if not 0 <= goal.value <= 1:
-        meant = f"; did you mean {goal.value:g} %?" if not percent and 1 < goal.value <= 100 else ""  # noqa: PLR2004
+        statistics.parse_target(f"{goal}", INDICATORS)  # says what is meant
+    if written:
+        amount = f"{written['number']} {written['unit']}"
+        goal = replace(goal, value=amount_of(goal.indicator, amount, units, f"target {text!r}"))
+    if find(goal.indicator).is_share and not 0 <= goal.value <= 1:
+        meant = f"; did you mean {goal.value:g} %?" if not written and 1 < goal.value <= 100 else ""  # noqa: PLR2004
         raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
-    return goal
+    return replace(goal, unit=_unit(goal.indicator, units))
+
+
+def amount_of(indicator: str, text: str, units: UnitNames | None, place: str) -> float:
+    """An amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
+
+    Args:
+        indicator: its name.
+        text: a number, and a unit or none.
+        units: those of the model; None: not known yet.
+        place: where the user wrote it, for the message.
+
+    Raises:
+        StudyError: no number, or a unit of another kind.
+    """
+    kind = "share" if find(indicator).is_share else _KINDS.get(find(indicator).unit)
+    try:
+        if kind is None:
+            return float(text)
+        return quantity(text, kind, units or UnitNames())
+    except ValueError as error:
+        plain = f"not a number (got {text}), as {indicator} has no unit" if kind is None else str(error)
+        raise StudyError(f"{place}: {plain}") from None
+
+
+def _unit(indicator: str, units: UnitNames | None) -> str:
+    """The unit of a model in which an indicator is counted, where it is one of time or length."""
+    kind = find(indicator).unit
+    return "" if units is None else {"time": units.time, "length": units.length}.get(kind, "")

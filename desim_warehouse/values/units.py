@@ -5,6 +5,7 @@ A table of our own: six kinds of units, converted as fractions, so that `600 mm`
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -54,6 +55,36 @@ class UnitNames:
     seconds: float = 1.0
 
 
+def quantity(text: str, kind: str, units: UnitNames, bare: str = "") -> float:
+    """A number, with a unit or without, in the units of a model.
+
+    Args:
+        text: such as `5 min` or `300`.
+        kind: as of `converted`.
+        units: those of the model.
+        bare: the unit of a number without one; empty: that of the model.
+
+    Raises:
+        ValueError: no such quantity.
+    """
+    found = converted(text, kind, units)
+    if found is None and bare:
+        found = converted(f"{text} {bare}", kind, units)
+    if found is not None:
+        return found
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"not a number or {_a(kind)} (got {got(text)}), expected one such as {EXAMPLES[kind]}")
+    return number
+
+
+def _a(kind: str) -> str:
+    return f"an {kind}" if kind == "acceleration" else f"a {kind}"
+
+
 def converted(text: str, kind: str, units: UnitNames) -> float | None:
     """A quantity in the units of a model, or None where the text is none.
 
@@ -73,7 +104,7 @@ def converted(text: str, kind: str, units: UnitNames) -> float | None:
     if unit not in known:
         near = nearest(unit, known)
         hint = f"; did you mean '{near}'?" if near else ""
-        what = f"an {kind}" if kind == "acceleration" else f"a {kind}"
+        what = _a(kind)
         expected = f"{what} such as {EXAMPLES[kind]}"
         if kind not in {"speed", "acceleration"}:
             expected += f", in {spoken(known, 'or')}"

@@ -215,8 +215,8 @@ def warm_up(study: Results) -> str:
 
 
 def target(goal: Target) -> str:
-    """A target as people write it, shares in per cent."""
-    return f"{goal.indicator} {goal.sense} {amount(goal.indicator, goal.value)}"
+    """A target as people write it: shares in per cent, times and lengths with their unit."""
+    return f"{goal.indicator} {goal.sense} {amount(goal.indicator, goal.value)}{' ' * bool(goal.unit)}{goal.unit}"
 
 
 def amount(indicator: str, value: float) -> str:

@@ -21,11 +21,12 @@ _TARGET = re.compile(
 
 @dataclass(frozen=True)
 class Target:
-    """A bound on the mean of an indicator, in the indicator's unit."""
+    """A bound on the mean of an indicator, in the indicator's unit; `unit` is the name of it, where it has one."""
 
     indicator: str
     sense: Sense
     value: float
+    unit: str = ""
 
     @property
     def sign(self) -> float:
@@ -38,7 +39,7 @@ class Target:
         return gap >= 0.0 if self.sense in (">=", "<=") else gap > 0.0
 
     def __str__(self) -> str:
-        return f"{self.indicator} {self.sense} {self.value:.15g}"
+        return f"{self.indicator} {self.sense} {self.value:.15g}{' ' * bool(self.unit)}{self.unit}"
 
 
 def parse_target(text: str, known: Collection[str] | None = None) -> Target:
