@@ -74,6 +74,23 @@ CODES: dict[str, Code] = {
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
+    "BATTERY_RATES": Code("warning", "what batteries hold does not fit what they draw, or what chargers give"),
+    "START_LOW": Code("warning", "every robot has to charge before its first task"),
+    "STOPS_AT_NODES": Code("warning", "`node_time` beside an acceleration: robots stop at every node"),
+    "FASTER_LOADED": Code("warning", "robots are faster with a load than without"),
+    "UNUSUAL": Code("warning", "a value far outside what robots and warehouses do: is its unit right?"),
+    "CHANGES_NOTHING": Code("warning", "a key that was given for something, and that nothing in this model looks at"),
+    "CALENDAR_SLIP": Code("warning", "stretches of a calendar that overlap, or a break outside of them"),
+    "NEVER_IN_RUN": Code("warning", "a closure, a visit, or tasks that come only after the run is over"),
+    "BREAK_BEYOND_DUE": Code("warning", "nobody works for longer than tasks have until they are due"),
+    "NEVER_LATE": Code("warning", "tasks are due so late that none can be late in this run"),
+    "WAITS_BEYOND_DUE": Code("warning", "a policy lets tasks wait for longer than they have until they are due"),
+    "MORE_THAN_FIT": Code("warning", "more robots than the lanes hold, loads than a robot, or chargers than robots"),
+    "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
+    "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),
+    "CLOSED_GOODS": Code("note", "storage places that no robot can reach while something is closed"),
+    "PRICE_A_YEAR": Code("note", "a price a year that is usual for buying"),
+    "QUANTITY_IS_TRIPS": Code("note", "rows of orders with a quantity are as many tasks, each a trip"),
 }
 """Every code, errors first. A code, once published, keeps its meaning."""
 

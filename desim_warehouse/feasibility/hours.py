@@ -53,6 +53,28 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
     return together / at
 
 
+def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
+    """The stretches of a run in which no robot is in its hours, or none of the stations that tasks go to is open."""
+    layout, end = model.floor, model.run.end
+    of = specs(model, layout)
+    stations = {of[node].hours if node in of else None for node in destinations(model, layout)}
+    robots = [model.hours(name) for name in set(model.fleet.hours_of_robots())]
+    open_ones = [model.hours(name) for name in stations] or [ALWAYS]
+    if ALWAYS in robots and ALWAYS in open_ones:
+        return
+    at, begin = 0.0, math.nan
+    for _ in range(STEPS):
+        works = any(one.is_open(at) for one in robots) and any(one.is_open(at) for one in open_ones)
+        if works and not math.isnan(begin):
+            yield begin, at
+        begin = math.nan if works else at if math.isnan(begin) else begin
+        if at >= end:
+            break
+        at = min(end, *(one.changes(at) for one in (*robots, *open_ones)))
+    if not math.isnan(begin) and begin < at:
+        yield begin, at
+
+
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """Calendars that never open where they are used, and those of robots and stations that do not meet."""
     end = model.run.end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.disturbances import at_times, disturbances, never_in_run
+from desim_warehouse.model.disturbances import disturbances
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
@@ -17,9 +17,6 @@ def left_out(model: Model, layout: Layout) -> list[str]:
     Estimates of tasks do not choose the end of a lane at which a robot begins: which is nearer depends on where it is.
     """
     found = [f"{text}; estimates do not know of it" for text in disturbances(model, layout)]
-    for place, (what, calendar) in at_times(model).items():
-        if never_in_run(model, calendar):
-            found.append(f"{place} is never {what} in this run, by calendar '{calendar}'")
     two_way = sum(len(layout.approaches(place.edge, place.offset)) > 1 for place in layout.storage)
     if two_way:
         found.append(

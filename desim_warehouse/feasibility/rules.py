@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility import batteries, hours, starts
+from desim_warehouse.feasibility import batteries, clashes, crowds, hours, magnitudes, starts, unused
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding, amount
@@ -48,6 +48,13 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _spread(model)
     if model.battery is not None:
         yield from batteries.warnings(model, layout, found.power)
+    yield from unused.warnings(model)
+    yield from magnitudes.warnings(model, found)
+    yield from clashes.warnings(model)
+    yield from crowds.warnings(model, found)
+    yield from unused.notes(model, layout)
+    yield from magnitudes.notes(model)
+    yield from clashes.notes(model, layout)
 
 
 def _spread(model: Model) -> Iterator[Finding]:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.goods import Good, PoissonGoods
-from desim_warehouse.model.orders import summary
+from desim_warehouse.model.orders import files_of, summary
 from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import reading
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.model.orders import Summary
     from desim_warehouse.model.schema import Model
 
 
@@ -72,6 +73,13 @@ def flow_rates(model: Model) -> dict[str, float]:
 def always_open(model: Model) -> bool:
     """Whether some tasks are always open, so that robots never rest."""
     return any(isinstance(flow.when, SaturatedArrivals) for flow in model.tasks.flows.values())
+
+
+def order_files(model: Model) -> list[Summary]:
+    """What the files of orders of a model hold."""
+    files = files_of(model.tasks.flows)
+    how = reading(model, model.floor) if files else None
+    return [summary(file, how) for file in files if how is not None]
 
 
 def len_of_orders(model: Model, flow: FlowSpec) -> int:

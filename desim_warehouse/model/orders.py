@@ -71,12 +71,18 @@ class Reading:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks (quantities added up), rows, the last release, and the nodes and stations it names."""
+    """What a file holds: tasks (quantities added up), rows, the last release, and the nodes and stations it names.
+
+    `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones.
+    """
 
     tasks: int
     rows: int
     last: float
     names: frozenset[str] = frozenset()
+    due: int = 0
+    urgent: int = 0
+    orders: int = 0
 
 
 def sha256(path: Path) -> str:
@@ -111,11 +117,15 @@ def summary(spec: OrdersFile, how: Reading) -> Summary:
 def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     tasks, rows, last, found = 0, 0, 0.0, list[str]()
     names: set[str | int | None] = set()
+    due, urgent, orders = 0, 0, set[str]()
     for lines, problems in _checked(spec, how):
         found += problems
         rows += len(lines)
         tasks += sum(line.quantity for line in lines)
         last = lines[-1].release if lines else last
+        due += sum(line.due is not None for line in lines)
+        urgent += sum(bool(line.priority) for line in lines)
+        orders.update(map(attrgetter("order"), lines))
         names.update(map(attrgetter("source"), lines), map(attrgetter("target"), lines))
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
         if len(found) > MOST_PROBLEMS:
@@ -126,7 +136,8 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         found.append(f"{spec.file}: too many tasks (got {tasks:,}), expected at most {LIMITS['tasks'][0]:,}")
     if found:
         raise ModelError(found)
-    return Summary(tasks, rows, last, frozenset(name for name in names if isinstance(name, str) and name != STORAGE))
+    named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
+    return Summary(tasks, rows, last, named, due, urgent, len(orders))
 
 
 def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:

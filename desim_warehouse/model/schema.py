@@ -301,6 +301,11 @@ class Prices(Part):
     )
 
     @property
+    def any(self) -> bool:
+        """Whether anything has a price."""
+        return self.of_fleet or any((self.energy, self.station_hour, self.late_order))
+
+    @property
     def of_fleet(self) -> bool:
         """Whether robots or chargers have a price."""
         return any((self.robot, self.charger, *self.kinds.values()))

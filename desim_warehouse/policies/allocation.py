@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -89,6 +89,7 @@ class EarliestDue:
     """
 
     candidates: int = CANDIDATES
+    reads: ClassVar = ("priority", "due")
 
     def __post_init__(self) -> None:
         """Check the parameter."""

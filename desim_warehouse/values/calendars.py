@@ -69,7 +69,8 @@ Span = Annotated[Name, AfterValidator(_span)]
 """A stretch of the day, such as `06:00-14:00`; past midnight: `22:00-06:00`."""
 
 
-def _seconds(span: str) -> Stretch:
+def seconds_of(span: str) -> Stretch:
+    """A stretch of the day in seconds from midnight; past midnight it ends on the next day."""
     first, last = _ends(span)
     return first, last if last > first else last + DAY
 
@@ -89,8 +90,10 @@ class Shifts(Part):
         weekday = dt.date.fromisoformat(day or MONDAY).weekday()
         phase = weekday * DAY + clock_time(clock)
         week = [DAYS.index(name) * DAY for name in self.days]
-        open_ones = [(day + a, day + b) for day in week for a, b in map(_seconds, self.open)]
-        breaks = [(day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(_seconds, self.breaks)]
+        open_ones = [(day + a, day + b) for day in week for a, b in map(seconds_of, self.open)]
+        breaks = [
+            (day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(seconds_of, self.breaks)
+        ]
         left = without(wrapped(open_ones, 7 * DAY), breaks)
         return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
 
@@ -189,7 +192,14 @@ def _by_name(value: Any) -> Any:
     return value
 
 
-CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named)]
+class Names:
+    """Marks a key that names a part of the model; `of`: the section that has it."""
+
+    def __init__(self, of: str) -> None:
+        self.of = of
+
+
+CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named), Names("calendars")]
 """The name of a calendar of the model."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar, get_args
@@ -216,6 +216,30 @@ def sections_in(annotation: Any) -> list[type[Part]]:
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return [annotation]
     return [section for inner in get_args(annotation) for section in sections_in(inner)]
+
+
+def parts_in(value: Any, wanted: tuple[type[Part], ...], place: str = "") -> Iterator[tuple[str, Part]]:
+    """The sections of some kinds in a section, each with its dotted key; long lists that hold none are passed over."""
+    if isinstance(value, Part):
+        if isinstance(value, wanted):
+            yield place, value
+        for name in _with_parts(type(value), wanted):
+            key = type(value).model_fields[name].alias or name
+            yield from parts_in(getattr(value, name), wanted, f"{place}.{key}" if place else key)
+    elif isinstance(value, Mapping | tuple):
+        pairs: Iterable[tuple[Any, Any]] = value.items() if isinstance(value, Mapping) else enumerate(value)
+        for key, item in pairs:
+            yield from parts_in(item, wanted, f"{place}.{key}")
+
+
+@cache
+def _with_parts(section: type[Part], wanted: tuple[type[Part], ...]) -> tuple[str, ...]:
+    """The keys of a section that may hold sections of some kinds."""
+    return tuple(
+        name
+        for name, field in section.model_fields.items()
+        if any(issubclass(inner, wanted) or _with_parts(inner, wanted) for inner in sections_in(field.annotation))
+    )
 
 
 @cache

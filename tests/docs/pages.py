@@ -5,17 +5,24 @@ from __future__ import annotations
 import contextlib
 import doctest
 import io
+import itertools
 import re
 import shlex
 import sys
 import textwrap
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.model import parse_assignment
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
@@ -140,3 +147,23 @@ def parse_desim(words: str) -> None:
         return
     with contextlib.redirect_stdout(io.StringIO()):
         command.make_context(name, rest, parent=outer)
+
+
+def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
+    """The models of a page as it stands: of every command with a model file, its `--set` applied; nothing is run.
+
+    `folder` has models/ and studies/ already; files of the page are put there, and those that `new` and `import` write.
+    """
+    for block in blocks(page):
+        word, rest = block.note
+        if word == "file":
+            (folder / rest).parent.mkdir(parents=True, exist_ok=True)
+            (folder / rest).write_text(block.text, encoding="utf-8")
+        for command in commands(block) if block.kind == "console" and word != "fails" else ():
+            words = shlex.split(command.words)
+            if words[:2] in (["desim", "new"], ["desim", "import"], ["desim", "orient"]) and "--help" not in words:
+                run_desim(command.words)
+            file = next((item for item in words[2:] if item.endswith(".yaml") and Path(item).is_file()), None)
+            if words[0] == "desim" and file and "fleet:" in Path(file).read_text(encoding="utf-8"):
+                given = [after for before, after in itertools.pairwise(words) if before == "--set"]
+                yield command.words, dw.load(file, dict(map(parse_assignment, given)))

@@ -1,0 +1,221 @@
+"""Times that cannot both hold: breaks and due times, closures and the run, stretches of one calendar."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.hours import nobody_at_work
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model.demand import demand, order_files
+from desim_warehouse.model.disturbances import at_times, never_in_run
+from desim_warehouse.model.flows import Profile, Rates, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.goods import PoissonGoods, SaturatedGoods
+from desim_warehouse.values.calendars import DAY, Shifts, Stretches, seconds_of, without
+from desim_warehouse.values.fields import parts_in
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.values.calendars import Stretch
+
+LONGEST_BREAK = 6 * 3600.0
+"""Seconds; a longer one is rather turned round."""
+
+
+def warnings(model: Model) -> Iterator[Finding]:
+    """What was surely meant otherwise."""
+    for name, calendar in model.calendars.items():
+        if isinstance(calendar, Shifts):
+            yield from _shifts(f"calendars.{name}", calendar)
+        elif isinstance(calendar, Stretches) and _overlap(calendar.between):
+            yield _overlapping(f"calendars.{name}.between")
+    yield from _never(model)
+    if math.isfinite(model.run.end):
+        yield from _breaks(model)
+        yield from _due(model)
+
+
+def notes(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What may be meant."""
+    yield from _profiles(model)
+    yield from _closed_goods(model, layout)
+
+
+# One calendar
+
+
+def _shifts(place: str, shifts: Shifts) -> Iterator[Finding]:
+    opened, breaks = list(map(seconds_of, shifts.open)), list(map(seconds_of, shifts.breaks))
+    if _overlap(opened):
+        yield _overlapping(f"{place}.open")
+    if _overlap(breaks):
+        yield _overlapping(f"{place}.breaks")
+    for rank, (begin, end) in enumerate(breaks):
+        days = [(begin + day, end + day) for day in (-DAY, 0.0, DAY)]
+        where = f"{place}.breaks.{rank}"
+        if without(opened, days) == opened:
+            text = f"{shifts.breaks[rank]} is outside what is open ({', '.join(shifts.open)}), so it takes nothing out"
+            yield Finding("CALENDAR_SLIP", where, text, "a break within the opening hours")
+        elif end - begin > LONGEST_BREAK:
+            first, _, last = shifts.breaks[rank].partition("-")
+            text = f"{shifts.breaks[rank]} is a break of {amount((end - begin) / 3600)} h"
+            yield Finding("CALENDAR_SLIP", where, text, f"did you mean {last.strip()}-{first.strip()}?")
+
+
+def _overlap(stretches: Iterable[Stretch]) -> bool:
+    return any(a < d and c < b for (a, b), (c, d) in combinations(sorted(stretches), 2))
+
+
+def _overlapping(place: str) -> Finding:
+    text = "stretches overlap; where they do, it is open (or closed) as in one of them"
+    return Finding("CALENDAR_SLIP", place, text, "stretches that follow one another, or two calendars")
+
+
+# What never comes
+
+
+def _never(model: Model) -> Iterator[Finding]:
+    end, unit = model.run.end, model.units.time
+    ends = f"the run ends at {amount(end)} {unit}"
+    for place, (what, calendar) in at_times(model).items():
+        if never_in_run(model, calendar):
+            text = f"never {what} in this run: calendar '{calendar}' does not open in it"
+            yield Finding("NEVER_IN_RUN", f"{place}.hours", text, _other_times(model, calendar))
+    for name, people in model.people.items():
+        if people.hours is not None and never_in_run(model, people.hours):
+            text = f"nobody comes in this run: calendar '{people.hours}' does not open in it"
+            yield Finding("NEVER_IN_RUN", f"people.{name}.hours", text, _other_times(model, people.hours))
+        if people.times and min(people.times) >= end:
+            text = f"the first visit is at {amount(min(people.times))} {unit}, and {ends}"
+            yield Finding("NEVER_IN_RUN", f"people.{name}.times", text, f"times in {unit}, or a longer run")
+    for name, flow in model.tasks.flows.items():
+        if isinstance(flow.when, ScheduleArrivals):
+            late = sum(batch.tasks for batch in flow.when.schedule if batch.at >= end)
+            if late:
+                text = f"{late} of {sum(batch.tasks for batch in flow.when.schedule)} tasks come later: {ends}"
+                place = f"tasks.flows.{name}.arrivals.schedule"
+                yield Finding("NEVER_IN_RUN", place, text, "a longer run")
+    late_files = [file for file in order_files(model) if file.last >= end]
+    if late_files and not any(flow.never_ends for flow in model.tasks.flows.values()):
+        text = f"orders are released until {amount(max(file.last for file in late_files))} {unit}, and {ends}"
+        yield Finding("NEVER_IN_RUN", "run.length", text, "a longer run, or fewer rows")
+
+
+def _other_times(model: Model, calendar: str) -> str:
+    return f"other times in calendars.{calendar}, another run.start ({model.run.start}), or a longer run"
+
+
+# Due times
+
+
+def _within(model: Model) -> list[tuple[str, float, str | None]]:
+    """Where times until due stand, how long they are, and the calendar by which these tasks come."""
+    goods = model.tasks.goods
+    if isinstance(goods, PoissonGoods | SaturatedGoods):
+        hours = goods.hours if isinstance(goods, PoissonGoods) else None
+        return [] if goods.due_within is None else [("tasks.goods.due_within", goods.due_within, hours)]
+    flows = model.tasks.flows.items()
+    return [
+        (f"tasks.flows.{name}.due_within", flow.due_within, flow.hours)
+        for name, flow in flows
+        if flow.due_within is not None
+    ]
+
+
+def _breaks(model: Model) -> Iterator[Finding]:
+    """Tasks that come in a break which is longer than the time until they are due."""
+    end, unit = model.run.end, model.units.time
+    due = _within(model)
+    gaps = list(nobody_at_work(model)) if due else []
+    for place, within, calendar in due:
+        hours = model.hours(calendar)
+        lost = [(a, b - within) for a, b in gaps if b - a > within]
+        late = sum(hours.open_time(b) - hours.open_time(a) for a, b in lost)
+        if late > 0:
+            longest = max(b - a for a, b in gaps)
+            share = late / hours.open_time(end)
+            yield Finding(
+                "BREAK_BEYOND_DUE",
+                place,
+                f"tasks are due after {amount(within)} {unit}, and for up to {amount(longest)} {unit} no robot works "
+                f"or no station is open: what comes in {amount(100 * share)} % of the time is late whatever the fleet",
+                "hours for the tasks, later due times, or robots with breaks at other times (fleet.kinds)",
+            )
+
+
+def _due(model: Model) -> Iterator[Finding]:
+    """Due times that no task can miss, and waits that make it miss them."""
+    run, unit, policies = model.run, model.units.time, model.policies
+    counted = run.end - run.warm_up
+    for place, within, _ in _within(model):
+        if within >= counted:
+            text = f"tasks are due after {amount(within)} {unit}, as long as the run is counted, {amount(counted)}"
+            yield Finding("NEVER_LATE", place, text, f"due_within is in {unit}; or a longer run")
+        window = policies.batching.params.get("window", 0.0) if policies.batching.name == "time-window" else 0.0
+        for key, wait in (("batching.window", window), ("interval", policies.interval)):
+            if isinstance(wait, int | float) and wait >= within:
+                text = f"tasks may wait {amount(wait)} {unit} for it, and are due after {amount(within)}"
+                yield Finding("WAITS_BEYOND_DUE", f"policies.{key}", text, f"a shorter one, in {unit}")
+    for name, flow in model.tasks.flows.items():
+        if flow.due_at and min(flow.due_at) >= run.end:
+            text = f"the first due time is {amount(min(flow.due_at))} {unit}, and the run ends at {amount(run.end)}"
+            yield Finding(
+                "NEVER_LATE", f"tasks.flows.{name}.due_at", text, f"times in {unit} from the start of the run"
+            )
+
+
+# What may be meant
+
+
+def _profiles(model: Model) -> Iterator[Finding]:
+    end, hour = model.run.end, model.units.hour
+    for place, part in parts_in(model.tasks, (Profile,)):
+        assert isinstance(part, Profile)
+        whole = Rates(part, hour).every * len(part.per_hour)
+        if whole < end < math.inf and whole % (24 * hour):
+            text = f"its rates last {amount(whole / hour)} h, the run {amount(end / hour)} h: they start again"
+            yield Finding("PROFILE_REPEATS", f"tasks.{place}", text, "a rate for each part of the run")
+
+
+def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Storage places that no robot can get to while something is closed, and that tasks fetch from."""
+    import networkx as nx
+
+    if not model.traffic.closures or not _fetches(model):
+        return
+    share = demand(model, layout)
+    for name, closure in model.traffic.closures.items():
+        if never_in_run(model, closure.hours):
+            continue
+        graph = layout.graph.copy()
+        graph.remove_edges_from(edges_of(layout, closure.members))
+        bays = next(iter(layout.bays), None)
+        reached = set() if bays is None else {bays, *nx.descendants(graph, bays)}
+        lost = [
+            place.number
+            for place in layout.storage
+            if not any(
+                edge[0] in reached and (edge[0] == edge[1] or edge in graph.edges)
+                for edge, _ in layout.approaches(place.edge, place.offset)
+            )
+        ]
+        part = sum(float(share[number]) for number in lost)
+        if part:
+            yield Finding(
+                "CLOSED_GOODS",
+                f"traffic.closures.{name}",
+                f"while it is closed {len(lost)} storage places cannot be reached, with {amount(100 * part)} % of the "
+                "tasks: robots that fetch there wait before it, and hold up others",
+                "hours for these tasks, or other members",
+            )
+
+
+def _fetches(model: Model) -> bool:
+    """Whether any task is fetched from storage."""
+    routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
+    return not routes or any(isinstance(route.source, StorageEnd) for route in routes)

@@ -1,0 +1,55 @@
+"""More than fits: robots on the lanes, loads on a robot, chargers for the fleet; and settings that add up wrongly."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.findings import Finding, amount
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.feasibility.estimate import HandCalculation
+    from desim_warehouse.model import Model
+
+
+def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
+    """What cannot all be used at once."""
+    fleet, batching = model.fleet, model.policies.batching
+    out = min(fleet.size, model.traffic.most_out or fleet.size)
+    if out > found.lanes_hold > 0:
+        text = f"{out} robots, and the lanes hold {found.lanes_hold} at once: they would stand bumper to bumper"
+        yield Finding("MORE_THAN_FIT", "fleet.size", text, "fewer robots, a longer floor, or traffic.most_out")
+    size, most = batching.params.get("size"), fleet.largest_capacity
+    if isinstance(size, int) and not batching.own and size > most > 1:
+        text = f"tours of {size} loads, and a robot carries {most}: tours have {most}"
+        yield Finding("MORE_THAN_FIT", "policies.batching.size", text, "fleet.robot.capacity, or a smaller size")
+    yield from _chargers(model)
+    yield from _pace(model)
+
+
+def _chargers(model: Model) -> Iterator[Finding]:
+    """More chargers than robots, where their number is given."""
+    layout, robots = model.floor, model.fleet.size
+    nodes = {name: sum(bay.zone == name for bay in layout.bays.values()) for name in model.layout.bays}
+    bays = model.layout.bays.items()
+    given = sum(bay.total_chargers or (bay.chargers or 0) * nodes[name] for name, bay in bays)
+    if model.battery is not None and given > robots:
+        text = f"{given} chargers for {robots} robots"
+        yield Finding("MORE_THAN_FIT", "layout.bays", text, "chargers is at each node, total_chargers in all")
+
+
+def _pace(model: Model) -> Iterator[Finding]:
+    """Robots that stop at every node though they accelerate, or are faster with a load."""
+    robots, node_time = model.fleet.distinct(), model.traffic.node_time
+    if node_time and any(robot.acceleration for robot in robots):
+        text = (
+            f"{amount(node_time)} {model.units.time} at every node beside an acceleration: robots stop at every node, "
+            "and gather speed again"
+        )
+        yield Finding("STOPS_AT_NODES", "traffic.node_time", text, "node_time: 0, and turn_time for turns")
+    for robot in robots:
+        if robot.loaded_speed > robot.speed:
+            text = f"{robot.loaded_speed:g} with a load, {robot.speed:g} without"
+            yield Finding("FASTER_LOADED", "fleet.robot.speed_loaded", text, "a speed below fleet.robot.speed")
+            return

@@ -1,0 +1,170 @@
+"""Keys that change nothing in a model: nothing that it has looks at them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.findings import Finding
+from desim_warehouse.layout.spec import BaySpec
+from desim_warehouse.model.demand import order_files
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.flows import FlowSpec, StorageEnd
+from desim_warehouse.model.goods import Good, PoissonGoods, SaturatedGoods
+from desim_warehouse.model.keys import whole_annotation
+from desim_warehouse.policies import catalogue
+from desim_warehouse.values.calendars import Names
+from desim_warehouse.values.fields import Part, parts_in
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+
+def warnings(model: Model) -> Iterator[Finding]:
+    """What was surely given for something, and does nothing."""
+    unnamed = _unnamed_calendars(model)
+    if len(unnamed) == len(model.calendars):
+        for name in unnamed:
+            text = "no robot, station, flow, closure or visit names it, so it changes nothing"
+            yield Finding("CHANGES_NOTHING", f"calendars.{name}", text, f"hours: {name} where it should hold")
+    yield from _priorities(model)
+    yield from _by_order(model)
+    if model.prices is not None and not model.prices.any:
+        text = "nothing has a price, so all costs are 0"
+        yield Finding("CHANGES_NOTHING", "prices", text, "robot, charger, energy, station_hour or late_order")
+    for name, zone in model.traffic.slow.items():
+        if zone.speed >= model.fleet.fastest:
+            text = f"no robot drives faster than {model.fleet.fastest:g} anyway"
+            yield Finding("CHANGES_NOTHING", f"traffic.slow.{name}.speed", text, "a lower limit")
+
+
+def notes(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What may be there for a variant of the model, and does nothing in this one."""
+    unnamed = _unnamed_calendars(model)
+    if len(unnamed) < len(model.calendars):
+        for name in unnamed:
+            yield Finding("NOT_USED", f"calendars.{name}", "changes nothing here: nothing names it")
+    for place, why in (*_of_batteries(model), *_of_work(model), *_stations(model, layout)):
+        yield Finding("NOT_USED", place, f"changes nothing here: {why}")
+
+
+# What nothing names
+
+
+def _unnamed_calendars(model: Model) -> list[str]:
+    used = {name for _, part in parts_in(model, (Part,)) for name in _names_in(part, "calendars")}
+    return [name for name in model.calendars if name not in used]
+
+
+def _names_in(part: Part, section: str) -> list[Any]:
+    """The names of parts of a section of the model that the keys of a section give."""
+    fields = type(part).model_fields.items()
+    keys = [name for name, field in fields if _is_name(whole_annotation(field), section)]
+    return [getattr(part, key) for key in keys]
+
+
+def _is_name(annotation: Any, section: str) -> bool:
+    notes = getattr(annotation, "__metadata__", ())
+    if any(isinstance(note, Names) and note.of == section for note in notes):
+        return True
+    return any(_is_name(inner, section) for inner in getattr(annotation, "__args__", ()))
+
+
+def _stations(model: Model, layout: Layout) -> Iterator[tuple[str, str]]:
+    there = {*destinations(model, layout), *(name for file in order_files(model) for name in file.names)}
+    for name in model.layout.stations:
+        if not {name, *layout.nodes_of(name)} & there:
+            yield f"layout.stations.{name}", "no task begins, stops or ends there"
+
+
+# What no policy reads
+
+
+def _reads(model: Model, what: str) -> bool:
+    """Whether a policy looks at something of tasks; the user's own may look at anything."""
+    specs = model.policies.specs().items()
+    classes = [catalogue.find(kind, spec.name) for kind, spec in specs if not spec.own]
+    return bool(model.policies.own()) or any(what in getattr(policy, "reads", ()) for policy in classes)
+
+
+def _priorities(model: Model) -> Iterator[Finding]:
+    if _reads(model, "priority"):
+        return
+    tasks = model.tasks
+    goods = tasks.goods if isinstance(tasks.goods, tuple) else ()
+    places = ["tasks.goods"] * any(isinstance(good, Good) and good.priority for good in goods)
+    places += [f"tasks.flows.{name}.priority" for name, flow in tasks.flows.items() if flow.priority]
+    places += ["tasks.flows"] * any(file.urgent for file in order_files(model))
+    for place in places[:1]:
+        name = model.policies.allocation.name
+        text = f"priorities are given, and policies.allocation: {name} does not look at them"
+        yield Finding("CHANGES_NOTHING", place, text, "policies.allocation: earliest-due, or a policy of your own")
+
+
+def _by_order(model: Model) -> Iterator[Finding]:
+    if model.policies.batching.name != "by-order" or model.fleet.largest_capacity == 1:
+        return
+    if all(file.tasks == file.orders for file in order_files(model)):
+        text = "by-order, but no two tasks are of one order, so every task is a tour of its own"
+        cure = "a file of orders with a column order (arrivals: {orders: ...}), or fixed-size"
+        yield Finding("CHANGES_NOTHING", "policies.batching", text, cure)
+
+
+def has_due(model: Model) -> bool:
+    """Whether any task has a due time."""
+    goods = model.tasks.goods
+    if isinstance(goods, tuple):
+        return any(isinstance(good, Good) and good.due is not None for good in goods)
+    if isinstance(goods, PoissonGoods | SaturatedGoods):
+        return goods.due_within is not None
+    flows = model.tasks.flows.values()
+    return any(flow.due_within is not None or flow.due_at for flow in flows) or any(
+        file.due for file in order_files(model)
+    )
+
+
+# What there is nothing for
+
+
+def _of_batteries(model: Model) -> Iterator[tuple[str, str]]:
+    charging, battery = model.policies.charging, model.battery
+    if battery is not None:
+        if "threshold" in battery.model_fields_set and not catalogue.reads_threshold(charging.name, charging.params):
+            yield "battery.threshold", f"policies.charging: {charging.name} goes by its own levels"
+        return
+    none = "there is no battery"
+    for place, bay in parts_in(model.layout, (BaySpec,)):
+        assert isinstance(bay, BaySpec)
+        if bay.chargers or bay.total_chargers:
+            yield f"layout.{place}.{'chargers' if bay.chargers else 'total_chargers'}", none
+        if bay.outages is not None:
+            yield f"layout.{place}.outages", none
+    if charging.content() != type(model.policies).model_fields["charging"].default.content():
+        yield "policies.charging", none
+    if model.fleet.start_energy != 1:
+        yield "fleet.start_energy", none
+    if model.prices is not None and model.prices.energy:
+        yield "prices.energy", none
+
+
+def _of_work(model: Model) -> Iterator[tuple[str, str]]:
+    tasks, fleet = model.tasks, model.fleet
+    if model.prices is not None and model.prices.late_order and not has_due(model):
+        yield "prices.late_order", "no task has a due time, so that none is late"
+    if tasks.popularity != "uniform" and not _draws_places(model):
+        yield "tasks.popularity", "no storage place is drawn by it"
+    if model.traffic.most_out is not None and model.traffic.most_out >= fleet.size:
+        yield "traffic.most_out", f"there are no more than {fleet.size} robots"
+    typed = any(flow.load_type for flow in tasks.flows.values())
+    if any(robot.carries for robot in fleet.distinct()) and not typed:
+        yield "fleet.robot.carries", "no flow has a load_type"
+
+
+def _draws_places(model: Model) -> bool:
+    if isinstance(model.tasks.goods, tuple):
+        return False
+    flows = [part for _, part in parts_in(model.tasks, (FlowSpec,)) if isinstance(part, FlowSpec)]
+    ends = [end for flow in flows for route in flow.routes for end in (route.source, route.target)]
+    return not flows or any(isinstance(end, StorageEnd) and end.popularity is None for end in ends)

@@ -1,0 +1,32 @@
+"""Mistakes that a file may hold and still be a model: each is named by `desim check`, in the words beside it.
+
+Each file in silent/ changes some keys of warehouse.yaml there; its first line says what was meant. Three of each kind.
+"""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from desim_warehouse.model import load
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.run import check
+
+HERE = Path(__file__).parent / "silent"
+FILES = sorted(HERE.glob("[0-9]*.yaml"))
+
+
+def findings(changes):
+    return [str(finding) for finding in check(load(HERE / "warehouse.yaml", changes)).findings]
+
+
+def test_there_are_84_of_28_kinds_in_a_warehouse_that_is_sound():
+    assert Counter(Counter(file.stem[:2] for file in FILES).values()) == {3: 28}
+    assert findings({}) == []
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_a_mistake_is_named(file):
+    said = file.with_suffix(".txt").read_text(encoding="utf-8").splitlines()
+    assert said
+    assert findings(read_yaml(file.read_text(encoding="utf-8"), file.name).data) == said
