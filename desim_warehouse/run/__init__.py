@@ -224,10 +224,8 @@ def check(model: Model) -> Check:
         f"the lanes hold {checks.room(layout, contact)} robots at once, the fleet has {model.fleet.size}",
     ]
     if model.fleet.slowness:
-        unit, at_nodes = model.units.time, model.traffic.node_time
-        stops = f"; robots stop at every node, as traffic.node_time is {at_nodes:g} {unit}" if at_nodes else ""
         stop = model.fleet.slowness * speed
-        facts.append(f"a stop on the way costs up to {stop:.3g} {unit} of braking and gathering speed{stops}")
+        facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
     facts += [*_times_that_vary(model), *left_out(model, layout)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))

@@ -279,7 +279,7 @@ class _Planner:
             changes=changes,
             seed=seed,
             confidence=self.confidence,
-            target=str(self.target),
+            target=self.target.text,
             timeout=self.timeout,
             name=name,
         )

@@ -28,7 +28,7 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
     written = _WITH_UNIT.fullmatch(text)
     goal = statistics.parse_target(f"{written['bound']}{written['number']}" if written else text)
     if look_up(goal.indicator) is None:
-        statistics.parse_target(f"{goal}", INDICATORS)  # says what is meant
+        statistics.parse_target(goal.text, INDICATORS)  # says what is meant
     if written:
         amount = f"{written['number']} {written['unit']}"
         goal = replace(goal, value=amount_of(goal.indicator, amount, units, f"target {text!r}"))
@@ -51,6 +51,8 @@ def amount_of(indicator: str, text: str, units: UnitNames | None, place: str) ->
         StudyError: no number, or a unit of another kind.
     """
     kind = "share" if find(indicator).is_share else _KINDS.get(find(indicator).unit)
+    if kind != "share" and text.endswith("%"):
+        raise StudyError(f"{place}: {indicator} is no share, expected a number without %")
     try:
         if kind is None:
             return float(text)

@@ -82,6 +82,15 @@ def test_what_cannot_be_is_said_at_its_option(tmp_path, words, said):
     assert not (tmp_path / "w.yaml").exists()
 
 
+@pytest.mark.parametrize(("due", "seconds"), [("20", 1200), ("20min", 1200), ("0.5 h", 1800), ("90s", 90)])
+def test_due_is_in_minutes_or_in_the_unit_that_stands_there(tmp_path, due, seconds):
+    file = tmp_path / "w.yaml"
+    assert call("new", str(file), "--robots", "2", "--chargers", "1", "--due", due).exit_code == 0
+    assert dw.load(file).tasks.goods.due_within == seconds
+    assert "not above 0" in pages.run_desim(f"desim new {file} --force --due 0")[2]
+    assert "not a time (got '20 kg')" in pages.run_desim(f"desim new {file} --force --due '20 kg'")[2]
+
+
 def test_a_file_that_is_there_stays_as_it_is(tmp_path):
     file = tmp_path / "w.yaml"
     file.write_text("mine", encoding="utf-8")

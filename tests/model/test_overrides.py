@@ -157,10 +157,6 @@ def test_a_section_that_an_override_makes_is_named_after_it():
     found = problems({"battery": None, "battery.capacity": 3})
     assert found == [
         (
-            "override battery.capacity: battery.threshold: missing, expected a number "
-            "(level at which the threshold policy sends a robot home)"
-        ),
-        (
             "override battery.capacity: battery.consumption: missing, expected a number of at least 0, "
             "or a section with standing, empty, loaded and handling"
         ),

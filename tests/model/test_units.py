@@ -73,6 +73,24 @@ def test_in_a_file_on_the_command_line_and_in_a_table(tmp_path):
     assert (model.tasks.load_time, model.tasks.unload_time, model.run.length) == (5, 60, 7200)
 
 
+def test_parameters_of_policies_have_units_too():
+    written = {"policies.charging": {"name": "swap", "time": "2 min", "level": "25 %"}}
+    assert load(MULTIBOTS, written).policies.charging.params == {"level": 0.25, "time": 2400}  # of 0.05 s
+    minutes = {"units": {"time": "min", "seconds": 60}, "policies.batching": {"name": "time-window", "window": "90 s"}}
+    assert load(TUTORIAL, minutes).policies.batching.params == {"window": 1.5}
+    assert refused({"policies.batching": {"name": "time-window", "window": "60 mm"}}) == [
+        (
+            "override policies.batching: policies.batching.window: not a time (got '60 mm'), expected a time such as "
+            "15 min, in ms, s, min, h or d"
+        )
+    ]
+
+
+def test_demand_may_be_per_cent():
+    saturated = {"run.length": "8 h", "tasks.goods": {"poisson": 40}}
+    assert load(TUTORIAL, {**saturated, "tasks.demand": "130 %"}).tasks.demand == 1.3
+
+
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [

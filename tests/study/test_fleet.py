@@ -5,9 +5,11 @@ import re
 import shlex
 from dataclasses import replace
 
+import click
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.cli.plan import _growth
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import fleet_words
 from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
@@ -159,11 +161,11 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("--growth 30", "'30' is no growth such as 30%."),
-        ("--growth=-100%", "'-100%' is no growth such as 30%."),
+        ("--growth 30", "30 times as much: did you mean 30%?"),
+        ("--growth=-100%", "'-100%' is no growth such as 30%, or 1.3 times."),
         ("--robots 4..2", "--robots 4..2: expected whole numbers upwards from 1, such as 1..8"),
         ("--robots 0..2", "--robots 0..2: expected whole numbers upwards from 1, such as 1..8"),
-        ("--zone some", "'some' is no amount such as '1 %' or 5."),
+        ("--zone some", "--zone: not a number or a share (got 'some'), expected one such as 25 %"),
         ("--growth 30% --set 'tasks.goods={random: 20}'", "--growth: this model's demand is no rate that could grow"),
         ("--chargers 1..2 --set battery=null", "--chargers: this model has no chargers"),
         ("--runs 2", "--runs': 2 is not in the range"),
@@ -318,3 +320,26 @@ def test_what_it_says_of_a_hundred_random_warehouses_is_so_on_other_days():
     assert named >= 90
     assert meets >= 0.89 * named
     assert smallest >= 0.89 * named
+
+
+@pytest.mark.parametrize(
+    ("text", "grown"), [("30%", 1.3), ("40 %", 1.4), ("1.4", 1.4), ("140%", 2.4), ("-20 %", 0.8), ("10", 10)]
+)
+def test_growth_is_per_cent_more_or_a_factor(text, grown):
+    assert _growth(text) == grown
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("40", "did you mean 40%?"),
+        ("0.4", "did you mean 40% or 1.4?"),
+        ("1", "did you mean 100% or 2?"),
+        ("much", "no growth such as 30%"),
+        ("-100%", "no growth such as 30%"),
+        ("5 min", "no growth such as 30%"),
+    ],
+)
+def test_a_growth_that_may_be_meant_otherwise_is_asked_back(text, said):
+    with pytest.raises(click.BadParameter, match=re.escape(said)):
+        _growth(text)

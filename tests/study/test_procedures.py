@@ -6,6 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.study import procedures
 from desim_warehouse.study.statistics import Target
 from desim_warehouse.study.warm_up import settle
+from desim_warehouse.values.units import UnitNames
 
 from .conftest import MULTIBOTS
 
@@ -129,3 +130,33 @@ def test_throughput_over_time_adds_up_to_all_deliveries():
 def test_work_that_ends_has_no_warm_up():
     with pytest.raises(dw.StudyError, match="its work ends"):
         settle(dw.load(MULTIBOTS))
+
+
+MINUTES = UnitNames("m", "min", 60.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "units", "value", "said"),
+    [
+        ("T <= 5 min", UnitNames(), 300, "T <= 300 s"),
+        ("T <= 5", UnitNames(), 5, "T <= 5 s"),
+        ("T <= 1e3", UnitNames(), 1000, "T <= 1000 s"),
+        ("cycle_time_p95 < 0.5h", MINUTES, 30, "cycle_time_p95 < 30 min"),
+        ("cycle_time_p95 < 90", MINUTES, 90, "cycle_time_p95 < 90 min"),
+        ("throughput_per_hour >= 4/min", UnitNames(), 240, "throughput_per_hour >= 240"),
+        ("distance <= 2 km", UnitNames(), 2000, "distance <= 2000 m"),
+        ("on_time >= 95 %", MINUTES, 0.95, "on_time >= 0.95"),
+        ("S <= 7", UnitNames(), 7, "S <= 7"),
+    ],
+)
+def test_a_target_says_the_unit_in_which_it_was_taken(text, units, value, said):
+    goal = procedures.read_target(text, units)
+    assert (goal.value, str(goal)) == (value, said)
+
+
+@pytest.mark.parametrize(
+    "text", ["T <= 5 kg", "T <= 5 m", "S <= 5 min", "on_time >= 5 min", "throughput_per_hour > 3 s"]
+)
+def test_a_target_with_a_unit_of_another_kind_is_refused(text):
+    with pytest.raises(dw.StudyError, match=r"target '.*': not a "):
+        procedures.read_target(text, UnitNames())

@@ -38,8 +38,13 @@ class Target:
         gap = self.sign * (mean - self.value)
         return gap >= 0.0 if self.sense in (">=", "<=") else gap > 0.0
 
+    @property
+    def text(self) -> str:
+        """As it is read again: a plain number."""
+        return f"{self.indicator} {self.sense} {self.value:.15g}"
+
     def __str__(self) -> str:
-        return f"{self.indicator} {self.sense} {self.value:.15g}{' ' * bool(self.unit)}{self.unit}"
+        return f"{self.text} {self.unit}".strip()
 
 
 def parse_target(text: str, known: Collection[str] | None = None) -> Target:
