@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import load_model, with_json, with_overrides, with_seed
+from desim_warehouse.cli.options import TimeIn, load_model, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @with_overrides
 @with_seed
 @with_json("indicators, verdicts, seed, version")
-@click.option("--timeout", type=click.FloatRange(0, min_open=True), metavar="SECONDS", help="Time that it may take.")
+@click.option("--timeout", type=TimeIn("s"), metavar="TIME", help="Time that it may take, in seconds or such as 5min.")
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
 def command(
     model: str, assignments: tuple[str, ...], seed: int, as_json: bool, timeout: float | None, out: str | None
