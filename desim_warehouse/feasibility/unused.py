@@ -54,6 +54,8 @@ def notes(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _unnamed_calendars(model: Model) -> list[str]:
+    if not model.calendars:
+        return []
     used = {name for _, part in parts_in(model, (Part,)) for name in _names_in(part, "calendars")}
     return [name for name in model.calendars if name not in used]
 
