@@ -36,6 +36,10 @@ class WorkGiver(Protocol):
     def ask(self, robot: Robot) -> Event:
         """A robot that has just unloaded is free: the event is due at once, with a task or without."""
 
+    @property
+    def decides_later(self) -> bool:
+        """Whether the policy is asked next at a later instant."""
+
     def withdraw(self, robot: Robot) -> None:
         """A robot in a bay is no longer free."""
 
