@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from desim_warehouse.cli.study_options import (
 )
 
 if TYPE_CHECKING:
+    from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.why import Why
 
 
@@ -61,8 +63,11 @@ def command(
     if as_json:
         click.echo(json.dumps(_content(found, said, lines)))
         return
+    for verdict in found.verdicts:
+        click.echo(verdict.text)
     click.echo(said)
-    _show(found, lines)
+    if found.found:
+        _show(found, lines)
 
 
 def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
@@ -78,18 +83,37 @@ def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
 def _show(found: Why, lines: list[str]) -> None:
     from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.report.text.printed import number
+    from desim_warehouse.report.text.why_words import dose
 
-    columns = ("relief", ">waited", ">gain", ">from", ">to", ">runs")
+    columns = ("relief", ">dose", ">waited", ">gain", ">from", ">to", ">per 10 %", ">runs", "")
     table = sheet(f"what a relief gains in {found.indicator}", *columns)
     for suspect, gain in found.found:
         waited = "" if suspect.waited is None else f"{100 * suspect.waited:.1f} %"
-        table.add_row(suspect.relief, waited, *map(number, (gain.mean, gain.low, gain.high)), str(gain.n))
+        bounds = ("", "") if math.isnan(gain.low) else (number(gain.low), number(gain.high))
+        per = "" if suspect.dose is None or math.isnan(gain.mean) else number(suspect.scale * gain.mean)
+        mean = "" if math.isnan(gain.mean) else number(gain.mean)
+        table.add_row(suspect.relief, dose(suspect), waited, mean, *bounds, per, str(gain.n), _standing(found, gain))
     show(table)
     percent = 100 * found.gains.confidence
     click.echo(f"waited: part of the robots' time, in one run; all intervals hold at once with {percent:g} %")
+    for line in found.left_out:
+        click.echo(f"not tried: {line}")
     click.echo("each relief again:")
     for line in lines:
         click.echo(f"  {line}")
+
+
+def _standing(found: Why, gain: Gain) -> str:
+    """What is to be said of a relief that is not in the contest."""
+    from desim_warehouse.report.text.why_words import fails
+
+    if gain.change in found.failures:
+        return fails(found.failures[gain.change])
+    if gain.failed:
+        return f"no value in {gain.failed} of {gain.n} runs"
+    if gain.same:
+        return f"no difference in {gain.n} run{'s' * (gain.n > 1)}"
+    return "less work: not in the contest" if gain.scale is None else ""
 
 
 def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
@@ -98,7 +122,11 @@ def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
         "indicator": found.indicator,
         "clear": found.gains.clear,
         "confidence": found.gains.confidence,
-        "base": found.gains.base,
+        "base": _finite(found.gains.base),
+        "held_up": found.is_held_up,
+        "failed": found.gains.failed,
+        "left_out": list(found.left_out),
+        "verdicts": [verdict.content() for verdict in found.verdicts],
         "runs": found.gains.runs,
         "reliefs": [
             {
@@ -106,12 +134,20 @@ def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
                 "relief": suspect.relief,
                 "set": dict(suspect.overrides),
                 "waited": suspect.waited,
-                "gain": gain.mean,
-                "low": gain.low,
-                "high": gain.high,
+                "dose": suspect.dose,
+                "gain": _finite(gain.mean),
+                "low": _finite(gain.low),
+                "high": _finite(gain.high),
+                "per_10_percent": None if suspect.dose is None else _finite(suspect.scale * gain.mean),
                 "runs": gain.n,
+                "failed": gain.failed,
+                "competes": gain.competes,
                 "command": line,
             }
             for (suspect, gain), line in zip(found.found, lines, strict=True)
         ],
     }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

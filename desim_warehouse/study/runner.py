@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import monotonic
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from desim_warehouse.errors import BatteryError, StudyError
+from desim_warehouse.errors import BatteryError, SimulationError, StudyError
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.file import Until
@@ -29,6 +29,14 @@ _WRITE_EVERY = 10.0  # seconds between writes of the table
 def ran_flat(row: Row) -> bool:
     """Whether a run ended because a robot ran flat."""
     return (row.outcome.error or "").startswith(f"{BatteryError.__name__}: ")
+
+
+_CANNOT_GO_ON = tuple(f"{kind.__name__}: " for kind in SimulationError.__subclasses__())
+
+
+def could_not_go_on(row: Row) -> bool:
+    """Whether a run ended because it could not go on: a robot ran flat, or work stalled."""
+    return (row.outcome.error or "").startswith(_CANNOT_GO_ON)
 
 
 class _MissingError(Exception):
@@ -83,7 +91,14 @@ class StudyRunner:
             self.executor = executor
         return True
 
-    def follow(self, make: Callable[[bool], Procedure[T]], indicator: str, *, flat: float | None = None) -> T:
+    def follow(
+        self,
+        make: Callable[[bool], Procedure[T]],
+        indicator: str,
+        *,
+        flat: float | None = None,
+        failed: float | None = None,
+    ) -> T:
         """Carry out a sequential procedure: simulate every batch it asks for, and send it the values.
 
         Args:
@@ -91,6 +106,7 @@ class StudyRunner:
                 to be wrong, it is made anew; the runs that are done count.
             indicator: whose values it is sent.
             flat: the value of a run that ended because a robot ran flat, or None for an error like any other.
+            failed: the value of a run that could not go on for any reason, or None for an error.
         """
         exact, drew, first = self.deterministic, False, True
         procedure, values = make(exact), cast("list[float] | None", None)
@@ -105,7 +121,7 @@ class StudyRunner:
                 exact = not exact
                 procedure, values = make(exact), None
             else:
-                values = [self._value(*run, indicator, flat) for run in asked]
+                values = [self._value(*run, indicator, flat, failed) for run in asked]
             first = False
 
     def _drew(self, number: int, replication: int) -> bool:
@@ -113,11 +129,13 @@ class StudyRunner:
         outcome = self.row(number, replication).outcome
         return outcome.error is None and not outcome.deterministic
 
-    def _value(self, number: int, replication: int, indicator: str, flat: float | None) -> float:
-        """The indicator of a run that must not have failed."""
+    def _value(self, number: int, replication: int, indicator: str, flat: float | None, failed: float | None) -> float:
+        """The indicator of a run, which must not have failed where that has no value of its own."""
         row = self.row(number, replication)
         if flat is not None and ran_flat(row):
             return flat
+        if failed is not None and could_not_go_on(row):
+            return failed
         if row.outcome.error is not None:
             raise StudyError(f"{self.points[number]}, replication {replication} failed: {row.outcome.error}")
         return row.measured(indicator)

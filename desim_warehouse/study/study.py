@@ -168,18 +168,25 @@ class Study:
             runner.replicate()
         return self
 
-    def follow(self, make: Callable[[bool], Procedure[T]], indicator: str, **where: Any) -> T:
+    def follow(
+        self,
+        make: Callable[[bool], Procedure[T]],
+        indicator: str,
+        *,
+        failed: float | None = None,
+        **where: Any,
+    ) -> T:
         """Carry out a sequential procedure (`statistics`), which asks for the runs it needs.
 
-        The runs become part of the study: `table` and `summary` have them. `make` and `indicator` are as of
-        `StudyRunner.follow`, `where` is as in `run`.
+        The runs become part of the study: `table` and `summary` have them. `make`, `indicator` and
+        `failed` are as of `StudyRunner.follow`, `where` is as in `run`.
 
         Raises:
             StudyError: a run that was asked for failed.
         """
         with self.session(**where) as runner:
             runner.recall()
-            result = runner.follow(make, indicator)
+            result = runner.follow(make, indicator, failed=failed)
             self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
         return result
 

@@ -1,7 +1,8 @@
-"""The answer of `desim why` in a sentence."""
+"""The answer of `desim why` in sentences."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
@@ -11,29 +12,89 @@ from desim_warehouse.report.text import words
 if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.statistics import Gain
-    from desim_warehouse.study.why import Why
+    from desim_warehouse.study.suspects import Suspect
+    from desim_warehouse.study.why import Failure, State, Why
+
+_FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
+"""What a run does that could not go on, by its error."""
 
 
 def sentence(found: Why, units: Units) -> str:
-    """What costs most, and what everything else costs at most."""
-    (suspect, most), *others = found.found
+    """What holds the warehouse up and what that costs, or that nothing does."""
+    failure = found.failures.get(0)
+    if failure is not None:
+        return f"As it is, it {fails(failure)}. {_said(failure)}"
+    if not found.is_held_up and found.state is not None:
+        known = found.gains.none or found.gains.clear
+        return f"Nothing holds it up: {state(found.state)}.{f' {_gains(found, units)}' if known else ''}"
+    return _gains(found, units)
+
+
+def state(now: State) -> str:
+    """How the warehouse does as it is."""
+    due = [] if now.on_time is None else [f"{100 * now.on_time:.3g} % on time"]
+    return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
+
+
+def fails(failure: Failure) -> str:
+    """How often runs could not go on."""
+    verb = next((said for kind, said in _FAILS.items() if failure.text.startswith(kind)), "fails")
+    return f"{verb} in {failure.failed} of {failure.runs} runs"
+
+
+def _said(failure: Failure) -> str:
+    text = failure.text.partition(": ")[2] or failure.text
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def _gains(found: Why, units: Units) -> str:
+    """What gains most for an equal dose, and what everything else gains at most."""
     unit = unit_of(found, units)
-    name = f"{suspect.name[:1].upper()}{suspect.name[1:]}"
-    rest = max((gain.high for _, gain in others), default=0.0)
+    competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
+    if not competing:
+        return f"Nothing that was tried made a difference in {found.gains.runs} runs."
+    (suspect, most), *others = competing
     if found.gains.none:
-        return f"Nothing that was tried costs {amount(found, found.gains.delta)}{unit} or more."
+        return f"Nothing that was tried gains {amount(found, found.gains.delta)}{unit} or more."
+    if found.gains.clear and not found.is_held_up:
+        return f"{suspect.relief.capitalize()} gains {amount(found, most.mean)}{unit} ({interval(found, most)})."
     if found.gains.clear:
-        more = f"; nothing else costs more than {amount(found, max(rest, 0.0), up=True)}" if others else ""
-        return f"{name} {_costs(suspect.name)} {amount(found, most.mean)}{unit} ({interval(found, most)}){more}."
-    near = [(one, gain) for one, gain in found.found if gain.high >= most.low and gain.high > 0]
-    listed = spoken([f"{one.name} {amount(found, gain.mean)} ({interval(found, gain)})" for one, gain in near[:4]])
-    return f"Too close to tell after {most.n} replications which costs most{unit}: {listed}."
+        rest = max((gain.each.high for _, gain in others), default=None)
+        per = f" for {DOSE}" if any(one.dose is not None for one, _ in competing) else ""
+        more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
+        return f"{_answer(found, suspect, most, unit)}{more}."
+    leader = most.each.low
+    near = [(one, gain) for one, gain in competing if gain.each.high >= leader and gain.high > 0]
+    listed = spoken(
+        [f"{one.relief} {amount(found, gain.each.mean)} ({interval(found, gain.each)})" for one, gain in near[:4]]
+    )
+    return f"Too close to tell after {most.n} replications what gains most{unit} for {DOSE}: {listed}."
+
+
+DOSE = "each 10 %"
+
+
+def _answer(found: Why, suspect: Suspect, gain: Gain, unit: str) -> str:
+    """What the winner costs, where it is in the way, or what more of it gains."""
+    name = f"{suspect.name[:1].upper()}{suspect.name[1:]}"
+    whole = f"{amount(found, gain.mean)}{unit} ({interval(found, gain)})"
+    if suspect.dose is None:
+        return f"{name} {_costs(suspect.name)} {whole}"
+    each = f", {amount(found, gain.each.mean)} for {DOSE}"
+    return (
+        f"{name} {'holds' if _costs(suspect.name) == 'costs' else 'hold'} it up: {suspect.relief} gains {whole}{each}"
+    )
 
 
 def _costs(name: str) -> str:
     """The verb for a suspect: intersections cost, an intersection costs."""
     first = name.split(maxsplit=1)[0]
-    return "cost" if first.endswith("s") or first == "people" else "costs"
+    return "cost" if first.endswith("s") or name.endswith("lanes") or first == "people" else "costs"
+
+
+def dose(suspect: Suspect) -> str:
+    """A relief as a part of what is there."""
+    return "all" if suspect.dose is None else f"{100 * suspect.dose:+.3g} %"
 
 
 def unit_of(found: Why, units: Units) -> str:
@@ -50,8 +111,6 @@ def unit_of(found: Why, units: Units) -> str:
 
 def amount(found: Why, value: float, *, up: bool = False) -> str:
     """A cost with as many digits as count; `up`: rounded up, as a bound is."""
-    import math
-
     value *= 100 if find(found.indicator).is_share else 1
     digits = max(0, 1 - math.floor(math.log10(abs(value)))) if value else 0
     shown = math.ceil(value * 10**digits) / 10**digits if up else value

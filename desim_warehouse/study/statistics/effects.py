@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 class Gain:
     """What a change gains, in the indicator's unit, more is better: mean, bounds and replications.
 
-    The bounds are equal to the mean where the values are exact.
+    The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
+    there are no bounds (nan): nobody knows how much a rare difference would be. `failed`: replications without a value;
+    where there are some, the mean is that of the others and has no bounds. `scale` makes a gain into that of an equal
+    dose, by which changes are ranked; None: the change stands beside the contest.
     """
 
     change: int
@@ -29,14 +33,30 @@ class Gain:
     low: float
     high: float
     n: int
+    scale: float | None = 1.0
+    same: bool = False
+    failed: int = 0
+
+    @property
+    def each(self) -> Gain:
+        """The gain of an equal dose."""
+        by = 1.0 if self.scale is None else self.scale
+        return replace(self, mean=by * self.mean, low=by * self.low, high=by * self.high, scale=1.0)
+
+    @property
+    def competes(self) -> bool:
+        """Whether it may be the one that gains most: in the contest, always with a value, and of some effect."""
+        return self.scale is not None and not self.same and not self.failed
 
 
 @dataclass(frozen=True)
 class Gains:
-    """All gains, the largest first; all intervals hold at once with `confidence`, at every look of the procedure.
+    """All gains: those that compete first, the largest of an equal dose before others.
 
-    `clear`: whether the first is shown to gain more than every other, and more than `delta` that does not matter.
-    `none`: whether every change is shown to gain less than `delta`. Neither: the runs allowed did not tell.
+    All intervals hold at once with `confidence`, at every look of the procedure. `clear`: whether the first is shown to
+    gain more for an equal dose than every other. `none`: whether every change that competes is shown to gain less than
+    `delta`, as a whole. Neither: the runs allowed did not tell. `failed`: replications of the base without a value,
+    which end the procedure; `base` is the mean of the others.
     """
 
     gains: tuple[Gain, ...]
@@ -44,21 +64,27 @@ class Gains:
     delta: float
     confidence: float
     runs: int
+    failed: int = 0
+
+    @property
+    def competing(self) -> tuple[Gain, ...]:
+        """Those among which the largest is sought."""
+        return tuple(gain for gain in self.gains if gain.competes)
 
     @property
     def clear(self) -> bool:
         """Whether one change is shown to gain most."""
-        first, *others = self.gains
-        return first.low > 0 and all(first.low > other.high for other in others)
+        first, *others = [gain.each for gain in self.competing] or [None]
+        return first is not None and first.low > 0 and all(first.low > other.high for other in others if other)
 
     @property
     def none(self) -> bool:
         """Whether nothing is shown to matter."""
-        return all(gain.high < self.delta for gain in self.gains)
+        return all(gain.high < self.delta for gain in self.competing)
 
 
 def gains_steps(
-    changes: int,
+    scales: Sequence[float | None],
     delta: float,
     confidence: float = 0.95,
     *,
@@ -67,16 +93,28 @@ def gains_steps(
     cap: int = 160,
     deterministic: bool = False,
 ) -> Procedure[Gains]:
-    """Replicate a base (design 0) and `changes` changed designs (1, 2, ...) until it is clear which gains most.
+    """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
-    After n0 replications of all, and at every doubling up to `cap`, changes that are shown to gain less than the best
-    drop out. It ends when one is left, or no change can gain `delta`, the least gain that matters.
+    After n0 replications of all, and at every doubling up to `cap`, changes drop out that are shown to gain less than
+    the best for an equal dose, that made no difference in any replication, or that have a replication without a value
+    (nan). It ends when one is left, or no change can gain `delta`, the least gain that matters.
+
+    Args:
+        scales: of each change, what makes its gain into that of an equal dose; None: it is looked at n0 times, beside
+            the contest.
+        delta: least gain of a change that matters, in the indicator's unit.
+        confidence: that all intervals hold.
+        maximise: more is better.
+        n0: replications at first.
+        cap: most replications.
+        deterministic: the values are exact.
 
     Source: paired differences with common random numbers (Law 2015, section 10.2.1), one-sided bounds
     (`intervals.bounds`), each at 1 - α / (2 · changes · looks) (Bonferroni), so that stopping early costs nothing.
     Assumes: as `bounds`.
     """
     check_confidence(confidence)
+    changes = len(scales)
     if changes < 1 or not delta > 0:
         raise StudyError(f"{changes} changes, delta {delta:g}: expected at least one, and a delta above 0")
     looks = [1] if deterministic else looks_at(n0, cap)
@@ -87,23 +125,41 @@ def gains_steps(
     found: dict[int, Gain] = {}
     for n in looks:
         runs = [(design, r) for r in range(len(data[0]), n) for design in (0, *alive)]
-        values = yield from request(runs)
+        values = yield from request(runs, failing=True)
         for (design, _), value in zip(runs, values, strict=True):
             data[design].append(value)
-        for design in alive:
-            found[design] = _gain(design, data[design], data[0], sign, level, deterministic)
-        best = max(found.values(), key=lambda gain: gain.mean)
-        alive = [design for design in alive if found[design].high >= max(best.low, 0.0)]
-        if len(alive) <= 1 or all(gain.high < delta for gain in found.values()):
+        if not np.isfinite(data[0]).all():
             break
-    ordered = tuple(sorted(found.values(), key=lambda gain: (-gain.mean, gain.change)))
-    return Gains(ordered, float(np.mean(data[0])), delta, confidence, sum(map(len, data.values())))
+        for design in alive:
+            gain = _gain(design, data[design], data[0], sign, level, deterministic)
+            found[design] = replace(gain, scale=scales[design - 1])
+        competing = {design: gain for design, gain in found.items() if gain.competes}
+        best = max((gain.each for gain in competing.values()), key=lambda gain: gain.mean, default=None)
+        least = 0.0 if best is None else max(best.low, 0.0)
+        alive = [design for design in alive if design in competing and competing[design].each.high >= least]
+        if best is None or (alive == [best.change] and best.low > 0):
+            break
+        if all(gain.high < delta for gain in competing.values()):
+            break
+    ordered = tuple(sorted(found.values(), key=lambda gain: (not gain.competes, -gain.each.mean, gain.change)))
+    base = np.array(data[0])
+    there = base[np.isfinite(base)]
+    mean = float(there.mean()) if there.size else math.nan
+    return Gains(ordered, mean, delta, confidence, sum(map(len, data.values())), int(base.size - there.size))
 
 
 def _gain(
     design: int, ours: Sequence[float], base: Sequence[float], sign: float, level: float, deterministic: bool
 ) -> Gain:
-    found, reach = gaps(sign * np.array(ours), sign * np.array(base[: len(ours)]))
+    there = np.isfinite(ours)
+    n, failed = len(ours), int((~there).sum())
+    if failed == n:
+        return Gain(design, math.nan, math.nan, math.nan, n, failed=failed)
+    found, reach = gaps(sign * np.array(ours)[there], sign * np.array(base[:n])[there])
     mean = float(found.mean())
-    low, high = (mean, mean) if deterministic else bounds(found, level, reach=reach)
-    return Gain(design, mean, low, high, len(ours))
+    if deterministic and not failed:
+        return Gain(design, mean, mean, mean, n, same=mean == 0)
+    if failed or not found.any():
+        return Gain(design, mean, math.nan, math.nan, n, same=not failed, failed=failed)
+    low, high = bounds(found, level, reach=reach)
+    return Gain(design, mean, low, high, n)

@@ -37,8 +37,12 @@ def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
         values = [sample(design, replication) for design, replication in runs]
 
 
-def request(runs: list[RunNumber]) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:
+def request(
+    runs: list[RunNumber], *, failing: bool = False
+) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:
     """Ask for runs within a procedure and check what comes back: one finite number for each.
+
+    `failing`: a run may be without a value (nan).
 
     Raises:
         StudyError: the wrong number of values, or one that is not finite, with its design and replication.
@@ -47,6 +51,6 @@ def request(runs: list[RunNumber]) -> Generator[list[RunNumber], Sequence[float]
     if len(values) != len(runs):
         raise StudyError(f"asked for {len(runs)} runs, got {len(values)} values")
     for (design, replication), value in zip(runs, values, strict=True):
-        if not math.isfinite(value):
+        if not (math.isfinite(value) or (failing and math.isnan(value))):
             raise StudyError(f"design {design}, replication {replication}: {value!r} is not a finite number")
     return values

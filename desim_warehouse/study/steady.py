@@ -1,0 +1,139 @@
+"""The same day without its ups and downs: orders that come evenly, and calendars without breaks."""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, ScheduleArrivals
+from desim_warehouse.values.calendars import DAY, Pattern, Shifts, clock_time
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.values.calendars import Calendar, Stretch
+
+MOST_BREAK = 2.0
+"""Hours: what is closed for longer between two stretches is no break."""
+WAVES = 24
+"""Waves into which the tasks of a schedule are spread."""
+
+
+# Orders
+
+
+def evenly(model: Model) -> dict[str, Any]:
+    """The changes by which flows with peaks bring as many tasks in the counted time, at one rate; none without any."""
+    found = {name: _even(model, flow) for name, flow in model.tasks.flows.items() if "." not in name}
+    return {f"tasks.flows.{name}.arrivals": even for name, even in found.items() if even is not None}
+
+
+def from_files(model: Model) -> list[str]:
+    """The flows whose orders come from a file, which says when."""
+    return [name for name, flow in model.tasks.flows.items() if isinstance(flow.when, OrdersArrivals)]
+
+
+def _even(model: Model, flow: FlowSpec) -> dict[str, Any] | None:
+    when, run = flow.when, model.run
+    if isinstance(when, ProfileArrivals) and math.isfinite(run.end):
+        expected = Rates(when.profile, model.units.hour).expected
+        stretches = list(model.hours(flow.hours).between(run.warm_up, run.end))
+        time = math.fsum(b - a for a, b in stretches)
+        tasks = math.fsum(expected(b) - expected(a) for a, b in stretches)
+        rate = tasks / time * model.units.hour if time else 0.0
+        differs = any(not math.isclose(rate, one) for one in when.profile.per_hour)
+        return {"poisson": float(f"{rate:.6g}")} if rate and differs else None
+    if isinstance(when, ScheduleArrivals):
+        return _spread(when, run.end)
+    return None
+
+
+def _spread(when: ScheduleArrivals, end: float) -> dict[str, Any] | None:
+    """The tasks of a schedule in equal waves over the run, or up to the last of them where the run has no length."""
+    tasks = sum(batch.tasks for batch in when.schedule if batch.at <= end)
+    until = end if math.isfinite(end) else max(batch.at for batch in when.schedule)
+    waves = min(WAVES, tasks)
+    if not until or waves <= 1:
+        return None
+    counts = [tasks * (n + 1) // waves - tasks * n // waves for n in range(waves)]
+    spread = [{"at": until * n / waves, "tasks": count} for n, count in enumerate(counts)]
+    return {"schedule": spread}
+
+
+# Calendars
+
+
+def opened(model: Model, calendars: Sequence[str | None]) -> float:
+    """How much more time it is if calendars are always open, as a part of the time in which they are; 0 if none."""
+    shares = [model.hours(name).share(0.0, model.run.end) for name in calendars]
+    return 1 / fmean(shares) - 1 if calendars and fmean(shares) else 0.0
+
+
+def without_breaks(model: Model) -> Iterator[tuple[str, float, dict[str, Any]]]:
+    """Each calendar of robots or stations that has breaks, how much more time it is without, and the changes.
+
+    The calendar without breaks is a new one, as orders, closures and people may go by the old one.
+    """
+    for name, users in _users(model).items():
+        whole = _whole(model.calendars[name], MOST_BREAK * model.units.hour)
+        if whole is None:
+            continue
+        new = f"{name.replace('.', ' ')} without breaks"
+        changes: dict[str, Any] = {f"calendars.{new}": whole, **dict.fromkeys(users, new)}
+        end = model.run.end
+        before, after = model.hours(name).share(0.0, end), model.replace(changes).hours(new).share(0.0, end)
+        if after > before > 0:
+            yield name, after / before - 1, changes
+
+
+def _users(model: Model) -> dict[str, list[str]]:
+    """The keys of robots and stations that name a calendar, by its name."""
+    found: dict[str, list[str]] = {}
+    parts = {
+        "fleet": model.fleet,
+        **{f"fleet.kinds.{name}": kind for name, kind in model.fleet.kinds.items()},
+        **{f"layout.stations.{name}": station for name, station in model.layout.stations.items()},
+    }
+    for key, part in parts.items():
+        if part.hours is not None and key.count(".") <= 2:  # noqa: PLR2004 - a name with a point is no dotted key
+            found.setdefault(part.hours, []).append(f"{key}.hours")
+    return found
+
+
+def _whole(calendar: Calendar, longest: float) -> dict[str, Any] | None:
+    """A calendar without its breaks, at most this long and half as long as what is before; None where it has none."""
+    content = calendar.content()
+    if isinstance(calendar, Shifts):
+        spans = _joined_spans(calendar.open)
+        return {**content, "open": spans, "breaks": []} if calendar.breaks or len(spans) < len(calendar.open) else None
+    if isinstance(calendar, Pattern):
+        gap = calendar.every - calendar.lasts
+        return {**content, "lasts": calendar.every} if 0 < gap <= min(longest, calendar.lasts / 2) else None
+    joined = _joined(calendar.between, longest)
+    return {"between": [list(one) for one in joined]} if len(joined) < len(calendar.between) else None
+
+
+def _joined(stretches: Iterable[Stretch], longest: float) -> list[Stretch]:
+    """Stretches in order, those with only a break between them as one."""
+    found: list[Stretch] = []
+    for begin, end in sorted(stretches):
+        if found and begin - found[-1][1] <= min(longest, (found[-1][1] - found[-1][0]) / 2):
+            found[-1] = found[-1][0], max(end, found[-1][1])
+        else:
+            found.append((begin, end))
+    return found
+
+
+def _joined_spans(spans: Iterable[str]) -> list[str]:
+    """The same for stretches of a day such as `06:00-14:00`."""
+    texts, stretches = {}, []
+    for span in spans:
+        begin, _, end = (part.strip() for part in span.partition("-"))
+        first, last = clock_time(begin), clock_time(end)
+        last += DAY if last <= first else 0.0
+        texts |= {first: begin, -last: end}
+        stretches.append((first, last))
+    return [f"{texts[first]}-{texts[-last]}" for first, last in _joined(stretches, MOST_BREAK * DAY / 24)]

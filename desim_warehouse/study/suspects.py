@@ -1,0 +1,271 @@
+"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import WarehouseError
+from desim_warehouse.feasibility import errors
+from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.goods import PoissonGoods
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
+from desim_warehouse.study.fleet import Designs
+from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
+from desim_warehouse.values.distributions import scaled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    import pandas as pd
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.run import Run
+    from desim_warehouse.states import Queue
+
+MOST_NODES = 5
+"""Intersections that are looked at: those with the most waiting before them."""
+LEAST_WAITING = 0.002
+"""Part of the fleet's time that must be waited before an intersection for it to be looked at."""
+MOST_LANES = 3
+"""Two-way lanes that are looked at one by one: those on which robots spend most time."""
+DOSE = 0.1
+"""The part of a capacity, or of the work, by which gains are compared."""
+ROUNDING = 1e-9
+SOONER, FEWER = 0.1, 0.05
+"""Parts by which handling times and demand are less."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
+
+    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
+    not wait for it, such as handling. `dose`: the relief as a part of what is there, 1 for one server beside another;
+    None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself, less of
+    which always gains: it stands beside the contest.
+    """
+
+    name: str
+    relief: str
+    overrides: Mapping[str, Any]
+    waited: float | None = None
+    dose: float | None = None
+    beside: bool = False
+
+    @property
+    def scale(self) -> float:
+        """What makes its gain into that of an equal dose: a tenth of a capacity or of the work, or all of the rest."""
+        return 1.0 if self.dose is None else DOSE / abs(self.dose)
+
+
+def suspects(run: Run) -> list[Suspect]:
+    """What may hold a warehouse up, by a run with `log: all`: who is waited for longest first.
+
+    Raises:
+        ReportError: a run with less in its log.
+    """
+    return [suspect for suspect in _all(run) if _refused(run.model, suspect.overrides) is None]
+
+
+def left_out(run: Run) -> list[str]:
+    """Reliefs that cannot be tried, each with the reason."""
+    refused = {suspect.relief: _refused(run.model, suspect.overrides) for suspect in _all(run)}
+    files = from_files(run.model)
+    return [
+        *(f"{relief}: {reason}" for relief, reason in refused.items() if reason is not None),
+        *(f"the same orders evenly: those of {name} come from a file" for name in files),
+    ]
+
+
+def _refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
+    """Why a changed model could not be simulated; None where it could."""
+    try:
+        changed = model.replace(overrides)
+    except WarehouseError as error:
+        return str(error).splitlines()[0]
+    found = [finding for finding in errors(changed) if finding.code not in changed.accept]
+    return found[0].text if found else None
+
+
+def _all(run: Run) -> list[Suspect]:
+    model, nodes = run.model, run.account(by="node")
+    whole = run.history.counted * model.fleet.size or 1.0
+    before = (nodes["before_intersection"] / whole).sort_values(ascending=False, kind="stable")
+    at_nodes = [
+        Suspect(f"intersection {node}", f"nobody waits at {node}", {f"traffic.nodes.{node}.free": True}, float(share))
+        for node, share in zip(map(str, before.index[:MOST_NODES]), before, strict=False)
+        if share >= LEAST_WAITING and "." not in node  # a name that cannot stand in a dotted key
+    ]
+    stations = _stations(run)
+    queued = {zone: _queued(nodes, SERVER, at) / whole for zone, at in stations.items()}
+    closed = {zone: _queued(nodes, OPENING, at) / whole for zone, at in stations.items()}
+    others = [
+        *_servers(model, queued),
+        *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
+        *_workers(model, queued),
+        *_hours(model, closed),
+        *_on_the_way(run),
+        *_lanes(run),
+        *_failures(run),
+    ]
+    waiting = sorted((*at_nodes, *others), key=lambda suspect: -(suspect.waited or 0.0))
+    return [*waiting, *_plain(model)]
+
+
+def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
+    """The time for which robots queue for something at some nodes, by the account of time of `nodes`."""
+    states = [state.name for state in SHOWN.values() if state.queue == queue and state.name in nodes]
+    return sum(float(nodes[state][at].sum()) for state in states)
+
+
+def _stations(run: Run) -> dict[str, list[str]]:
+    """The nodes of each station that is used and whose name can stand in a dotted key."""
+    found: dict[str, list[str]] = {}
+    for node in destinations(run.model, run.layout):
+        if node in run.layout.stations:
+            found.setdefault(run.layout.stations[node].zone, []).append(node)
+    return {zone: at for zone, at in found.items() if "." not in zone}
+
+
+def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
+    """One server more at every node of a station, and one slot more where slots keep robots from working."""
+    for zone, share in queued.items():
+        station = model.layout.stations[zone]
+        key = f"layout.stations.{zone}"
+        more: dict[str, Any] = {f"{key}.servers": station.servers + 1}
+        if station.places <= station.servers:
+            more[f"{key}.places"] = station.servers + 1
+        yield Suspect(f"station {zone}", f"one server more at each node of {zone}", more, share, 1 / station.servers)
+    layout = model.floor
+    used = [node for node in destinations(model, layout) if node in layout.stations]
+    slots = sum(layout.stations[node].places for node in used)
+    if queued and slots < model.fleet.size:
+        more = {f"layout.stations.{zone}.places": model.layout.stations[zone].places + 1 for zone in queued}
+        relief = "one place more at each node of the stations"
+        yield Suspect("places at the stations", relief, more, dose=len(used) / slots)
+
+
+def _chargers(model: Model, queued: float) -> Iterator[Suspect]:
+    designs = Designs(model)
+    if designs.zone is not None:
+        more = designs.of_chargers(designs.today + 1)
+        yield Suspect("chargers", "one charger more", more, queued, 1 / designs.today)
+
+
+def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
+    """Those who work on what robots put down, with room for what is in work."""
+    for zone in zones:
+        station, key = model.layout.stations[zone], f"layout.stations.{zone}"
+        if station.work_time is not None:
+            more = {f"{key}.workers": station.workers + 1}
+            if station.buffer is not None:
+                more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
+            relief = f"one worker more at each node of {zone}"
+            yield Suspect(f"workers of {zone}", relief, more, dose=1 / station.workers)
+
+
+def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
+    """Opening hours of stations, shifts of robots, and breaks in either: each is so much more time."""
+    breaks: dict[str | None, float] = {}
+    for calendar, more, changes in without_breaks(model):
+        breaks[calendar] = more
+        yield Suspect(f"breaks in {calendar}", f"no breaks in {calendar}", changes, dose=more)
+    for zone, share in closed.items():
+        key = f"layout.stations.{zone}"
+        hours = model.layout.stations[zone].hours
+        more = opened(model, [hours])
+        if more > breaks.get(hours, 0.0) + ROUNDING:
+            always = {f"{key}.hours": None, f"{key}.at_close": "finish"}
+            yield Suspect(f"hours of {zone}", f"{zone} always open", always, share, more)
+    shifts = model.fleet.hours_of_robots()
+    more = opened(model, shifts)
+    if more > (breaks.get(shifts[0], 0.0) if len(set(shifts)) == 1 else 0.0) + ROUNDING:
+        always = {"fleet.hours": None, **dict.fromkeys(_of_kinds(model, "hours"))}
+        yield Suspect("shifts of robots", "robots always at work", always, dose=more)
+
+
+def _on_the_way(run: Run) -> Iterator[Suspect]:
+    """What is closed or slow, and people in the aisles."""
+    traffic = run.model.traffic
+    if traffic.closures:
+        closed = run.kpis["share_waiting_closed"]
+        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, closed)
+    if traffic.slow:
+        yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}})
+    if run.model.people:
+        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
+
+
+def _lanes(run: Run) -> Iterator[Suspect]:
+    """Two lanes beside each other in place of a two-way lane. Robots wait for it far away, so use says which counts."""
+    spent = run.account(by="edge").sum(axis=1)
+    used: dict[frozenset[str], tuple[float, int]] = {}
+    for rank, edge in enumerate(run.model.layout.edges):
+        ends = edge.source, edge.target
+        if run.layout.graph.edges[ends]["two_way"]:
+            used.setdefault(frozenset(ends), (float(spent[">".join(ends)] + spent[">".join(ends[::-1])]), rank))
+    edges = run.model.layout.edges
+    beside = {rank: {**edges[rank].content(), "side_by_side": True} for _, rank in used.values()}
+    busiest = sorted(((time, rank) for time, rank in used.values() if time), key=lambda one: (-one[0], one[1]))
+    for _, rank in busiest[:MOST_LANES]:
+        name = f"{edges[rank].source} - {edges[rank].target}"
+        yield Suspect(f"two-way lane {name}", f"two lanes for {name}", {f"layout.edges.{rank}": beside[rank]})
+    if len(busiest) > 1:
+        every = {f"layout.edges.{rank}": edge for rank, edge in beside.items()}
+        relief = f"two lanes for each of {len(every)} two-way lanes"
+        yield Suspect("two-way lanes", relief, every, dose=DOSE * len(busiest))
+
+
+def _failures(run: Run) -> Iterator[Suspect]:
+    """Robots and chargers that break down, and robots that lose time at nodes."""
+    model = run.model
+    if model.fleet.breaks_down:
+        never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
+        broken = sum(run.kpis[f"share_{state}"] for state in BROKEN)
+        yield Suspect("breakdowns", "robots never break down", never, broken)
+    if any(robot.delays for robot in model.fleet.robots()):
+        never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
+        yield Suspect("delays", "no delays at nodes", never)
+    fail = [name for name, bay in model.layout.bays.items() if bay.outages is not None and "." not in name]
+    if fail and model.battery is not None:
+        never = {f"layout.bays.{name}.outages": None for name in fail}
+        yield Suspect("outages of chargers", "chargers never fail", never)
+
+
+def _of_kinds(model: Model, key: str) -> list[str]:
+    """Where kinds of robots have a key of their own."""
+    kinds = model.fleet.kinds.items()
+    return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
+
+
+def _plain(model: Model) -> Iterator[Suspect]:
+    """The number of robots, peaks, and the work itself: robots do not wait for them, but they may be the limit."""
+    yield Suspect(
+        "the number of robots", "one robot more", {"fleet.size": model.fleet.size + 1}, None, 1 / model.fleet.size
+    )
+    even = evenly(model)
+    if even:
+        yield Suspect("peaks", "the same orders, evenly", even)
+    tasks = model.tasks
+    sections = {
+        "tasks": tasks,
+        **{f"tasks.flows.{name}": flow for name, flow in tasks.flows.items() if "." not in name},
+        **{f"layout.stations.{name}": part for name, part in model.layout.stations.items() if "." not in name},
+    }
+    shorter = {
+        f"{section}.{key}": scaled(getattr(part, key), 1 - SOONER)
+        for section, part in sections.items()
+        for key in ("load_time", "unload_time")
+        if getattr(part, key)
+    }
+    if shorter:
+        relief = "loading and unloading a tenth shorter"
+        yield Suspect("handling", relief, shorter, dose=-SOONER, beside=True)
+    goods, less = tasks.goods, {}
+    if isinstance(goods, PoissonGoods):
+        less = {"tasks.goods": {**goods.content(), "poisson": goods.poisson * (1 - FEWER)}}
+    elif tasks.arrive and tasks.has_rates:
+        less = {"tasks.demand": tasks.demand * (1 - FEWER)}
+    if less:
+        yield Suspect("demand", "5 % fewer orders", less, dose=-FEWER, beside=True)
