@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -70,6 +71,7 @@ def command(
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
         study = Study.of(study_plan(model, question.assignments, **stated))
         execution = execution.at_home(model)
+    warn(study.plan.base, model if vary else None, question.assignments)
     more = None if sense is None else sense == "maximise"
     with interruptible(study, execution.out):
         found = best(
@@ -95,21 +97,21 @@ def _delta(text: str, indicator: str, model: Model) -> float:
 
 
 def show_best(study: Study, found: Best) -> None:
-    """Print the candidates and the answer."""
+    """Print the answer and the candidates."""
+    show_verdicts(study.results)
     selection = found.selection
     table = sheet(f"{found.indicator}: the candidates", "design", ">mean", ">runs", "")
     for point in study.points:
         verdict = _verdict(selection, point.number)
         mean, runs = selection.means[point.number], selection.samples[point.number]
         table.add_row(str(point), number(mean), str(runs), verdict)
-    show(table)
     sense = "largest" if found.maximise else "smallest"
     click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
     if found.within:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
         names = spoken([str(point) for point in found.within])
         click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
-    show_verdicts(study.results)
+    show(table)
 
 
 def _verdict(selection: Selection, design: int) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import (
@@ -84,6 +85,7 @@ def command(
     from desim_warehouse.study.fleet import plan_fleet
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
+    warnings = warn(loaded, model, question.assignments, as_json=as_json)
     began = monotonic()
     with interruptible(None, execution.out):
         found = plan_fleet(
@@ -105,7 +107,7 @@ def command(
     if execution.out is not None:
         fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1))
     if as_json:
-        click.echo(json.dumps(content))
+        click.echo(json.dumps({**content, "warnings": warnings}))
     else:
         for line in content["answer"]:
             click.echo(line)

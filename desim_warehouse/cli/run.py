@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import TimeIn, load_model, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @click.argument("model")
 @with_overrides
 @with_seed
-@with_json("indicators, verdicts, seed, version")
+@with_json("indicators, verdicts, warnings, seed, version")
 @click.option("--timeout", type=TimeIn("s"), metavar="TIME", help="Time that it may take, in seconds or such as 5min.")
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
 def command(
@@ -38,6 +39,7 @@ def command(
     loaded = load_model(model, assignments)
     if out is not None:
         prepare(Path(out))  # before a long run, not after it: the folder may be unusable
+    warnings = warn(loaded, model, assignments, as_json=as_json)
     try:
         with nullcontext() if timeout is None else TimeLimit(timeout):
             run = simulate(loaded, seed)
@@ -48,7 +50,7 @@ def command(
     if as_json:
         plain = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
         said = [verdict.content() for verdict in run.verdicts]
-        click.echo(json.dumps({**plain, "verdicts": said, "seed": seed, "version": __version__}))
+        click.echo(json.dumps({**plain, "verdicts": said, "warnings": warnings, "seed": seed, "version": __version__}))
     else:
         _show(run)
 
@@ -56,6 +58,8 @@ def command(
 def _show(run: Run) -> None:
     from desim_warehouse.report.text import words
 
+    for verdict in run.verdicts:
+        click.echo(verdict.text)
     robots = f"{run.model.fleet.size} robot{'s' * (run.model.fleet.size != 1)}"
     columns = ("indicator", ">value", "unit", "meaning")
     table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", *columns, pad_edge=False)
@@ -64,8 +68,6 @@ def _show(run: Run) -> None:
         meaning = words.indicator_name(key).removeprefix("Fleet ")
         table.add_row(key, shown, unit, f"{meaning[:1].upper()}{meaning[1:]}")
     show(table)
-    for verdict in run.verdicts:
-        click.echo(verdict.text)
 
 
 def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:

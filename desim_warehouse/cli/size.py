@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.best import show_best
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -74,9 +75,10 @@ def command(
     study.plan = study.plan.unreplicated()
     searched = [point.labels[key] for point in study.points]
     _see_upwards(values, searched)
+    if target is None and search is not None:
+        raise click.UsageError("--search is for a --target: without one every value is looked at")
+    warn(study.plan.base, model, question.assignments)
     if target is None:
-        if search is not None:
-            raise click.UsageError("--search is for a --target: without one every value is looked at")
         with interruptible(study, execution.out):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
         show_best(study, best)
@@ -87,8 +89,8 @@ def command(
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.out):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
-    _show(key, found)
     show_verdicts(study.results)
+    _show(key, found)
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
         sys.exit(NONE_MEETS)
@@ -116,5 +118,5 @@ def _show(key: str, found: Sizing[Any]) -> None:
     for one in sorted(found.decisions, key=lambda decision: decision.value):
         ends = ("exact", "") if one.low is None or one.high is None else (number(one.low), number(one.high))
         table.add_row(str(one.value), number(one.mean), *ends, str(one.n), one.verdict)
-    show(table)
     click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")
+    show(table)

@@ -57,8 +57,8 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
             *([sentences.marks(results, str(point))] if judged else []),
         )
-    show(table)
     show_verdicts(results)
+    show(table)
     for design in results.unsettled:
         click.echo(f"{design}: {sentences.UNSETTLED}")
     for line in results.rare[:_RARE]:
@@ -90,12 +90,12 @@ def show_quantiles(results: Results, share: float) -> None:
     for point in results.points:
         cells = (_said_of_quantile(found[name][point.number]) for name in chosen)
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
+    show_verdicts(results)
     show(table)
     if any(
         one is not None and one.high is None and not one.deterministic for by in found.values() for one in by.values()
     ):
         click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} replications for both ends")
-    show_verdicts(results)
     _show_failures(results)
 
 

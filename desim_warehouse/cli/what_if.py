@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -80,6 +81,7 @@ def command(
         target=target,
     )
     refuse_page(page, study.plan)
+    warn(study.plan.base, model, question.assignments)
     with interruptible(study, execution.out):
         study.run(**execution.where())
     show_summary(study.results)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_source, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -49,6 +50,9 @@ def command(
     from desim_warehouse.study.why import why
 
     start = load_source(source, question.assignments)
+    looked_at = start.model if isinstance(start, Done) else start
+    model = source if not Path(source).is_dir() else "MODEL"
+    warnings = warn(looked_at, None if model == "MODEL" else model, question.assignments, as_json=as_json)
     with interruptible(None, execution.out):
         found = why(
             start,
@@ -57,11 +61,10 @@ def command(
             cap=cap,
             **question.search(execution),
         )
-    model = source if not Path(source).is_dir() else "MODEL"
-    said = why_words.sentence(found, start.model.units if isinstance(start, Done) else start.units)
+    said = why_words.sentence(found, looked_at.units)
     lines = _commands(found, model, question)
     if as_json:
-        click.echo(json.dumps(_content(found, said, lines)))
+        click.echo(json.dumps({**_content(found, said, lines), "warnings": warnings}))
         return
     for verdict in found.verdicts:
         click.echo(verdict.text)

@@ -218,11 +218,16 @@ def _chargers(model: Model) -> dict[str, int]:
 
 def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
     """Whether a changed model has no errors that a run would refuse."""
+    return refused(model, overrides) is None
+
+
+def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
+    """Why a changed model could not be simulated; None where it could."""
     try:
         changed = model.replace(overrides)
-    except WarehouseError:
-        return False
-    return not [finding for finding in errors(changed) if finding.code not in changed.accept]
+    except WarehouseError as error:
+        return str(error).splitlines()[0]
+    return next((found.text for found in errors(changed) if found.code not in changed.accept), None)
 
 
 def _demand(model: Model, growth: float) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, ScheduleArrivals
-from desim_warehouse.values.calendars import DAY, Pattern, Shifts, clock_time
+from desim_warehouse.values.calendars import DAY, DAYS, Pattern, Shifts, clock_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -93,25 +93,26 @@ def _users(model: Model) -> dict[str, list[str]]:
     """The keys of robots and stations that name a calendar, by its name."""
     found: dict[str, list[str]] = {}
     parts = {
-        "fleet": model.fleet,
-        **{f"fleet.kinds.{name}": kind for name, kind in model.fleet.kinds.items()},
-        **{f"layout.stations.{name}": station for name, station in model.layout.stations.items()},
+        "fleet": model.fleet.hours,
+        **{f"fleet.kinds.{name}": kind.hours for name, kind in model.fleet.kinds.items()},
+        **{f"layout.stations.{name}": station.hours for name, station in model.layout.stations.items()},
     }
-    for key, part in parts.items():
-        if part.hours is not None and key.count(".") <= 2:  # noqa: PLR2004 - a name with a point is no dotted key
-            found.setdefault(part.hours, []).append(f"{key}.hours")
+    for key, hours in parts.items():
+        if hours is not None and key.count(".") <= 2:  # noqa: PLR2004 - a name with a point is no dotted key
+            found.setdefault(hours, []).append(f"{key}.hours")
     return found
 
 
 def _whole(calendar: Calendar, longest: float) -> dict[str, Any] | None:
     """A calendar without its breaks, at most this long and half as long as what is before; None where it has none."""
-    content = calendar.content()
     if isinstance(calendar, Shifts):
         spans = _joined_spans(calendar.open)
-        return {**content, "open": spans, "breaks": []} if calendar.breaks or len(spans) < len(calendar.open) else None
+        days = {} if calendar.days == DAYS else {"days": list(calendar.days)}
+        return {"open": spans, **days} if calendar.breaks or len(spans) < len(calendar.open) else None
     if isinstance(calendar, Pattern):
         gap = calendar.every - calendar.lasts
-        return {**content, "lasts": calendar.every} if 0 < gap <= min(longest, calendar.lasts / 2) else None
+        whole = {**calendar.content(), "lasts": calendar.every}
+        return whole if 0 < gap <= min(longest, calendar.lasts / 2) else None
     joined = _joined(calendar.between, longest)
     return {"between": [list(one) for one in joined]} if len(joined) < len(calendar.between) else None
 
@@ -129,7 +130,8 @@ def _joined(stretches: Iterable[Stretch], longest: float) -> list[Stretch]:
 
 def _joined_spans(spans: Iterable[str]) -> list[str]:
     """The same for stretches of a day such as `06:00-14:00`."""
-    texts, stretches = {}, []
+    texts: dict[float, str] = {}
+    stretches: list[Stretch] = []
     for span in spans:
         begin, _, end = (part.strip() for part in span.partition("-"))
         first, last = clock_time(begin), clock_time(end)

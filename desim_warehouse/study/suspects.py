@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import WarehouseError
-from desim_warehouse.feasibility import errors
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
-from desim_warehouse.study.fleet import Designs
+from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import scaled
 
@@ -65,27 +63,17 @@ def suspects(run: Run) -> list[Suspect]:
     Raises:
         ReportError: a run with less in its log.
     """
-    return [suspect for suspect in _all(run) if _refused(run.model, suspect.overrides) is None]
+    return [suspect for suspect in _all(run) if refused(run.model, suspect.overrides) is None]
 
 
 def left_out(run: Run) -> list[str]:
     """Reliefs that cannot be tried, each with the reason."""
-    refused = {suspect.relief: _refused(run.model, suspect.overrides) for suspect in _all(run)}
+    refused = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
     files = from_files(run.model)
     return [
         *(f"{relief}: {reason}" for relief, reason in refused.items() if reason is not None),
         *(f"the same orders evenly: those of {name} come from a file" for name in files),
     ]
-
-
-def _refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
-    """Why a changed model could not be simulated; None where it could."""
-    try:
-        changed = model.replace(overrides)
-    except WarehouseError as error:
-        return str(error).splitlines()[0]
-    found = [finding for finding in errors(changed) if finding.code not in changed.accept]
-    return found[0].text if found else None
 
 
 def _all(run: Run) -> list[Suspect]:
@@ -206,7 +194,13 @@ def _lanes(run: Run) -> Iterator[Suspect]:
         if run.layout.graph.edges[ends]["two_way"]:
             used.setdefault(frozenset(ends), (float(spent[">".join(ends)] + spent[">".join(ends[::-1])]), rank))
     edges = run.model.layout.edges
-    beside = {rank: {**edges[rank].content(), "side_by_side": True} for _, rank in used.values()}
+    beside = {
+        rank: {
+            **{key: to for key, to in edges[rank].content().items() if to is not False and (key, to) != ("against", 1)},
+            "side_by_side": True,
+        }
+        for _, rank in used.values()
+    }
     busiest = sorted(((time, rank) for time, rank in used.values() if time), key=lambda one: (-one[0], one[1]))
     for _, rank in busiest[:MOST_LANES]:
         name = f"{edges[rank].source} - {edges[rank].target}"
@@ -246,7 +240,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
     )
     even = evenly(model)
     if even:
-        yield Suspect("peaks", "the same orders, evenly", even)
+        yield Suspect("peaks", "the same orders evenly", even)
     tasks = model.tasks
     sections = {
         "tasks": tasks,
@@ -262,7 +256,8 @@ def _plain(model: Model) -> Iterator[Suspect]:
     if shorter:
         relief = "loading and unloading a tenth shorter"
         yield Suspect("handling", relief, shorter, dose=-SOONER, beside=True)
-    goods, less = tasks.goods, {}
+    goods = tasks.goods
+    less: dict[str, Any] = {}
     if isinstance(goods, PoissonGoods):
         less = {"tasks.goods": {**goods.content(), "poisson": goods.poisson * (1 - FEWER)}}
     elif tasks.arrive and tasks.has_rates:

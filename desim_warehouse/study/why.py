@@ -35,6 +35,8 @@ LEAST = 0.01
 """Part of the indicator's mean that matters."""
 LEAST_IDLE, MOST_WAITING = 0.25, 0.02
 """Parts of the fleet's time: idle from the first on, and waiting up to the second, robots are held up by nothing."""
+MOST_UNTAKEN = 0.1
+"""Part of the time of tasks that they may wait for a robot where none of them is due."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +50,22 @@ class Failure:
 
 @dataclass(frozen=True)
 class State:
-    """How a warehouse does as it is, by its runs: parts of the fleet's time, and of the tasks (None: none are due)."""
+    """How a warehouse does as it is, by its runs.
+
+    `idle`, `waiting`: parts of the fleet's time. `on_time`: part of the tasks, None where none are due. `untaken`: part
+    of the tasks' time that they wait for a robot, in the run that was looked at.
+    """
 
     idle: float
     waiting: float
     on_time: float | None
+    untaken: float
 
     @property
     def is_held_up(self) -> bool:
-        """Whether tasks are late, robots wait, or few are idle."""
-        return (self.on_time or 1.0) < 1 or self.waiting > MOST_WAITING or self.idle < LEAST_IDLE
+        """Whether tasks are late (where none is due: wait for robots), robots wait, or few of them are idle."""
+        late = self.untaken > MOST_UNTAKEN if self.on_time is None else self.on_time < 1
+        return late or self.waiting > MOST_WAITING or self.idle < LEAST_IDLE
 
 
 @dataclass(frozen=True)
@@ -160,10 +168,11 @@ def why(
         return study.follow(steps, name, failed=math.nan, **where)
 
     lasts = run.model.tasks.arrive and not any(said.code in LASTING for said in run.verdicts)
-    well = lasts and not _state([run.kpis]).is_held_up
+    untaken = _untaken(run)
+    well = lasts and not _state([run.kpis], untaken).is_held_up
     found = gains(first if well else cap)
     as_it_is = [row.indicators for row in study.rows if not row.point.number and row.outcome.error is None]
-    state = _state(as_it_is) if lasts and as_it_is else None
+    state = _state(as_it_is, untaken) if lasts and as_it_is else None
     if well and (state is None or state.is_held_up):  # on other days it is not as well as on the first
         found = gains(cap)
     failures = _failures(study)
@@ -180,7 +189,7 @@ def why(
     )
 
 
-def _state(runs: Sequence[Mapping[str, float]]) -> State:
+def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> State:
     """How the warehouse does, by the indicators of its runs."""
 
     def mean(names: Iterable[str]) -> float:
@@ -188,7 +197,13 @@ def _state(runs: Sequence[Mapping[str, float]]) -> State:
 
     waits = {WAITING.name, *APART, *(name for name, state in TIMES.items() if state.queue is not None)}
     due = [kpis["on_time"] for kpis in runs if math.isfinite(kpis.get("on_time", math.nan))]
-    return State(mean([AT_START]), mean(waits), fmean(due) if due else None)
+    return State(mean([AT_START]), mean(waits), fmean(due) if due else None, untaken)
+
+
+def _untaken(run: Run) -> float:
+    """The part of the time of all tasks that they wait for a robot to take them."""
+    spent = run.account(by="task").sum()
+    return float(spent["waiting_for_robot"] / spent.sum()) if spent.sum() else 0.0
 
 
 def _failures(study: Study) -> dict[int, Failure]:

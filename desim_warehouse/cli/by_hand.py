@@ -1,0 +1,57 @@
+"""What a hand calculation warns of, in a line before the answer of every command that simulates a model."""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from desim_warehouse.findings import Finding
+    from desim_warehouse.model import Model
+
+MOST_TIME = 2.0
+"""Seconds that the hand calculation may take; it is left out of the line where it takes longer."""
+
+
+def warn(
+    model: Model, source: str | None = None, assignments: tuple[str, ...] = (), *, as_json: bool = False
+) -> list[dict[str, str]] | None:
+    """Say on standard error which warnings `desim check` has for a model; with `as_json` only return them.
+
+    `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
+
+    Returns:
+        The warnings as JSON has them, None where the hand calculation takes too long.
+    """
+    found = _warnings(model)
+    if not as_json and found != []:
+        sets = [part for text in assignments for part in ("--set", text)]
+        more = "" if source is None else f" ({shlex.join(['desim', 'check', source, *sets])})"
+        click.echo(f"{_line(found)}{more}", err=True)
+    return None if found is None else [{"code": item.code, "text": item.problem} for item in found]
+
+
+def _line(found: list[Finding] | None) -> str:
+    if found is None:
+        return f"warnings by hand: left out, as the hand calculation takes more than {MOST_TIME:g} s"
+    codes = Counter(item.code for item in found)
+    named = ", ".join(code if count == 1 else f"{code} ({count})" for code, count in codes.items())
+    return f"{len(found)} warning{'s' * (len(found) > 1)} by hand: {named}"
+
+
+def _warnings(model: Model) -> list[Finding] | None:
+    """The warnings on a model; none where it is refused, as its errors are then said. None: it takes too long."""
+    from desim_warehouse.feasibility import examine
+    from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
+
+    try:
+        with TimeLimit(MOST_TIME):
+            found, _ = examine(model, model.floor)
+    except TimeOutError:
+        return None
+    if any(item.level == "error" and item.code not in model.accept for item in found):
+        return []
+    return [item for item in found if item.level == "warning"]
