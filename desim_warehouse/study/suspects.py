@@ -68,10 +68,10 @@ def suspects(run: Run) -> list[Suspect]:
 
 def left_out(run: Run) -> list[str]:
     """Reliefs that cannot be tried, each with the reason."""
-    refused = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
+    reasons = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
     files = from_files(run.model)
     return [
-        *(f"{relief}: {reason}" for relief, reason in refused.items() if reason is not None),
+        *(f"{relief}: {reason}" for relief, reason in reasons.items() if reason is not None),
         *(f"the same orders evenly: those of {name} come from a file" for name in files),
     ]
 

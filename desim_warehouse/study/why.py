@@ -98,11 +98,14 @@ class Why:
 
 
 def usual_indicator(run: Run) -> str:
-    """What the costs are counted in by default: throughput where work always waits, else time."""
+    """What the costs are counted in by default: throughput where work always waits, else time.
+
+    Where loads pile up before workers, it is those that are worked on.
+    """
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
     tasks = run.model.tasks
     if (tasks.never_end and not tasks.arrive) or overloaded:
-        return "throughput_per_hour"
+        return "worked" if run.kpis.get("work_backlog", 0) > run.model.fleet.size else "throughput_per_hour"
     return "cycle_time_mean" if run.model.tasks.never_end else "T"
 
 

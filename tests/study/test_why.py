@@ -7,7 +7,8 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import why_words
-from desim_warehouse.study.why import suspects, usual_indicator, why
+from desim_warehouse.study.suspects import suspects
+from desim_warehouse.study.why import usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks
 from tests.world.test_hours import SQUARE
@@ -93,7 +94,7 @@ def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it
     found = why(dw.load(SQUARE, {**GATED, "traffic.closures": EVERYTHING["traffic.closures"]}))
     said = why_words.sentence(found, dw.load(SQUARE).units)
     assert said.startswith("Closures cost ")
-    assert "nothing else costs more than" in said
+    assert "nothing else gains more than" in said
 
 
 def test_a_planted_node_is_named_in_a_sentence():
@@ -102,7 +103,7 @@ def test_a_planted_node_is_named_in_a_sentence():
     said = why_words.sentence(found, model.units)
     assert said.startswith(f"{name.capitalize()[:1]}{name[1:]} costs ")
     assert " tasks an hour (" in said
-    assert "; nothing else costs more than " in said
+    assert "; nothing else gains more than " in said
     assert found.gains.clear
 
 
@@ -113,7 +114,7 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
     status, out, _ = pages.run_desim("desim why w.yaml --quiet")
     assert status == 0
-    assert out.startswith("Station packing costs ")
+    assert out.startswith("Station packing holds it up: one server more at each node of packing gains ")
     of_run = pages.run_desim("desim why run --quiet")[1]
     assert of_run.split("each relief")[0] == out.split("each relief")[0]
     answer = json.loads(pages.run_desim("desim why run --quiet --json")[1])

@@ -62,6 +62,8 @@ def _gains(found: Why, units: Units) -> str:
         rest = max((gain.each.high for _, gain in others), default=None)
         per = f" for {DOSE}" if any(one.dose is not None for one, _ in competing) else ""
         more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
+        if len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
+            more = f"; nothing else made a difference in {most.n} run{'s' * (most.n > 1)}"
         return f"{_answer(found, suspect, most, unit)}{more}."
     leader = most.each.low
     near = [(one, gain) for one, gain in competing if gain.each.high >= leader and gain.high > 0]
@@ -105,8 +107,10 @@ def unit_of(found: Why, units: Units) -> str:
     unit = words.unit(indicator.unit, units)
     if indicator.is_share:
         return f" points of {found.indicator}"
-    of = f" of {words.in_sentence(found.indicator)}"
-    return f" {unit}{of}" if unit else of
+    named = words.in_sentence(found.indicator)
+    if indicator.unit == "count":
+        return f" {named}"
+    return f" {unit} of {named}" if unit else f" of {named}"
 
 
 def amount(found: Why, value: float, *, up: bool = False) -> str:

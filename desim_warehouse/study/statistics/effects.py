@@ -74,8 +74,8 @@ class Gains:
     @property
     def clear(self) -> bool:
         """Whether one change is shown to gain most."""
-        first, *others = [gain.each for gain in self.competing] or [None]
-        return first is not None and first.low > 0 and all(first.low > other.high for other in others if other)
+        each = [gain.each for gain in self.competing]
+        return bool(each) and each[0].low > 0 and all(each[0].low > other.high for other in each[1:])
 
     @property
     def none(self) -> bool:

@@ -1,5 +1,7 @@
 """Which of several changes gains most, and how much: by hand, then how often it is right."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ def days(gains, *, noise=1.0, common=10.0, seed=0):
 
 
 def test_the_change_that_gains_most_is_named_with_its_gain():
-    found = follow(gains_steps(3, 1.0), days([14, 2, 0]))
+    found = follow(gains_steps([1, 1, 1], 1.0), days([14, 2, 0]))
     first, second, third = found.gains
     assert found.clear
     assert not found.none
@@ -27,26 +29,69 @@ def test_the_change_that_gains_most_is_named_with_its_gain():
 
 
 def test_where_less_is_better_gains_are_falls():
-    found = follow(gains_steps(2, 1.0, maximise=False), days([-14, 2]))
+    found = follow(gains_steps([1, 1], 1.0, maximise=False), days([-14, 2]))
     assert found.gains[0].change == 1
     assert found.gains[0].low < 14 < found.gains[0].high
     assert found.gains[1].mean < 0
 
 
 def test_those_that_are_behind_drop_out():
-    found = follow(gains_steps(3, 0.5, cap=80), days([5, 4.5, -3], noise=2))
+    found = follow(gains_steps([1, 1, 1], 0.5, cap=80), days([5, 4.5, -3], noise=2))
     counts = {gain.change: gain.n for gain in found.gains}
     assert counts[3] == 10 < counts[1]
 
 
 def test_nothing_gains_anything():
-    found = follow(gains_steps(3, 3.0), days([0, 0, 0]))
+    found = follow(gains_steps([1, 1, 1], 3.0), days([0, 0, 0]))
     assert found.none
     assert not found.clear
 
 
+def test_gains_are_ranked_for_an_equal_dose():
+    """Ten for a second server, 5 for a ninth robot: of a tenth more the robots gain 4, the server 1."""
+    found = follow(gains_steps([0.1, 0.8], 1.0), days([10, 5]))
+    assert [gain.change for gain in found.gains] == [2, 1]
+    assert found.clear
+    assert found.gains[0].each.mean == pytest.approx(0.8 * found.gains[0].mean)
+    assert found.gains[0].low < 5 < found.gains[0].high  # as a whole
+
+
+def test_what_stands_beside_the_contest_is_looked_at_once_and_never_wins():
+    found = follow(gains_steps([None, 1, 1], 1.0, cap=80), days([50, 5, 4.5], noise=2))
+    gain = found.gains[-1]
+    assert (gain.change, gain.n, gain.competes) == (1, 10, False)
+    assert gain.low < 50 < gain.high
+    assert found.gains[0].change == 2
+
+
+def test_what_makes_no_difference_has_no_bounds_and_hides_nothing():
+    def sample(design, r):
+        return 100 + r % 7 + (2 if design == 2 else 0)
+
+    found = follow(gains_steps([1, 1], 1.0), sample)
+    first, same = found.gains
+    assert found.clear
+    assert (first.change, first.mean) == (2, 2)
+    assert (same.change, same.same, same.mean, same.n) == (1, True, 0, 10)
+    assert math.isnan(same.high)
+    assert follow(gains_steps([1], 1.0), lambda _, r: r).none
+
+
+def test_a_change_that_fails_in_a_run_is_out_and_the_rest_goes_on():
+    values = days([9, 4])
+    found = follow(gains_steps([1, 1], 1.0), lambda design, r: math.nan if (design, r) == (1, 3) else values(design, r))
+    assert [(gain.change, gain.failed, gain.n) for gain in found.gains] == [(2, 0, 10), (1, 1, 10)]
+    assert found.clear
+    assert found.failed == 0
+
+
+def test_where_the_base_fails_nothing_else_is_asked():
+    found = follow(gains_steps([1, 1], 1.0), lambda design, r: math.nan if not design and r < 2 else 5.0)
+    assert (found.failed, found.base, found.gains, found.runs) == (2, 5.0, (), 30)
+
+
 def test_exact_values_need_one_run():
-    found = follow(gains_steps(2, 1.0, deterministic=True), lambda design, _: [100, 105, 103][design])
+    found = follow(gains_steps([1, 1], 1.0, deterministic=True), lambda design, _: [100, 105, 103][design])
     assert [(gain.change, gain.mean, gain.low, gain.high, gain.n) for gain in found.gains] == [
         (1, 5, 5, 5, 1),
         (2, 3, 3, 3, 1),
@@ -57,7 +102,7 @@ def test_exact_values_need_one_run():
 @pytest.mark.parametrize(("changes", "delta"), [(0, 1.0), (2, 0.0)])
 def test_arguments_out_of_range_are_refused(changes, delta):
     with pytest.raises(StudyError, match="expected at least one, and a delta above 0"):
-        follow(gains_steps(changes, delta), days([1, 1]))
+        follow(gains_steps([1.0] * changes, delta), days([1, 1]))
 
 
 def test_all_intervals_hold_at_once_as_often_as_they_say():
@@ -65,6 +110,6 @@ def test_all_intervals_hold_at_once_as_often_as_they_say():
     held = 0
     for trial in range(400):
         gains = rng.choice([0, 1, 2, 5], 5)
-        found = follow(gains_steps(5, 0.5), days(gains, noise=rng.uniform(0.5, 4), seed=trial))
+        found = follow(gains_steps([1] * 5, 0.5), days(gains, noise=rng.uniform(0.5, 4), seed=trial))
         held += all(gain.low <= gains[gain.change - 1] <= gain.high for gain in found.gains)
     assert held >= 380 - 3 * np.sqrt(400 * 0.05 * 0.95)

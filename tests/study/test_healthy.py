@@ -1,0 +1,265 @@
+"""What `why` says where nothing is wrong, where a run fails, and where ups and downs of the day are the cause."""
+
+import json
+import math
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.report.text import why_words
+from desim_warehouse.study.steady import evenly, without_breaks
+from desim_warehouse.study.suspects import left_out, suspects
+from desim_warehouse.study.why import State, why
+from tests.docs import pages
+
+
+def drafted(over, **needs):
+    wanted = {"size": (24, 20), "stations": 1, **needs}
+    model = dw.Model.model_validate(read_yaml(draft(Draft(wanted.pop("size"), **wanted)), "draft").data)
+    return model.replace({"run.length": "2 h", "run.warm_up": "20 min", "fleet.start_energy": 1, **over})
+
+
+def answer(model, **question):
+    found = why(model, **question)
+    return found, why_words.sentence(found, model.units)
+
+
+# Healthy
+
+
+@pytest.mark.parametrize("orders", [20, 60])
+def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orders):
+    """Handling a tenth shorter gains a tenth of 30 s by arithmetic: that is no bottleneck."""
+    found, said = answer(drafted({}, orders=orders, robots=8, chargers=6))
+    assert said.startswith("Nothing holds it up: robots idle ")
+    assert " 100 % on time." in said
+    assert "andling" not in said
+    assert not found.is_held_up
+    handling = next(gain for suspect, gain in found.found if suspect.name == "handling")
+    assert not handling.competes
+    assert 2 < handling.mean < 5
+    assert {gain.n for gain in found.gains.gains} == {10}  # no more runs than that takes
+
+
+@pytest.mark.parametrize(
+    ("state", "held_up"),
+    [
+        (State(0.8, 0.01, 1.0, 0.0), False),
+        (State(0.8, 0.01, 0.999, 0.0), True),
+        (State(0.8, 0.03, 1.0, 0.0), True),
+        (State(0.2, 0.0, 1.0, 0.0), True),
+        (State(0.8, 0.0, None, 0.05), False),
+        (State(0.8, 0.0, None, 0.2), True),
+        (State(0.8, 0.0, 0.0, 0.0), True),
+    ],
+)
+def test_held_up_is_who_is_late_waits_or_has_no_robot_to_spare(state, held_up):
+    assert state.is_held_up == held_up
+
+
+def test_fewer_robots_and_the_same_warehouse_is_held_up():
+    found, said = answer(
+        drafted({"tasks.goods": {"poisson": 100, "due_within": 120}}, orders=100, robots=3, chargers=3)
+    )
+    assert found.is_held_up
+    assert said.startswith("The number of robots holds it up: one robot more gains ")
+    assert " for each 10 %" in said
+
+
+# Work that piles up
+
+
+def test_a_worker_too_few_is_named():
+    """A load takes 45 s and comes every 22.5 s: half of them are left."""
+    model = dw.load(
+        {
+            "layout": {
+                "blocks": {"columns": 4, "rows": 2, "block_depth": 6, "goods_size": 1.2, "aisle_width": 1.8},
+                "bays": {"parking": {"along": "north"}},
+                "stations": {"packing": {"at": ["L"], "servers": 2, "unload_time": 5, "work_time": 45}},
+            },
+            "fleet": {"size": 6, "robot": {"radius": 0.35, "speed": 1.2}},
+            "tasks": {
+                "load_time": 8,
+                "unload_time": 5,
+                "flows": {"o": {"from": "storage", "to": "packing", "arrivals": {"poisson": 160}, "due_within": 600}},
+            },
+            "run": {"length": 7200},
+        }
+    )
+    found, said = answer(model)
+    assert said.startswith("Workers of packing hold it up: one worker more at each node of packing gains ")
+    # what was equal in ten runs has no bound, and none is said
+    assert said.endswith(" for each 10 %.")
+    assert all(suspect.beside or (gain.same and math.isnan(gain.high)) for suspect, gain in found.found[1:])
+
+
+# Ups and downs
+
+
+FLOOR = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [30, 0], "C": [30, 10], "E": [0, 10]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "E"], ["E", "A"]],
+        "storage": [{"edge": ["B", "C"], "offset": 5}],
+        "bays": {"home": {"at": ["A"]}},
+        "stations": {"desk": {"at": ["E"], "servers": 2}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 0.3, "speed": 1}},
+    "tasks": {
+        "load_time": 5,
+        "unload_time": 5,
+        "flows": {"orders": {"from": "storage", "to": "desk", "arrivals": {"poisson": 40}, "due_within": "10 min"}},
+    },
+    "run": {"length": "4 h", "warm_up": "1 h"},
+}
+ARRIVALS = "tasks.flows.orders.arrivals"
+
+
+def test_peaks_are_a_suspect_and_named():
+    """A ring of 80 m and two robots do some 70 tasks an hour: 180 in ten minutes of each forty wait for an hour."""
+    profile = {"profile": {"per_hour": [120, 20, 20, 20], "every": "15 min"}}
+    found, said = answer(dw.load(FLOOR, {ARRIVALS: profile}), indicator="cycle_time_p95")
+    assert said.startswith("Peaks cost ")
+    assert found.found[0][0].overrides == {f"{ARRIVALS}": {"poisson": 45.0}}
+
+
+@pytest.mark.parametrize(
+    ("arrivals", "even"),
+    [
+        ({"poisson": 40}, None),
+        ({"profile": {"per_hour": [30]}}, None),
+        # of hours 1 to 4 of the run, which are counted
+        ({"profile": {"per_hour": [900, 30, 60, 90]}}, {"poisson": 60}),
+        # 2 of the 3 hours: the flow has orders in 2 of them, 30 and 60
+        ({"profile": {"per_hour": [900, 30, 60, 90]}, "hours": [[0, 10800]]}, {"poisson": 45}),
+        (
+            {"schedule": [{"at": 3600, "tasks": 3}, {"at": 18000, "tasks": 9}]},
+            {"schedule": [{"at": 0, "tasks": 1}, {"at": 4800, "tasks": 1}, {"at": 9600, "tasks": 1}]},
+        ),
+        ({"saturated": 3}, None),
+    ],
+)
+def test_the_same_orders_evenly(arrivals, even):
+    over = {}
+    arrivals = dict(arrivals)
+    if "hours" in arrivals:
+        over = {"calendars": {"day": {"between": arrivals.pop("hours")}}, "tasks.flows.orders.hours": "day"}
+    found = evenly(dw.load(FLOOR, {**over, ARRIVALS: arrivals}))
+    assert found == ({} if even is None else {ARRIVALS: even})
+
+
+@pytest.mark.parametrize(
+    ("calendar", "whole", "more"),
+    [
+        # 8:00 to 12:00 is the run
+        ({"open": ["08:00-12:00"]}, None, None),
+        ({"open": ["08:00-12:00"], "breaks": ["09:30-10:00"]}, {"open": ["08:00-12:00"]}, 4 / 3.5 - 1),
+        ({"open": ["08:00-09:30", "10:00-20:00"]}, {"open": ["08:00-20:00"]}, 4 / 3.5 - 1),
+        ({"open": ["08:00-10:00", "11:30-12:00"]}, None, None),  # longer than half of what is before it: no break
+        ({"between": [[0, 3600], [4500, 14400]]}, {"between": [[0, 14400]]}, 4 / 3.75 - 1),
+        ({"every": 3600, "lasts": 3000}, {"every": 3600, "lasts": 3600, "first": 0}, 1 / 5),
+        ({"every": 14400, "lasts": 3600}, None, None),
+    ],
+)
+def test_breaks_are_taken_out_of_calendars_of_robots_and_stations(calendar, whole, more):
+    over = {"calendars": {"day": calendar}, "fleet.hours": "day", "layout.stations.desk.hours": "day"}
+    model = dw.load(FLOOR, {**over, "run.start": "08:00"})
+    found = list(without_breaks(model))
+    if whole is None:
+        assert found == []
+        return
+    ((name, dose, changes),) = found
+    assert (name, dose) == ("day", pytest.approx(more))
+    new = "day without breaks"
+    assert changes == {
+        f"calendars.{new}": whole,
+        "fleet.hours": new,
+        "layout.stations.desk.hours": new,
+    }
+
+
+def test_a_break_longer_than_orders_may_take_is_named():
+    """Whatever comes in the first twenty minutes of half an hour is late; no robot more helps."""
+    day = {"calendars": {"day": {"open": ["08:00-10:00", "10:30-12:00"]}}, "fleet.hours": "day", "run.start": "08:00"}
+    found, said = answer(dw.load(FLOOR, day), indicator="on_time")
+    assert said.startswith("Breaks in day hold it up: no breaks in day gains ")
+    assert "shifts of robots" not in {suspect.name for suspect, _ in found.found}  # always at work is the same here
+
+
+# Two-way lanes
+
+
+def bridge(robots):
+    nodes = {"A": [0, 0], "B": [20, 0], "A1": [-20, -10], "A2": [-20, 10], "B1": [40, -10], "B2": [40, 10]}
+    ways = [["A", "A1"], ["A1", "A2"], ["A2", "A"], ["B", "B1"], ["B1", "B2"], ["B2", "B"]]
+    return dw.load(
+        {
+            "layout": {
+                "nodes": nodes,
+                "edges": [*ways, {"from": "A", "to": "B", "two_way": True, "length": 21}],
+                "storage": [{"edge": ["B1", "B2"], "offset": 10}],
+                "bays": {"bay": {"at": ["A1"], "places": robots}},
+                "stations": {"desk": {"at": ["A2"], "servers": 4}},
+            },
+            "fleet": {"size": robots, "robot": {"radius": 0.5, "speed": 1}},
+            "tasks": {"goods": {"saturated": 60}, "unload_at": ["desk"], "load_time": 0, "unload_time": 0},
+            "run": {"length": 6000, "warm_up": 2000},
+            "log": "all",
+        }
+    )
+
+
+def test_a_two_way_lane_that_all_must_cross_is_named_with_what_it_costs():
+    model = bridge(4)
+    found, said = answer(model)
+    assert said.startswith("Two-way lane A - B costs 5")
+    suspect, gain = found.found[0]
+    assert suspect.overrides == {
+        "layout.edges.6": {"from": "A", "to": "B", "length": 21, "two_way": True, "side_by_side": True}
+    }
+    both = dw.simulate(model.replace(suspect.overrides)).kpis["throughput_per_hour"]
+    assert both - dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(gain.mean)
+
+
+def test_a_relief_for_which_there_is_no_room_is_said():
+    run = dw.simulate(bridge(4))
+    assert "the number of robots" not in {suspect.name for suspect in suspects(run)}
+    (said,) = left_out(run)
+    assert said.startswith("one robot more: ")
+    assert "slots" in said
+
+
+# Runs that fail
+
+
+FLAT = {
+    "layout.bays.charging.total_chargers": 1,
+    "battery.charge_rate": 0.018,
+    "fleet.start_energy": {"uniform": [0.15, 0.4]},
+}
+
+
+def test_a_relief_that_runs_flat_is_a_row_and_the_rest_goes_on(tmp_path, monkeypatch):
+    model = drafted(FLAT, orders=100, robots=6, chargers=6)
+    (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    status, out, err = pages.run_desim("desim why w.yaml --quiet --cap 10")
+    assert status == 0, err
+    (row,) = [line for line in out.splitlines() if line.strip().startswith("one robot more")]
+    assert row.rstrip().endswith("runs flat in 1 of 10 runs")
+    assert "one server more at each node of packing" in out
+    found = json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])
+    robots = next(relief for relief in found["reliefs"] if relief["relief"] == "one robot more")
+    assert (robots["failed"], robots["low"], robots["competes"]) == (1, None, False)
+
+
+def test_where_the_warehouse_itself_runs_flat_that_is_the_answer_with_its_cure():
+    found, said = answer(drafted({**FLAT, "fleet.size": 9}, orders=100, robots=6, chargers=6))
+    assert said.startswith("As it is, it runs flat in ")
+    assert "need at least 2 chargers" in said
+    assert found.failures[0].failed > 0
+    model = drafted({**FLAT, "battery.charge_rate": 0.005, "fleet.size": 9}, orders=100, robots=6, chargers=6)
+    assert answer(model)[1].startswith("As it is, it runs flat in 1 of 1 runs")  # in the run that is looked at already
