@@ -96,8 +96,8 @@ def _delta(text: str, indicator: str, model: Model) -> float:
     return delta
 
 
-def show_best(study: Study, found: Best) -> None:
-    """Print the answer and the candidates."""
+def show_best(study: Study, found: Best, besides: str | None = None) -> None:
+    """Print the answer, what is to be said besides, and the candidates."""
     show_verdicts(study.results)
     selection = found.selection
     table = sheet(f"{found.indicator}: the candidates", "design", ">mean", ">runs", "")
@@ -111,6 +111,8 @@ def show_best(study: Study, found: Best) -> None:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
         names = spoken([str(point) for point in found.within])
         click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
+    if besides is not None:
+        click.echo(besides)
     show(table)
 
 

@@ -81,18 +81,20 @@ def command(
     if target is None:
         with interruptible(study, execution.out):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
-        show_best(study, best)
-        click.echo(
-            f"{key}: {best.first.labels[key]} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
+        smallest = best.first.labels[key]
+        show_best(
+            study, best, f"{key}: {smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
         )
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.out):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     show_verdicts(study.results)
-    _show(key, found)
+    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
+    _show(key, found)
+    if found.smallest is None:
         sys.exit(NONE_MEETS)
 
 
@@ -118,5 +120,4 @@ def _show(key: str, found: Sizing[Any]) -> None:
     for one in sorted(found.decisions, key=lambda decision: decision.value):
         ends = ("exact", "") if one.low is None or one.high is None else (number(one.low), number(one.high))
         table.add_row(str(one.value), number(one.mean), *ends, str(one.n), one.verdict)
-    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")
     show(table)

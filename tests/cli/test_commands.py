@@ -23,7 +23,7 @@ def test_run_prints_one_json_object():
     [line] = said.stdout.splitlines()
     answer = json.loads(line)
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 3, "tasks.goods": [11, 8]}), seed=5)
-    assert answer == {**run.kpis, "verdicts": [], "seed": 5, "version": dw.__version__}
+    assert answer == {**run.kpis, "verdicts": [], "warnings": [], "seed": 5, "version": dw.__version__}
     assert {"T", "S", "C", "moves", "distance", "energy", "waiting", "cost"} <= set(answer)
 
 
