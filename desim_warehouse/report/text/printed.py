@@ -30,6 +30,8 @@ def number(value: float) -> str:
 
 def said(found: Estimate | None) -> str:
     """An estimate in a table; shares of tasks in per cent, with the ends of their interval."""
+    from desim_warehouse.report.text.words import share_text  # loads slowly
+
     if found is None:
         return "-"
     if found.of_all is not None:
