@@ -113,7 +113,7 @@ class Dispatcher:
         return self._offer(robot)
 
     def ask(self, robot: Robot) -> Event:
-        """A robot that has just unloaded is free: the event is due when the policy has decided, with or without a task."""
+        """A robot that has just unloaded is free: the event is due when it is decided on, with or without a task."""
         self._passing.add(robot.number)
         return self._offer(robot, at_once=robot.docked is None)
 

@@ -34,7 +34,7 @@ class WorkGiver(Protocol):
         """A robot in a bay is free: the event is due when it is given a task."""
 
     def ask(self, robot: Robot) -> Event:
-        """A robot that has just unloaded is free: the event is due when the policy has decided, with or without a task."""
+        """A robot that has just unloaded is free: the event is due when it is decided on, with or without a task."""
 
     @property
     def decides_later(self) -> bool:
