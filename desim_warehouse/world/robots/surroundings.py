@@ -40,10 +40,6 @@ class WorkGiver(Protocol):
     def decides_later(self) -> bool:
         """Whether the policy is asked next at a later instant."""
 
-    @property
-    def decides_later(self) -> bool:
-        """Whether the policy is asked next at a later instant."""
-
     def withdraw(self, robot: Robot) -> None:
         """A robot in a bay is no longer free."""
 
