@@ -15,10 +15,9 @@ from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
 from desim_warehouse.model.battery import Consumption
-from desim_warehouse.model.charging import chargers_at, levels
+from desim_warehouse.model.charging import chargers_at, levels, start_energy
 from desim_warehouse.model.demand import always_open, arrival_rate, asked_for, len_of_orders, listed
 from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.energy import start_energy
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.goods import RandomGoods
 from desim_warehouse.model.stations import own_times

@@ -1,4 +1,4 @@
-"""The chargers of a model: where they are, between which levels robots charge, and what a charger gives."""
+"""Charging in a model: where chargers are and what they give, between which levels robots charge and begin."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model import energy
+from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.policies import RobotView, create
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model.schema import Model
     from desim_warehouse.policies import Levels
+    from desim_warehouse.values.streams import Streams
 
 
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
@@ -45,3 +47,43 @@ def charging_rate(model: Model) -> float:
         return (high - low) / known.swap_time if known.swap_time else math.inf
     time = energy.charge_time(battery, low, high)
     return (high - low) / time if time else battery.charge_rate
+
+
+def settled_levels(model: Model) -> tuple[float, float]:
+    """The levels between which batteries move in the long run, while there is work: where charging begins and ends.
+
+    Charging ends when it may be broken off for work, or where it goes on at any level when there is none, with a full
+    battery. Of a policy of the user's nothing is known but the battery's threshold.
+    """
+    battery, known = model.battery, levels(model)
+    assert battery is not None
+    if known is None:
+        return battery.threshold, battery.capacity
+    return known.critical, known.full if known.good >= known.full else known.sufficient
+
+
+def start_levels(model: Model, streams: Streams) -> list[float]:
+    """What the battery of each robot holds at the start of a run; inf without battery.
+
+    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
+    """
+    if model.battery is None:
+        return [math.inf] * model.fleet.size
+    capacity, (low, high) = model.battery.capacity, start_energy(model)
+    if not model.fleet.draws_energy:
+        return [capacity * low] * model.fleet.size
+    return [
+        capacity * float(streams.stream("start-energy", robot).uniform(low, high)) for robot in range(model.fleet.size)
+    ]
+
+
+def start_energy(model: Model) -> tuple[float, float]:
+    """The range of battery levels at the start, as shares of the capacity."""
+    given = model.fleet.start_energy
+    if isinstance(given, SpreadEnergy):
+        return given.uniform
+    if not isinstance(given, str):
+        return given, given
+    assert model.battery is not None
+    low, high = settled_levels(model)
+    return low / model.battery.capacity, high / model.battery.capacity

@@ -9,13 +9,10 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model.battery import Consumption
-from desim_warehouse.model.fleet import SpreadEnergy
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
     from desim_warehouse.model.battery import BatterySpec
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.values.streams import Streams
 
 
 def consumption(spec: BatterySpec | None) -> Consumption:
@@ -30,29 +27,6 @@ def rates(spec: BatterySpec | None) -> dict[str, float]:
     """Energy per time unit in every state but charging. Beside a charger a robot at rest draws nothing instead."""
     drawn = consumption(spec)
     return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
-
-
-def start_levels(model: Model, streams: Streams) -> list[float]:
-    """What the battery of each robot holds at the start of a run, inf without battery.
-
-    Drawn from a stream for each robot: another fleet size or policy leaves those of the others as they are.
-    """
-    if model.battery is None:
-        return [math.inf] * model.fleet.size
-    capacity, given = model.battery.capacity, model.fleet.start_energy
-    if isinstance(given, SpreadEnergy) and given.uniform[0] < given.uniform[1]:
-        return [
-            capacity * float(streams.stream("start-energy", robot).uniform(*given.uniform))
-            for robot in range(model.fleet.size)
-        ]
-    share = given.uniform[0] if isinstance(given, SpreadEnergy) else given
-    return [capacity * share] * model.fleet.size
-
-
-def start_energy(model: Model) -> tuple[float, float]:
-    """The range of battery levels at the start, as shares of the capacity."""
-    given = model.fleet.start_energy
-    return given.uniform if isinstance(given, SpreadEnergy) else (given, given)
 
 
 def charge_time(spec: BatterySpec, start: float, end: float) -> float:

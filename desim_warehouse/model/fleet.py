@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -127,6 +127,13 @@ class SpreadEnergy(Part):
         return model.battery is not None and self.uniform[0] < self.uniform[1]
 
 
+def _form_of_energy(value: Any) -> str | None:
+    return "\0settled" if value == "settled" else _NUMBER_OR_SPREAD(value)
+
+
+_NUMBER_OR_SPREAD = by_type(number=(*NUMBER, str), spread=SECTION)
+
+
 class OnEdge(Part):
     """Where a robot stands at the start: on an edge, `offset` from the edge's start."""
 
@@ -176,13 +183,15 @@ class Fleet(Part):
     first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
     exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
     start_energy: Annotated[
-        Annotated[Share, form("number")] | Annotated[SpreadEnergy, form("spread")],
-        Forms(
-            "a share of the capacity from 0 to 1, or {uniform: [a, b]}",
-            pick=by_type(number=(*NUMBER, str), spread=SECTION),
-        ),
+        Annotated[Share, form("number")]
+        | Annotated[SpreadEnergy, form("spread")]
+        | Annotated[Literal["settled"], form("settled")],
+        Forms("a share of the capacity from 0 to 1, {uniform: [a, b]}, or settled", pick=_form_of_energy),
     ] = Field(
-        1.0, title="energy at the start", description="what the batteries hold at the start, as a share of the capacity"
+        1.0,
+        title="energy at the start",
+        description="what the batteries hold at the start, as a share of the capacity; settled: drawn for each between "
+        "the levels where charging begins and where work may break it off, as in the long run",
     )
 
     @field_validator("size")
@@ -255,6 +264,11 @@ class Fleet(Part):
     def has_hours(self) -> bool:
         """Whether any robot has a calendar."""
         return any(name is not None for name in self.hours_of_robots())
+
+    @property
+    def draws_energy(self) -> bool:
+        """Whether batteries start at levels that are drawn."""
+        return isinstance(self.start_energy, SpreadEnergy) or self.start_energy == "settled"
 
     def homes(self, bays: Iterable[str]) -> list[str]:
         """The node beside which every robot starts, by number, given the nodes with bays."""

@@ -17,7 +17,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.model import energy
-from desim_warehouse.model.charging import chargers_at
+from desim_warehouse.model.charging import chargers_at, start_levels
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
 from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names, seen
 from desim_warehouse.values.streams import Streams
@@ -420,7 +420,7 @@ class History:
     def changes(self) -> list[list[StateSpan]]:
         """For each robot all its states in order of time, also those of zero length. At the start it is idle."""
         batteries = self.model.battery is not None
-        levels = energy.start_levels(self.model, Streams(self.seed))
+        levels = start_levels(self.model, Streams(self.seed))
         starts = self.model.fleet.starts(self.layout.bays)
         now: list[tuple[str, float, int, float | None, str]] = [
             (AT_START, 0.0, NONE, full if batteries else None, stand.node)

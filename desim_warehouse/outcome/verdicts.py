@@ -7,11 +7,13 @@ use indicators, those of a run or their means over the runs of a design, so that
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model.charging import chargers_at, charging_rate
 from desim_warehouse.model.hours import longest_closed
+from desim_warehouse.outcome import settled
 from desim_warehouse.outcome.past_knee import (
     FEWER,
     LEAST_GAIN,
@@ -23,7 +25,7 @@ from desim_warehouse.outcome.past_knee import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
@@ -37,8 +39,8 @@ CHARGERS_BUSY = 0.95
 MOST_WAITING = 0.5
 """Share of the fleet's time spent waiting in traffic from which it is jammed."""
 
-LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL")
-"""Verdicts on designs that cannot last, whatever their indicators say of the time simulated."""
+LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
+"""Verdicts on designs whose time simulated is not like the time to come, whatever their indicators say of it."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,15 @@ RULES = {
         _batteries_fall,
         scale=100,
     ),
+    "NOT_SETTLED": VerdictRule(
+        "not settled",
+        "not settled: batteries {} by {} % an hour while counted; {}",
+        "work never ends, and in the counted time the fleet's mean level moves by at least "
+        f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
+        "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
+        "run of a design, has no interval. Not said beside the one above",
+        None,
+    ),
     "JAMMED": VerdictRule(
         "jammed",
         "jammed: {} % of the time is waiting",
@@ -199,11 +210,37 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
 
 def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
     """The verdicts on a run, also those that only its log shows."""
-    found, past = judge(kpis, history.model), past_knee(history)
+    moves = settled.drifts_of_robots(history) if _may_move(kpis) else []
+    found, past = _with_drift(judge(kpis, history.model), moves, kpis, history.model), past_knee(history)
     if past is not None:
         code = "PAST_KNEE"
         found.append(Verdict(code, RULES[code].text.format(past.cap, past.many), past.gain))
     return found
+
+
+def judge_design(runs: Sequence[Mapping[str, float]], model: Model) -> list[Verdict]:
+    """The verdicts on a design, from the indicators of its runs: by their means over those runs that have them."""
+    values: defaultdict[str, list[float]] = defaultdict(list)
+    for run in runs:
+        for name, value in run.items():
+            if math.isfinite(value):
+                values[name].append(value)
+    means = {name: math.fsum(found) / len(found) for name, found in values.items()}
+    return _with_drift(judge(means, model), values["energy_drift_per_hour"], means, model)
+
+
+def _may_move(kpis: Mapping[str, float]) -> bool:
+    return abs(kpis.get("energy_drift_per_hour", 0.0)) >= settled.LEAST_DRIFT
+
+
+def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model) -> list[Verdict]:
+    """The same, and that batteries have not settled, in its place in the list."""
+    size = settled.drift(moves, model)
+    if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
+        return found
+    words = "fall" if size < 0 else "rise", _shown(100 * abs(size)), settled.expected(kpis, model)
+    order, new = list(RULES), Verdict("NOT_SETTLED", RULES["NOT_SETTLED"].text.format(*words), abs(size))
+    return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
 
 
 def _shown(value: float) -> str:

@@ -21,7 +21,7 @@ from desim_warehouse.model.destinations import destinations
 from desim_warehouse.model.flows import StorageEnd
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.money import equipment
-from desim_warehouse.outcome.verdicts import LASTING, judge
+from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import SCOUTS
@@ -426,13 +426,8 @@ def _veto(study: Study, runner: StudyRunner, number: int) -> str | None:
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):
         return "a robot runs flat"
-    names = {name for row in rows for name in row.indicators}
-    means = {
-        name: math.fsum(values) / len(values)
-        for name in names
-        if (values := [row.value(name) for row in rows if math.isfinite(row.value(name))])
-    }
-    found = judge(means, study.plan.base.replace(study.points[number].overrides))
+    model = study.plan.base.replace(study.points[number].overrides)
+    found = judge_design([row.indicators for row in rows], model)
     return next((verdict.text for verdict in found if verdict.code in LASTING), None)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
 from desim_warehouse.outcome.indicators import within
-from desim_warehouse.outcome.verdicts import LASTING, judge
+from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
@@ -213,7 +213,10 @@ class Results:
     @cached_property
     def verdicts(self) -> Mapping[str, list[Verdict]]:
         """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`)."""
-        return {design: judge(self._means(design), model) for design, model in self.models.items()}
+        return {
+            design: judge_design([row.indicators for row in self.runs(design)], model)
+            for design, model in self.models.items()
+        }
 
     @cached_property
     def rare(self) -> tuple[str, ...]:
@@ -224,15 +227,6 @@ class Results:
             if times:
                 found.update(dict.fromkeys(rare.warnings(model, len(times), math.fsum(times) / len(times))))
         return tuple(found)
-
-    def _means(self, design: str) -> dict[str, float]:
-        """The mean of every indicator over those runs of a design that have it."""
-        values: defaultdict[str, list[float]] = defaultdict(list)
-        for row in self.runs(design):
-            for name, value in row.indicators.items():
-                if math.isfinite(value):
-                    values[name].append(value)
-        return {name: math.fsum(found) / len(found) for name, found in values.items()}
 
     @cached_property
     def by_point(self) -> Mapping[int, list[Row]]:

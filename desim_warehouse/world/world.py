@@ -15,6 +15,7 @@ from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
 from desim_warehouse.model import energy
+from desim_warehouse.model.charging import start_levels
 from desim_warehouse.model.destinations import destinations
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
@@ -203,7 +204,7 @@ class World:
             self.departures,
             self.dispatcher,
         )
-        fleet, levels = model.fleet, energy.start_levels(model, self.streams)
+        fleet, levels = model.fleet, start_levels(model, self.streams)
         slow = fleet.slowness > 0  # else robots take no time to gather speed or to brake
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
         for number, (shape, kind, home, level) in enumerate(shapes):

@@ -1,0 +1,76 @@
+"""Whether batteries have settled while a run counts: their mean level must not move, or what charging costs is to come.
+
+Settled, each robot charges for the part f of its time in which it takes up what it draws in the rest: with e drawn and
+g given for each time unit, (1 - f) e = f g.
+"""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean, stdev
+from typing import TYPE_CHECKING
+
+from desim_warehouse.findings import amount
+from desim_warehouse.model.charging import chargers_at, charging_rate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import History
+
+LEAST_DRIFT = 0.01
+"""Share of the capacity per hour by which the mean level must move."""
+CONFIDENCE = 0.95
+"""Of the interval that the move must exceed."""
+
+
+def drifts_of_robots(history: History) -> list[float]:
+    """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    import numpy as np
+
+    battery, hours = history.model.battery, history.counted / history.model.units.hour
+    if battery is None or not hours:
+        return []
+    ends = [np.interp((history.begin, history.end), times, levels) for times, levels in history.energy_curves]
+    return [float(last - first) / battery.capacity / hours for first, last in ends]
+
+
+def drift(values: Sequence[float], model: Model) -> float | None:
+    """The mean of the moves of robots in a run, or of the means of runs, if it is more than chance; else None.
+
+    Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
+    from 0 (a t interval).
+    """
+    if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
+        return None
+    mean = fmean(values)
+    if not abs(mean) >= LEAST_DRIFT:
+        return None
+    from scipy.special import stdtrit
+
+    half = float(stdtrit(len(values) - 1, 0.5 + CONFIDENCE / 2)) * stdev(values) / math.sqrt(len(values))
+    return mean if abs(mean) > half else None
+
+
+def expected(kpis: Mapping[str, float], model: Model) -> str:
+    """What is to be expected of chargers and robots once batteries have settled, by hand, in words."""
+    time = kpis.get("T", math.nan)
+    counted = time - model.run.warm_up if time > model.run.warm_up else time
+    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
+    drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
+    if not chargers or not math.isfinite(drawn):
+        return "what charging costs is not seen"
+    charging = model.fleet.size * drawn / (drawn + charging_rate(model))
+    if charging > chargers:
+        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers} chargers"
+    used = kpis.get("charger_utilisation", math.nan)
+    return (
+        f"settled, by hand, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are at "
+        f"work, with chargers used {amount_of(100 * charging / chargers)} % of the time (here {amount_of(100 * used)} %)"
+    )
+
+
+def amount_of(value: float) -> str:
+    """Two digits."""
+    return amount(float(f"{value:.2g}"))
