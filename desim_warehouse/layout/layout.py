@@ -34,7 +34,8 @@ class StoragePlace:
 class BayPlaces:
     """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
 
-    `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger.
+    `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
+    its chargers are its share of a total.
     """
 
     zone: str
@@ -43,6 +44,13 @@ class BayPlaces:
     chargers: int | None
     in_lane: bool = False
     outages: OutageSpec | None = None
+    shared: bool = False
+
+    def slots(self, homes: int) -> int:
+        """How many, where so many robots start: if nobody says, one for each of them and each shared charger."""
+        if self.places is not None:
+            return self.places
+        return max(homes, (self.chargers or 0) if self.shared else 0)
 
 
 @dataclass(frozen=True, slots=True)

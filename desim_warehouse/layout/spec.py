@@ -329,7 +329,9 @@ class BaySpec(PlacesSpec):
     """Parking slots beside a node, entered and left through it; `chargers` of them have a charger."""
 
     places: Annotated[Count, limited("robots")] | None = Field(
-        None, title="slots", description="slots at each node; default: as many as robots start there"
+        None,
+        title="slots",
+        description="slots at each node; default: as many as robots start there, and one for each of total_chargers",
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"

@@ -21,7 +21,7 @@ def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     home = model.fleet.homes(layout.bays)
     found = {}
     for node, bay in layout.bays.items():
-        places = home.count(node) if bay.places is None else bay.places
+        places = bay.slots(home.count(node))
         chargers = places if bay.chargers is None else min(bay.chargers, places)
         if chargers:
             found[node] = chargers

@@ -64,10 +64,10 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
     charging = model.fleet.size * drawn / (drawn + charging_rate(model))
     if charging > chargers:
         return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers} chargers"
-    used = kpis.get("charger_utilisation", math.nan)
+    used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
         f"settled, by hand, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are at "
-        f"work, with chargers used {amount_of(100 * charging / chargers)} % of the time (here {amount_of(100 * used)} %)"
+        f"work, with chargers used {used} % of the time (here {now} %)"
     )
 
 

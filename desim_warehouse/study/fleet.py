@@ -149,7 +149,7 @@ class Designs:
         return {"fleet.size": robots, **self.of_chargers(chargers)}
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """The changes that give the model this number of chargers, and slots for robots to match."""
+        """The changes that give the model this number of chargers; where its slots are too few, one slot for each."""
         if self.zone is None:
             return {}
         bay = self.model.layout.bays[self.zone]
@@ -159,7 +159,7 @@ class Designs:
         if bay.chargers is not None:
             found[f"{key}.chargers"] = None
         if bay.places is not None and chargers > bay.places * nodes:
-            found[f"{key}.places"] = math.ceil(chargers / nodes)
+            found[f"{key}.places"] = None
         return found
 
     def cost(self, design: Counts) -> float | None:

@@ -380,7 +380,7 @@ def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, kee
     """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there."""
     bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
-        places = at_home[node] if item.places is None else item.places
+        places = item.slots(at_home[node])
         number = places if item.chargers is None else item.chargers
         chargers: Chargers | FailingChargers | None = None
         if number and item.outages is not None:
