@@ -212,17 +212,12 @@ servers: {servers}}}   # (!) servers: people who pack, at each
 fleet:
   size: {words.robots}
   start: [parking]
-<<<<<<< HEAD
   robot:                      # (!)
     radius: 0.4               # robots keep 2 x radius + margin apart
     margin: 0.2
     speed: 1.5 m/s
     acceleration: 0.5 m/s^2   # and deceleration; typical where loads must not shift
-  start_energy: {{uniform: [0.4, 1]}}                   # batteries at the start: the day before is not simulated
-=======
-  robot: {{radius: 0.4, speed: 1.5 m/s, margin: 0.2}}   # (!) robots keep 2 x radius + margin apart
   start_energy: settled       # batteries at the start as in the long run: the day before is not simulated
->>>>>>> 882aa57 (A bay has a slot for each of its chargers where nobody says how many; drafts and plans write no others)
 
 tasks:
   goods: {{poisson: {words.orders:g} / h, due_within: {words.due:g} min}}   # (!) at random times, each for one place
