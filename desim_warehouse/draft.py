@@ -188,7 +188,7 @@ def _text(words: Draft) -> str:
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
 #   desim check FILE                              errors, and what can be worked out by hand
 #   desim draw FILE -o floor.svg                  the floor
-#   desim run FILE                                half a shift
+#   desim run FILE                                six hours of it
 #   desim plan FILE --target "on_time >= 95 %"    how many robots and chargers
 name: {words.name}
 
@@ -239,9 +239,9 @@ policies:                     # `desim policies` lists them
   charging: four-thresholds
   parking: nearest
 
-run:                          # half a shift; the first hour is not counted
-  length: 5 h
-  warm_up: 1 h
+run:                          # the first two hours are not counted: chargers and queues come to their usual state
+  length: 6 h
+  warm_up: 2 h
 
 log: tasks                    # --set log=all records every move, for replays and accounts of time
 """

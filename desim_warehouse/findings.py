@@ -55,6 +55,8 @@ CODES: dict[str, Code] = {
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
     "LOAD_ON_NODE": Code("note", "robots load standing on nodes where edges meet"),
     "STATION_PLACES": Code("note", "the stations have fewer slots than there are robots"),
+    "CHARGER_SLOTS": Code("note", "bays with chargers have slots in which robots wait for one"),
+    "START_ENERGY": Code("note", "batteries do not start where they settle, and the warm-up is shorter than they last"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),
     "FLOOR_SIZE": Code("warning", "the floor is larger than 2 km or smaller than 2 m: is the unit of length right?"),
     "FAST": Code("warning", "robots drive faster than 3 m/s"),
@@ -70,6 +72,9 @@ CODES: dict[str, Code] = {
     ),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
+    "CHARGED_TOO_LOW": Code(
+        "warning", "charging ends too low for a task, which only a fuller battery at the start lasts for"
+    ),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),

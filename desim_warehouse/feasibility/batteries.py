@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model import energy
 from desim_warehouse.model.battery import Consumption
-from desim_warehouse.model.charging import chargers_at, levels, start_energy
+from desim_warehouse.model.charging import chargers_at, levels, settled_levels, start_energy
 from desim_warehouse.model.demand import always_open, arrival_rate, asked_for, len_of_orders, listed
 from desim_warehouse.model.destinations import destinations, own_destinations
 from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from desim_warehouse.model.battery import BatterySpec
     from desim_warehouse.policies import Levels
 
+DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGERS_SHORT", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
+"""Findings from which it follows that a robot may run flat; a battery too small for a task is not sent out with it."""
 EPS = 1e-9
 MINUTE = 60.0
 
@@ -41,6 +44,7 @@ MINUTE = 60.0
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses in a model with batteries."""
     small = list(_battery_too_small(model, least_needs(model, layout)))
+    small = small or [found for found in _charged_too_low(model, layout) if found.level == "error"]
     yield from small
     chargers = chargers_at(model, layout)
     if not chargers:
@@ -60,6 +64,10 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     if found is not None and isinstance(battery.consumption, Consumption):
         yield Finding("CHARGE_TOGETHER", found.place, found.text, found.cure)
     yield from _threshold(model, layout)
+    if not list(_battery_too_small(model, least_needs(model, layout))):
+        yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
+    yield from _not_settled(model, balance)
+    yield from _slots(model, layout)
     seconds = battery.capacity / battery.charge_rate * units.seconds
     if seconds < MINUTE and units.metre is not None:
         yield Finding(
@@ -71,7 +79,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 
 
 def cause(model: Model, layout: Layout, started: float | None = None) -> str:
-    """Why batteries run flat or do not last, and what helps, in one line: for errors in the course of a run.
+    """Why a battery ran flat, and what helps, in one line: for an error in the course of a run.
 
     `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet.
     """
@@ -81,7 +89,8 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
     if not chargers:
         return f"no bay has a charger: give {_some_bay(layout)}"
     balance = estimate(model, layout).power
-    known = [*errors(model, layout), *warnings(model, layout, balance)]
+    found = [*errors(model, layout), *warnings(model, layout, balance)]
+    known = [item for item in found if item.code in DRAINS]
     if known:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
     count = sum(chargers.values())
@@ -109,17 +118,23 @@ def _waits(model: Model) -> list[str]:
 
 @dataclass(frozen=True)
 class Needs:
-    """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good."""
+    """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
+
+    `of`: both for each task of a list, by its good and its own destinations; empty for flows.
+    """
 
     worst: str
     most: float
     reach: float
+    of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
 
-def least_needs(model: Model, layout: Layout) -> Needs:
+def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: bool = False) -> Needs:
     """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
 
     Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
+    `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
+    after the delivery.
     """
     battery, tasks = _battery(model), model.tasks
     draws, node_time, special = battery.draws, model.traffic.node_time, dict(model.traffic.node_times)
@@ -131,10 +146,13 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     }
     back_in_time = {(target, source): time for (source, target), time in times.items()}
     begins = ends = list(chargers_at(model, layout))
-    if not begins or not model.tasks.never_end:
+    if not begins or not (model.tasks.never_end or again):
         begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
-    out = draws.empty * min(model.fleet.exit_time, model.fleet.first_exit_time)
-    on_lanes = {start.node: 0.0 for start in model.fleet.starts(layout.bays) if start.on_lanes}
+    out = draws.empty * (model.fleet.exit_time if again else min(model.fleet.exit_time, model.fleet.first_exit_time))
+    if anywhere:
+        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
+    stands = () if again else model.fleet.starts(layout.bays)
+    on_lanes = {start.node: 0.0 for start in stands if start.on_lanes}
     if tasks.flows:
         flow = free_flow(model, layout, speed, at_once=True)
         assert isinstance(flow, FlowMix)
@@ -150,21 +168,19 @@ def least_needs(model: Model, layout: Layout) -> Needs:
     }
     unload = (time for _, time in own_times(model, layout).values() if time is not None)
     handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
-    worst, most, farthest = "good 0", 0.0, 0.0
+    of = {}
     for number, nodes in work:
         place = layout.storage[number]
         sides = layout.approaches(place.edge, place.offset)
-        farthest = max(farthest, min(reach[edge[0]] for edge, _ in sides))
         needs = []
         for edge, offset in sides:
             needs.append(reach[edge[0]] + beyond[nodes][edge[1]] + handling)
             if edge in paces:  # else it is at a node
                 to_good = offset / paces[edge]
                 needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
-        need = min(needs)
-        if need > most:
-            worst, most = f"good {number}", need
-    return Needs(worst, most, farthest)
+        of[number, nodes] = min(needs), min(reach[edge[0]] for edge, _ in sides)
+    worst = max(of, key=lambda task: of[task][0], default=(0, ()))
+    return Needs(f"good {worst[0]}", of[worst][0] if of else 0.0, max((far for _, far in of.values()), default=0.0), of)
 
 
 def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, float], ends: list[str]) -> Needs:
@@ -187,7 +203,7 @@ def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, floa
         farthest = max(farthest, float(np.min(reaches, axis=0).max()))
         if need > most:
             worst, most = f"a task of flow '{leg.flow}'", need
-    return Needs(worst, most, farthest)
+    return Needs(worst, most, farthest, {})
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
@@ -211,9 +227,15 @@ def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, f
 def holds(model: Model, battery: BatterySpec) -> float:
     """What a task may draw at most: a full battery, and the reserve where the policy does not look ahead."""
     known = levels(model)
+    return _full(model, battery) + (battery.reserve if known is None or known.margin is None else 0.0)
+
+
+def _full(model: Model, battery: BatterySpec) -> float:
+    """The highest level that a robot may begin a task with: at the start, or as charging leaves it."""
+    known = levels(model)
     if known is None or known.margin is None:
-        return battery.capacity + battery.reserve
-    return known.full if model.tasks.never_end else battery.capacity
+        return battery.capacity
+    return known.full if model.tasks.never_end else max(known.full, start_energy(model)[1] * battery.capacity)
 
 
 def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
@@ -231,16 +253,85 @@ def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
             ),
             f"{units}: check it; else a larger battery, or chargers closer",
         )
-    elif known is not None and known.margin is None and needs.reach > (battery.capacity - known.critical) * (1 + EPS):
+    elif known is not None and needs.reach > (left := _full(model, battery) - known.critical) * (1 + EPS):
         yield Finding(
             "BATTERY_TOO_SMALL",
             "battery.threshold",
             (
                 f"the drive to a good draws {amount(needs.reach)}, but the threshold {known.critical:g} leaves only "
-                f"{amount(battery.capacity - known.critical)} of a full battery for it, so the good is never fetched"
+                f"{amount(left)} of a full battery for it, so the good is never fetched"
             ),
             f"a lower threshold, or a larger battery ({units})",
         )
+
+
+def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Tasks that a robot has energy for only before it is charged: charging ends below a full battery.
+
+    Certain where a list has more of them than the batteries can do that the robots begin with.
+    """
+    known, chargers = levels(model), chargers_at(model, layout)
+    if known is None or known.margin is None or model.tasks.never_end or not chargers:
+        return
+    battery, later = _battery(model), least_needs(model, layout, again=True)
+    limit = known.full * (1 + EPS)
+    hard = {
+        task for task, (need, reach) in later.of.items() if max(need + known.margin, reach + known.critical) > limit
+    }
+    if not hard and max(later.most + known.margin, later.reach + known.critical) <= limit:
+        return
+    asked = zip(listed(model), own_destinations(model, layout), strict=True)
+    count = sum(task in hard for task in asked)
+    alone = least_needs(model, layout, anywhere=True).of
+    least = min((alone[task][0] for task in hard), default=0.0)
+    starts = start_energy(model)[1] * battery.capacity
+    possible = model.fleet.size * starts / least if least else math.inf
+    yield Finding(
+        "BATTERY_TOO_SMALL" if count > possible else "CHARGED_TOO_LOW",
+        "policies.charging",
+        (
+            f"{later.worst} draws at least {amount(later.most)}, and {amount(known.margin)} is kept back, but "
+            f"{model.policies.charging.name} ends charging at {amount(known.full)} of {amount(battery.capacity)}: only "
+            "a robot that has not been charged yet may do it"
+        ),
+        "charging that ends higher (full), less kept back (margin, critical), or a larger battery",
+    )
+
+
+def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
+    """Work without end that is counted before batteries have come to the levels where they stay."""
+    given, units = start_energy(model), model.units
+    if balance is None or not balance.chargers or not model.tasks.never_end or not 0 < balance.lasts < math.inf:
+        return
+    settled = tuple(level / _battery(model).capacity for level in settled_levels(model))
+    if model.run.warm_up >= balance.lasts or max(abs(a - b) for a, b in zip(given, settled, strict=True)) <= EPS:
+        return
+    shown = " to ".join(dict.fromkeys(f"{100 * share:.3g}" for share in given))
+    yield Finding(
+        "START_ENERGY",
+        "fleet.start_energy",
+        (
+            f"batteries start at {shown} %, last {amount(balance.lasts / units.hour)} h, and what follows "
+            f"{amount(model.run.warm_up / units.hour)} h counts: what charging costs may not show in it"
+        ),
+        "fleet.start_energy: settled, or a warm-up as long as a battery lasts",
+    )
+
+
+def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Slots in which robots wait for a charger, and do not work meanwhile."""
+    homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
+    for node, chargers in chargers_at(model, layout).items():
+        bay = layout.bays[node]
+        spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
+    for zone, count in spare.items():
+        if count:
+            yield Finding(
+                "CHARGER_SLOTS",
+                f"layout.bays.{zone}.places",
+                f"{count} slot{'s' * (count > 1)} beside chargers have none: robots that wait there do no work",
+                "as many slots as chargers may do better: total_chargers without places",
+            )
 
 
 def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from desim_warehouse.values.streams import Streams
 
 
+LEAST_CHARGE = 0.05
+"""Part of its capacity that a robot which must charge takes up before it is free again."""
+
+
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     """Chargers that robots can stand at, by the nodes of their bays; nodes without are left out."""
     home = model.fleet.homes(layout.bays)
@@ -50,16 +54,15 @@ def charging_rate(model: Model) -> float:
 
 
 def settled_levels(model: Model) -> tuple[float, float]:
-    """The levels between which batteries move in the long run, while there is work: where charging begins and ends.
+    """The levels between which batteries move in the long run: where charging begins, and where work may break it off.
 
-    Charging ends when it may be broken off for work, or where it goes on at any level when there is none, with a full
-    battery. Of a policy of the user's nothing is known but the battery's threshold.
+    Of a policy of the user's nothing is known but the battery's threshold.
     """
     battery, known = model.battery, levels(model)
     assert battery is not None
     if known is None:
         return battery.threshold, battery.capacity
-    return known.critical, known.full if known.good >= known.full else known.sufficient
+    return known.critical, min(max(known.sufficient, known.critical + LEAST_CHARGE * battery.capacity), known.full)
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:

@@ -34,7 +34,7 @@ from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.departures import Departures
 from desim_warehouse.world.robots.duty import duty_of
 from desim_warehouse.world.robots.levels import ChargingLevels
-from desim_warehouse.world.robots.reach import Reach
+from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
@@ -312,7 +312,8 @@ class World:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
             text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"
-        if self.dispatcher.open and self.dispatcher.is_in_vain:
+        both = self.model.fleet.has_hours and self.model.layout.has_hours
+        if both and self.dispatcher.open and self.dispatcher.is_in_vain and not self._unable():
             text += "; the hours of robots and stations do not meet, so that nobody can be given these tasks"
         return text
 
@@ -334,9 +335,12 @@ class World:
     def _unable(self) -> str:
         """Why no robot takes the first open task, if the battery is the reason."""
         task = next(iter(self.dispatcher.open.values()), None)
-        if task is None or any(self.reach.lasts(robot.view(), task) for robot in self.robots):
+        views = [robot.view() for robot in self.robots]
+        if task is None or not any(may_do(robot, task) for robot in views):
             return ""
-        return f"; no robot's battery lasts for task {task.number}: {self.reach.why_too_low()}"
+        if any(self.reach.lasts(robot, task) for robot in views if may_do(robot, task)):
+            return ""
+        return f"; no robot's battery lasts for task {task.number}: {self.reach.why_none_lasts(views, task)}"
 
 
 def _policy(kind: str, spec: PolicySpec) -> Any:

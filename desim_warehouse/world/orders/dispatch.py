@@ -139,7 +139,7 @@ class Dispatcher:
         if self.reach.give_back(task) > RETURNS:
             raise PolicyError(
                 f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
-                f"no battery seems to last for it: {self.reach.why_too_low()}"
+                f"no battery seems to last for it: {self.reach.why_none_lasts([robot.view()], task)}"
             )
         self._put_back(robot.number)
         self._forget(robot)

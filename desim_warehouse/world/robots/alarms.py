@@ -84,7 +84,7 @@ class Alarms:
         low = started if started is not None and started < spec.capacity else None
         raise BatteryError(
             f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
-            f"{self.reach.why_too_low(low)}"
+            f"{self.reach.why_flat(low)}"
         )
 
     def _low(self, _: Event) -> None:

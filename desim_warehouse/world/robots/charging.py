@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.model.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
 
 if TYPE_CHECKING:
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.robots.surroundings import WorkGiver
-
-LEAST_CHARGE = 0.05
-"""Part of its capacity that a robot which must charge takes up before it is free again."""
 
 
 class ChargingStop:

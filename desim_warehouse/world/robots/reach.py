@@ -13,12 +13,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.findings import amount
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stops import driven, handled
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from simpy import Environment
 
@@ -103,9 +104,26 @@ class Reach:
         self._to_charger: dict[tuple[str, str, float], float] = {}
         self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
 
-    def why_too_low(self, started: float | None = None) -> str:
-        """Why batteries run flat or do not last in this model, and what helps (`started` as in `cause`)."""
+    def why_flat(self, started: float | None = None) -> str:
+        """Why a battery ran flat in this model, and what helps (`started` as in `cause`)."""
         return cause(self._model, self._layout, started)
+
+    def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
+        """What robots have, and what they need for a task that none of their batteries lasts for; and what helps."""
+        able = [robot for robot in robots if may_do(robot, task)]
+        best = min(able, key=lambda robot: self._enough_now(robot, task) - robot.energy)
+        levels = self.levels(best)
+        kept = f", with {amount(levels.margin)} kept back" if levels.margin else ""
+        has = f"robot {best.number} has {amount(best.energy)}, and needs {amount(self._enough_now(best, task))} for it"
+        if not self.chargers:
+            return f"{has}{kept}; {cause(self._model, self._layout)}"
+        return (
+            f"{has}{kept}; charging ends at {amount(levels.full)} (policies.charging); a larger battery, or levels and "
+            "a margin that let it take the task"
+        )
+
+    def _enough_now(self, robot: RobotView, task: Task) -> float:
+        return self.enough(robot, task, self.stations.choose(robot, task), self.levels(robot))
 
     # What a robot may take
 
@@ -135,7 +153,7 @@ class Reach:
         """Whether the robot may take the task and, driving freely, will not have to give it back on the way."""
         if not self.batteries:
             return True
-        return robot.energy >= self.enough(robot, task, self.stations.choose(robot, task), self.levels(robot))
+        return robot.energy >= self._enough_now(robot, task)
 
     def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
         """For all pairs, whether there is room at the station and the energy lasts: a row for each robot."""
