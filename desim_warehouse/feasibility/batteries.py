@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
@@ -286,8 +286,8 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
     least = min((alone[task][0] for task in hard), default=0.0)
     starts = start_energy(model)[1] * battery.capacity
     possible = model.fleet.size * starts / least if least else math.inf
-    yield Finding(
-        "BATTERY_TOO_SMALL" if count > possible else "CHARGED_TOO_LOW",
+    found = Finding(
+        "CHARGED_TOO_LOW",
         "policies.charging",
         (
             f"{later.worst} draws at least {amount(later.most)}, and {amount(known.margin)} is kept back, but "
@@ -296,6 +296,7 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
         ),
         "charging that ends higher (full), less kept back (margin, critical), or a larger battery",
     )
+    yield replace(found, code="BATTERY_TOO_SMALL") if count > possible else found
 
 
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 LEAST_DRIFT = 0.01
 """Share of the capacity per hour by which the mean level must move."""
-CONFIDENCE = 0.95
+CONFIDENCE = 0.99
 """Of the interval that the move must exceed."""
 
 
