@@ -73,7 +73,7 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
     if model.battery is None:
         return [math.inf] * model.fleet.size
     capacity, (low, high) = model.battery.capacity, start_energy(model)
-    if not model.fleet.draws_energy:
+    if low == high:
         return [capacity * low] * model.fleet.size
     return [
         capacity * float(streams.stream("start-energy", robot).uniform(low, high)) for robot in range(model.fleet.size)

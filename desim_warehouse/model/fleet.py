@@ -265,10 +265,9 @@ class Fleet(Part):
         """Whether any robot has a calendar."""
         return any(name is not None for name in self.hours_of_robots())
 
-    @property
-    def draws_energy(self) -> bool:
-        """Whether batteries start at levels that are drawn."""
-        return isinstance(self.start_energy, SpreadEnergy) or self.start_energy == "settled"
+    def is_random(self, model: Any) -> bool:
+        """Whether a part of it is, or batteries start at levels that are drawn."""
+        return (model.battery is not None and self.start_energy == "settled") or super().is_random(model)
 
     def homes(self, bays: Iterable[str]) -> list[str]:
         """The node beside which every robot starts, by number, given the nodes with bays."""

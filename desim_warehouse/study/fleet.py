@@ -72,6 +72,7 @@ class Sized:
     chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
     the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
+    `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Sized:
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[tuple[int, int], ...] = ()
+    worse: tuple[tuple[int, int, Estimate], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -336,7 +338,8 @@ class _Planner:
         in_hours = base.layout.has_hours or base.fleet.has_hours
         shown_by = tuple(indicator for part in used for indicator in indicators_of(base)[part])
         left = tuple(counts[number] for number in found.open)
-        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left)
+        worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
+        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse)
 
     def _cheapest(self, study: Study, scout: Study, counts: list[Counts]) -> Cheapest:
         """The cheapest of the designs of a study, which a scout with other runs looks for first."""

@@ -69,9 +69,25 @@ def promise(plan: FleetPlan) -> str:
         return f"With {100 * plan.confidence:g} % confidence for each demand, all that is said to be known is right."
     return (
         f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, "
-        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse). "
+        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse{_tried(plan)}). "
         "Ranges of verdicts hold however often the runs were looked at; the commands look once, and may print others."
     )
+
+
+def _tried(plan: FleetPlan) -> str:
+    """How far it is known that larger fleets do no worse."""
+    if any(sized.worse for sized in _demands(plan)):
+        return "; where they did, every cheaper one was judged by itself"
+    return "; one more of each than the fleets named did not" if plan.sized else "; one more than those named did not"
+
+
+def _worse(plan: FleetPlan, sized: Sized) -> str:
+    """Larger designs that do worse than a smaller one."""
+    said = [
+        f"{words.fleet(robots, chargers)} by {words.amount(plan.target.indicator, abs(difference.mean))}"
+        for robots, chargers, difference in sized.worse
+    ]
+    return f" More is not always better here: {spoken(said)} worse; so cheaper fleets were searched step by step."
 
 
 def notes(model: Model) -> list[str]:
@@ -200,7 +216,7 @@ def _sized(plan: FleetPlan, sized: Sized, when: str) -> str:
     close = [one for one in sized.below if _is_close(one)]
     if close:
         line += f" ({spoken([_fleet(one) for one in close], 'or')} may do: too close to tell)"
-    return f"{line}."
+    return f"{line}." + (_worse(plan, sized) if sized.worse else "")
 
 
 def _strategy(plan: FleetPlan) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING
+from desim_warehouse.study.statistics.larger import Larger, larger_steps
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.sizing import judged, looks_at
 
@@ -36,7 +37,8 @@ class Cheapest:
     `design` is None if none was shown to. `verdicts` are those judged, by number, in their order; `below` are the
     designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
     from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
-    the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far.
+    the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
+    designs with one more of a count; where one of them does worse, no design was ruled out by another.
     """
 
     design: int | None
@@ -47,6 +49,7 @@ class Cheapest:
     confidence: float
     zone: float
     open: tuple[int, ...] = ()
+    larger: tuple[Larger, ...] = ()
 
     @property
     def close(self) -> tuple[int, ...]:
@@ -214,7 +217,8 @@ def cheapest_meeting_steps(
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
 
     Source: see `Judge`.
-    Assumes: as `Judge`; that no design does worse than one with less of both counts.
+    Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one with one more of a count
+    than the answer does, the cheaper ones are judged one after the other, the cheapest first.
     """
     check_confidence(judge.confidence)
     if not designs or len(set(designs)) < len(designs) or judge.zone < 0:
@@ -231,6 +235,7 @@ def cheapest_meeting_steps(
 
     best: int | None = None
     open_: list[int] = []
+    larger: tuple[Larger, ...] = ()
     try:
         while best is None and top not in failing:
             candidate = next((n for n in order if not ruled_out(n, failing | doubts)), top)
@@ -246,6 +251,22 @@ def cheapest_meeting_steps(
             else:
                 failing.add(largest)
             open_ = _cheaper(best, order, failing, ruled_out)
+        if best is not None:
+            larger = yield from larger_steps(
+                best,
+                designs,
+                judge.target,
+                judge.verdicts[best].n,
+                judge.confidence,
+                judge.budget,
+                deterministic=judge.deterministic,
+            )
+        if best is not None and any(one.worse for one in larger):
+            for number in order[: order.index(best)]:
+                if (yield from judge.verdict(number)) == "meets":
+                    best = number
+                    break
+                failing.add(number)
     except RunsEndedError:
         failing = {number for number in failing if judge.verdicts[number].verdict == "fails"}
         among = order if best is None else order[: order.index(best)]
@@ -259,6 +280,7 @@ def cheapest_meeting_steps(
         judge.confidence,
         judge.zone,
         tuple(open_),
+        larger,
     )
 
 
