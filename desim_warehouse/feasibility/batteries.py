@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Levels
 
 DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGERS_SHORT", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
-"""Findings from which it follows that a robot may run flat; a battery too small for a task is not sent out with it."""
+"""Findings from which it follows that a robot may run flat."""
 EPS = 1e-9
 MINUTE = 60.0
 
@@ -90,7 +90,9 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
         return f"no bay has a charger: give {_some_bay(layout)}"
     balance = estimate(model, layout).power
     found = [*errors(model, layout), *warnings(model, layout, balance)]
-    known = [item for item in found if item.code in DRAINS]
+    ahead = (known_levels := levels(model)) is not None and known_levels.margin is not None
+    drains = DRAINS if ahead else {*DRAINS, "BATTERY_TOO_SMALL"}  # who looks ahead is not sent out with such a battery
+    known = [item for item in found if item.code in drains]
     if known:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
     count = sum(chargers.values())
@@ -103,6 +105,12 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
     wait = f"it waited longer than its battery lasts, {spoken(_waits(model), 'or')}"
     cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
     return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
+
+
+def too_small(model: Model, layout: Layout) -> str:
+    """Which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
+    found = list(_battery_too_small(model, least_needs(model, layout))) or list(_charged_too_low(model, layout))
+    return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in found)
 
 
 def _waits(model: Model) -> list[str]:

@@ -214,3 +214,68 @@ def test_the_cause_of_a_flat_battery_names_all_that_a_robot_may_have_waited_for(
     assert "waited longer than its battery lasts, in traffic or for a charger; " in cause(plain, plain.floor)
     said = cause(wide, wide.floor)
     assert "in traffic, for a repair, for a station to open, for an edge to open, for people or for a charger; " in said
+
+
+# Charging that ends below a full battery
+
+
+def ring(capacity, **changes):
+    """One robot on a ring of 200, two chargers; a task draws 210, and a tenth of the battery is kept back."""
+    return dw.load(
+        {
+            "layout": {
+                "nodes": {"A": [0, 0], "B": [50, 0], "C": [50, 50], "D": [0, 50]},
+                "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+                "storage": [{"edge": ["B", "C"], "offset": 25}],
+                "bays": {"home": {"at": ["A"], "places": 2}},
+                "stations": {"s": {"at": ["D"]}},
+            },
+            "fleet": {"size": 1, "robot": {"radius": 0.3, "speed": 1}},
+            "tasks": {"goods": [0] * 6, "unload_at": ["s"], "load_time": 5, "unload_time": 5},
+            "battery": {"capacity": capacity, "threshold": capacity * 0.2, "consumption": 1, "charge_rate": 1.0},
+            "policies": {"charging": "four-thresholds"},
+        },
+        changes,
+    )
+
+
+@pytest.mark.parametrize("capacity", [235, 240])
+def test_a_battery_that_lasts_only_before_it_is_charged_is_refused(capacity):
+    """Full it has 235, of which 210 are drawn and 23.5 kept; charged to 95 % it has 223.25."""
+    said = rf"policies\.charging: good 0 draws at least 210, .* ends charging at {0.95 * capacity:.4g} of {capacity}: "
+    with pytest.raises(CheckError, match=said):
+        dw.simulate(ring(capacity))
+    assert (
+        dw.simulate(ring(capacity, **{"policies.charging": {"name": "four-thresholds", "full": 1}})).kpis["tasks"] == 6
+    )
+
+
+def test_a_battery_that_lasts_when_it_is_charged_is_not():
+    """0.95 x 250 = 237.5 is 235 and what is over."""
+    assert check(ring(250)).findings == []
+    assert dw.simulate(ring(250)).kpis["tasks"] == 6
+
+
+def test_where_its_first_charge_may_do_it_is_a_warning():
+    model = ring(240, **{"tasks.goods": [0]})
+    assert {found.code: found.level for found in check(model).findings} == {"CHARGED_TOO_LOW": "warning"}
+    assert dw.simulate(model).kpis["tasks"] == 1
+
+
+def test_a_run_that_stalls_names_what_robots_have_and_need_and_nothing_that_does_not_follow():
+    model = ring(240, **{"accept": ["BATTERY_TOO_SMALL"], "battery.charge_rate": 24})
+    with pytest.raises(
+        dw.WarehouseError, match=r"only a robot that has not been charged .*; robot 0 has 228, and needs 23\d"
+    ) as caught:
+        dw.simulate(model)
+    for unproven in ("FAST_CHARGE", "hours", "more chargers", "in traffic"):
+        assert unproven not in str(caught.value)
+
+
+def test_slots_beside_chargers_without_one_are_noted():
+    bays = {"at": ["A", "C", "F", "H"], "places": 2, "total_chargers": 6}
+    found = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]
+    assert found.level == "note"
+    assert "2 slots beside chargers have none" in found.text
+    assert "CHARGER_SLOTS" not in codes({"layout.bays.chargers": {**bays, "places": None}})
+    assert "CHARGER_SLOTS" not in codes({})

@@ -15,7 +15,7 @@ from desim_warehouse.report import run_parts, study_parts
 from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})
-BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 7200}}
+BUSY = {"tasks.goods": {"poisson": 900}, "run": {"length": 7200}, "fleet.start_energy": "settled"}
 
 
 def codes(kpis, model=TUTORIAL):
@@ -119,7 +119,7 @@ def run_desim(*words):
     return CliRunner().invoke(desim, list(words), catch_exceptions=False).output
 
 
-SETS = ("--set", "tasks.goods={poisson: 900}", "--set", "run={length: 7200}")
+SETS = ("--set", "tasks.goods={poisson: 900}", "--set", "run={length: 7200}", "--set", "fleet.start_energy=settled")
 
 
 def test_a_run_says_its_verdicts_once():

@@ -69,7 +69,8 @@ def promise(plan: FleetPlan) -> str:
         return f"With {100 * plan.confidence:g} % confidence for each demand, all that is said to be known is right."
     return (
         f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, "
-        f"and no smaller one is better than that by {zone} or more (if more robots and chargers never do worse{_tried(plan)}). "
+        f"and no smaller one is better than that by {zone} or more "
+        f"(if more robots and chargers never do worse{_tried(plan)}). "
         "Ranges of verdicts hold however often the runs were looked at; the commands look once, and may print others."
     )
 

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.batteries import cause
+from desim_warehouse.feasibility.batteries import cause, too_small
 from desim_warehouse.findings import amount
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stops import driven, handled
@@ -117,6 +117,8 @@ class Reach:
         has = f"robot {best.number} has {amount(best.energy)}, and needs {amount(self._enough_now(best, task))} for it"
         if not self.chargers:
             return f"{has}{kept}; {cause(self._model, self._layout)}"
+        if small := too_small(self._model, self._layout):
+            return f"{small}; {has}{kept}"
         return (
             f"{has}{kept}; charging ends at {amount(levels.full)} (policies.charging); a larger battery, or levels and "
             "a margin that let it take the task"

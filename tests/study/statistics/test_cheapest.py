@@ -54,7 +54,7 @@ def test_fewest_robots_then_fewest_chargers():
     assert [GRID[number] for number in found.below] == [(4, 4), (5, 1)]
     assert [found.verdicts[number].verdict for number in (*found.below, found.design)] == ["fails", "fails", "meets"]
     # only these three are judged, ten runs each; the scout needed some more
-    assert (len(found.verdicts), found.runs, found.close) == (3, 30, ())
+    assert (len(found.verdicts), found.runs, found.close) == (3, 50, ())  # 10 of each, and 10 of each with one more
 
 
 def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
@@ -154,3 +154,26 @@ def test_its_statement_holds_as_often_as_it_says():
         meets = found.design is None or truth[found.design] >= 0.9
         held += meets and all(mean(design) < 0.91 for design in cheaper)
     assert held >= 380 - 3 * np.sqrt(400 * 0.05 * 0.95)
+
+
+# Where more does worse
+
+
+def test_one_more_that_does_worse_has_the_cheaper_designs_judged_one_by_one():
+    """A second charger brings a queue, so no design with two is enough but the largest."""
+    designs = [(first, second) for first in range(1, 6) for second in (1, 2)]
+    means = {design: 0.9 + 0.05 * design[0] - 0.2 * (design[1] == 2) + 0.3 * (design == (5, 2)) for design in designs}
+    judge = Judge(Target("on_time", ">=", 1), n0=4, cap=4, deterministic=True)
+    steps = cheapest_meeting_steps(designs, lambda design: (design[1], design[0]), judge)
+    found = follow(steps, lambda number, _: means[designs[number]])
+    assert designs[found.design] == (2, 1)
+    assert [(designs[one.number], one.worse) for one in found.larger] == [((3, 1), False), ((2, 2), True)]
+    assert found.larger[1].difference.mean == pytest.approx(-0.2)
+
+
+def test_the_larger_designs_are_left_where_the_runs_end():
+    designs = [(1, 1), (2, 1), (1, 2), (2, 2)]
+    judge = Judge(Target("on_time", ">=", 1), n0=1, cap=1, deterministic=True, budget=Budget(2))
+    found = follow(cheapest_meeting_steps(designs, lambda design: design, judge), lambda *_: 2.0)
+    assert designs[found.design] == (1, 1)
+    assert len(found.larger) == 1

@@ -1,0 +1,103 @@
+"""Batteries that have not settled while a run counts, and what is to be expected once they have."""
+
+import pytest
+import yaml
+
+import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.charging import settled_levels, start_energy
+from desim_warehouse.outcome import settled
+from desim_warehouse.outcome.verdicts import judge_design, judge_run
+from desim_warehouse.run import check
+
+WORDS = Draft(size=(60, 40), orders=200, robots=8, chargers=2, due=5, aisles=8, stations=3)
+
+
+@pytest.fixture(scope="module")
+def warehouse():
+    return dw.load(yaml.safe_load(draft(WORDS)))
+
+
+def before(model):
+    """As drafts were before: batteries at 40 to 100 %, which last 5.6 h, counted from hour 1 to 5."""
+    return model.replace({"fleet.start_energy": {"uniform": [0.4, 1]}, "run": {"length": 18_000, "warm_up": 3600}})
+
+
+def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
+    """8 (1 - f) 0.005 = 8 f 0.02: f = 20 %, so that 1.6 robots charge, at two chargers that are used 80 %."""
+    counted, share = 14_400.0, 0.15
+    kpis = {
+        "T": counted + 7200,
+        "energy": 8 * counted * (1 - share) * 0.005,
+        "share_charging": share,
+        "charger_utilisation": 8 * share / 2,
+    }
+    assert settled.expected(kpis, warehouse) == (
+        "settled, by hand, 1.6 robots charge and 6.4 are at work, with chargers used 80 % of the time (here 60 %)"
+    )
+    lone = warehouse.replace({"layout.bays.charging.total_chargers": 1})
+    assert settled.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 chargers"
+
+
+def test_a_level_moves_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
+    # the half-width of 99 % at 3 degrees of freedom is 5.84 s / 2: of a standard deviation of 0.01 it is 0.029
+    assert settled.drift([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(-0.05)
+    assert settled.drift([0.04, 0.05, 0.06, 0.05], warehouse) == pytest.approx(0.05)
+    assert settled.drift([-0.01, -0.09, 0.0, -0.1], warehouse) is None
+    assert settled.drift([-0.009] * 4, warehouse) is None
+    assert settled.drift([-0.05], warehouse) is None
+    assert settled.drift([-0.05] * 4, warehouse.replace({"battery": None})) is None
+    assert settled.drift([-0.05] * 4, warehouse.replace({"tasks.goods": {"random": 9}})) is None
+
+
+def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
+    """The README's 8 robots and 2 chargers: 97 % on time in hours 1 to 5, below 95 % in hours 8 to 14."""
+    study = dw.Study(before(warehouse), {"fleet.size": [8]}, replications=8, target="on_time >= 50 %")
+    study.run()
+    [found] = [verdict for verdict in study.results.verdicts["fleet.size=8"] if verdict.code == "NOT_SETTLED"]
+    assert found.text.startswith("not settled: batteries fall by ")
+    assert "settled, by hand, 1.6 robots charge" in found.text
+    assert study.results.judged["fleet.size=8"].verdict == "fails"
+
+
+def test_a_draft_starts_settled_and_stays_so(warehouse):
+    low, high = start_energy(warehouse)
+    assert (low, high) == (0.3, 0.5)
+    assert settled_levels(warehouse) == (30, 50)
+    study = dw.Study(warehouse, {"fleet.size": [8]}, replications=6, target="on_time >= 50 %")
+    study.run()
+    assert study.results.verdicts["fleet.size=8"] == []
+    assert study.results.judged["fleet.size=8"].verdict == "meets"
+    assert not [found for found in check(warehouse).findings if found.code == "START_ENERGY"]
+    assert [found.level for found in check(before(warehouse)).findings if found.code == "START_ENERGY"] == ["note"]
+
+
+def test_one_run_is_judged_by_the_moves_of_its_robots():
+    """All start full and always work: each falls by what it draws, 0.005 of 100 a second, 18 % an hour."""
+    text = draft(Draft(size=(30, 20), orders=40, robots=4, chargers=4))
+    model = dw.load(
+        yaml.safe_load(text), {"fleet.start_energy": 1, "tasks.goods": {"saturated": 8}, "run": {"length": 7200}}
+    )
+    run = dw.simulate(model)
+    assert settled.drifts_of_robots(run.history) == pytest.approx([-0.18] * 4)
+    assert [verdict.code for verdict in judge_run(run.kpis, run.history)] == ["NOT_SETTLED"]
+
+
+def test_falling_for_good_is_said_once(warehouse):
+    kpis = {"T": 21_600.0, "energy": 1e6, "charger_utilisation": 0.99, "share_charging": 0.2}
+    runs = [{**kpis, "energy_drift_per_hour": drift} for drift in (-0.05, -0.06, -0.05)]
+    assert [verdict.code for verdict in judge_design(runs, warehouse)] == ["BATTERIES_FALL"]
+
+
+@pytest.mark.parametrize(
+    ("policy", "levels"),
+    [
+        ("threshold", (25, 100)),
+        ("reach-aware", (10, 100)),
+        ("opportunity", (20, 25)),
+        ({"name": "four-thresholds", "critical": 0.2, "sufficient": 0.2, "good": 0.4}, (20, 25)),
+        ({"name": "swap", "time": 60}, (20, 100)),
+    ],
+)
+def test_every_policy_says_between_which_levels_batteries_move(warehouse, policy, levels):
+    assert settled_levels(warehouse.replace({"policies.charging": policy})) == pytest.approx(levels)
