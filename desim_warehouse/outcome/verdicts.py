@@ -164,7 +164,7 @@ RULES = {
     ),
     "NOT_SETTLED": VerdictRule(
         "not settled",
-        "not settled: batteries {} by {} % an hour while counted; {}",
+        "not settled: batteries {} an hour while counted; {}",
         "work never ends, and in the counted time the fleet's mean level moves by at least "
         f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
@@ -238,7 +238,7 @@ def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str,
     size = settled.drift(moves, model)
     if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
         return found
-    words = "fall" if size < 0 else "rise", _shown(100 * abs(size)), settled.expected(kpis, model)
+    words = f"{'fall' if size < 0 else 'rise'} by {_shown(100 * abs(size))} %", settled.expected(kpis, model)
     order, new = list(RULES), Verdict("NOT_SETTLED", RULES["NOT_SETTLED"].text.format(*words), abs(size))
     return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
 
