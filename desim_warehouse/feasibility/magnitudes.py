@@ -9,8 +9,7 @@ from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility.batteries import MINUTE
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.spec import Blocks, StationSpec
-from desim_warehouse.model import energy
-from desim_warehouse.model.charging import levels
+from desim_warehouse.model.charging import levels, start_energy
 from desim_warehouse.model.demand import order_files
 from desim_warehouse.model.fleet import Fleet, Kind, RobotSpec
 from desim_warehouse.model.flows import FlowSpec, Profile
@@ -231,7 +230,7 @@ def _battery(model: Model, found: HandCalculation) -> Iterator[Finding]:
         text = f"an empty battery is full in {_said(fills, 'time')}, and lasts {_said(lasts, 'time')} of work"
         yield Finding("BATTERY_RATES", "battery.charge_rate", text, unit)
     known = levels(model)
-    start = max(energy.start_energy(model)) * battery.capacity
+    start = max(start_energy(model)) * battery.capacity
     if known is not None and start <= known.critical:
         text = (
             f"every robot starts with at most {amount(start)} of {amount(battery.capacity)}, and charges at "
