@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from itertools import groupby
 
-from desim_warehouse.model.charging import start_levels
+from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.values.streams import Streams
 from tests.done import done
 

@@ -86,10 +86,10 @@ MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
     "feasibility/rules.py": {"unloading"},  # in a sentence
-    "model/disturbances.py": {"closed"},  # in a sentence
-    "model/charging.py": {"charging"},  # a kind of policy
+    "model/facts/disturbances.py": {"closed"},  # in a sentence
+    "model/facts/charging.py": {"charging"},  # a kind of policy
     "layout/checks.py": {"unloading"},  # in a sentence
-    "model/policy.py": {"charging"},
+    "model/sections/policy.py": {"charging"},
     "plants/lif.py": {"loaded"},  # a key of the format
     "plants/lif_keys.py": {"loaded"},
     "plants/lif_losses.py": {"loaded"},

@@ -12,9 +12,9 @@ from desim_warehouse.errors import CheckError, LayoutError
 from desim_warehouse.feasibility import closures, rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.layout import checks
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.orders import files_of, nodes_named
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.orders import files_of, nodes_named
 
 if TYPE_CHECKING:
     from desim_warehouse.findings import Finding

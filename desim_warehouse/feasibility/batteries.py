@@ -14,14 +14,14 @@ from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, least_task
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
-from desim_warehouse.model import energy
-from desim_warehouse.model.battery import Consumption
-from desim_warehouse.model.charging import chargers_at, levels, settled_levels, start_energy
-from desim_warehouse.model.demand import always_open, arrival_rate, asked_for, len_of_orders, listed
-from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
-from desim_warehouse.model.goods import RandomGoods
-from desim_warehouse.model.stations import own_times
+from desim_warehouse.model.facts import energy
+from desim_warehouse.model.facts.charging import chargers_at, levels, settled_levels, start_energy
+from desim_warehouse.model.facts.demand import always_open, arrival_rate, asked_for, len_of_orders, listed
+from desim_warehouse.model.facts.destinations import destinations, own_destinations
+from desim_warehouse.model.facts.stations import own_times
+from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.sections.goods import RandomGoods
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.battery import BatterySpec
+    from desim_warehouse.model.sections.battery import BatterySpec
     from desim_warehouse.policies import Levels
 
 DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGERS_SHORT", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}

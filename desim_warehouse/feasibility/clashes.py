@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
-from desim_warehouse.model.demand import demand, order_files
-from desim_warehouse.model.disturbances import at_times, never_in_run
-from desim_warehouse.model.flows import Profile, Rates, ScheduleArrivals, StorageEnd
-from desim_warehouse.model.goods import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.facts.demand import demand, order_files
+from desim_warehouse.model.facts.disturbances import at_times, never_in_run
+from desim_warehouse.model.sections.flows import Profile, Rates, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.values.calendars import DAY, Shifts, Stretches, seconds_of, without
 from desim_warehouse.values.fields import parts_in
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
-from desim_warehouse.model.disturbances import occupied, with_storage
+from desim_warehouse.model.facts.disturbances import occupied, with_storage
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator

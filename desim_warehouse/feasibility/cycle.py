@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.battery import Consumption
+    from desim_warehouse.model.sections.battery import Consumption
 
 
 @dataclass(frozen=True)

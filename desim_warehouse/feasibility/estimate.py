@@ -24,9 +24,9 @@ from desim_warehouse.feasibility.power import Power, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
-from desim_warehouse.model.demand import arrival_rate
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.stations import open_share, own_times, specs, worked_capacity
+from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.stations import open_share, own_times, specs, worked_capacity
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.free_flow import FreeFlow

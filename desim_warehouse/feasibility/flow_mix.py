@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
-from desim_warehouse.model.demand import flow_rates
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import StorageEnd
-from desim_warehouse.model.popularity import shares
-from desim_warehouse.model.stations import flow_times, own_times
+from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.stations import flow_times, own_times
+from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.model.sections.popularity import shares
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.flows import FlowSpec, Route
+    from desim_warehouse.model.sections.flows import FlowSpec, Route
 
 POINTS = 300
 LOAD, UNLOAD = 0, 1

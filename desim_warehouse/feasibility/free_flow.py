@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.travel import free_travel
-from desim_warehouse.model.demand import demand, listed
-from desim_warehouse.model.destinations import destinations, own_destinations
-from desim_warehouse.model.stations import own_times
+from desim_warehouse.model.facts.demand import demand, listed
+from desim_warehouse.model.facts.destinations import destinations, own_destinations
+from desim_warehouse.model.facts.stations import own_times
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,12 +7,12 @@ from statistics import fmean
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import OrdersArrivals, ScheduleArrivals
-from desim_warehouse.model.hours import STEPS, first_stretches
-from desim_warehouse.model.orders import summary
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.hours import STEPS, first_stretches
+from desim_warehouse.model.facts.stations import specs
 from desim_warehouse.model.schema import reading
-from desim_warehouse.model.stations import specs
+from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
+from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:

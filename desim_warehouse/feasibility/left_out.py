@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.disturbances import disturbances
+from desim_warehouse.model.facts.disturbances import disturbances
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout

@@ -9,15 +9,15 @@ from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility.batteries import MINUTE
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.spec import Blocks, StationSpec
-from desim_warehouse.model.charging import levels, start_energy
-from desim_warehouse.model.demand import order_files
-from desim_warehouse.model.fleet import Fleet, Kind, RobotSpec
-from desim_warehouse.model.flows import FlowSpec, Profile
-from desim_warehouse.model.goods import PoissonGoods, SaturatedGoods
-from desim_warehouse.model.people import PeopleSpec
-from desim_warehouse.model.policy import Policies
+from desim_warehouse.model.facts.charging import levels, start_energy
+from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.schema import Prices, RunSpec, Tasks
-from desim_warehouse.model.traffic import SlowSpec, TrafficSpec
+from desim_warehouse.model.sections.fleet import Fleet, Kind, RobotSpec
+from desim_warehouse.model.sections.flows import FlowSpec, Profile
+from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.people import PeopleSpec
+from desim_warehouse.model.sections.policy import Policies
+from desim_warehouse.model.sections.traffic import SlowSpec, TrafficSpec
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import Pattern
 from desim_warehouse.values.distributions import Distribution, mean_of

@@ -6,10 +6,10 @@ from functools import partial
 from operator import mul
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.demand import flow_rates
-from desim_warehouse.model.flows import PoissonArrivals, ProfileArrivals, Rates
-from desim_warehouse.model.goods import PoissonGoods
-from desim_warehouse.model.hours import first_stretches
+from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.hours import first_stretches
+from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, Rates
+from desim_warehouse.model.sections.goods import PoissonGoods
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

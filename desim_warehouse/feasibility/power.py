@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
-from desim_warehouse.model.charging import chargers_at, charging_rate
+from desim_warehouse.model.facts.charging import chargers_at, charging_rate
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.cycle import Cycle

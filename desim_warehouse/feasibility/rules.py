@@ -9,8 +9,8 @@ from desim_warehouse.feasibility import batteries, clashes, crowds, hours, magni
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.goods import PoissonGoods
-from desim_warehouse.model.stations import specs
+from desim_warehouse.model.facts.stations import specs
+from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:

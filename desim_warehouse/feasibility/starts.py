@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.model.sections.fleet import Start
 
 EPS = 1e-6
 Stand = frozenset[str]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.spec import BaySpec
-from desim_warehouse.model.demand import order_files
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import FlowSpec, StorageEnd
-from desim_warehouse.model.goods import Good, PoissonGoods, SaturatedGoods
-from desim_warehouse.model.keys import whole_annotation
+from desim_warehouse.model.facts.demand import order_files
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.keys import whole_annotation
+from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
+from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import Names
 from desim_warehouse.values.fields import Part, parts_in

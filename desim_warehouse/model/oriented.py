@@ -12,7 +12,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.read import load
 
 if TYPE_CHECKING:

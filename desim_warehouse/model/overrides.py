@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.messages import Keys, Outline, Places, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
-from desim_warehouse.model.policy import Policies
+from desim_warehouse.model.sections.policy import Policies
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -17,10 +17,13 @@ from desim_warehouse.layout.spec import (
     LayoutSpec,
     NodesOfStations,
 )
-from desim_warehouse.model.battery import BatterySpec
 from desim_warehouse.model.events import too_many
-from desim_warehouse.model.fleet import Fleet
-from desim_warehouse.model.flows import (
+from desim_warehouse.model.messages import Outline, report
+from desim_warehouse.model.overrides import override
+from desim_warehouse.model.parse import Document, from_mapping
+from desim_warehouse.model.sections.battery import BatterySpec
+from desim_warehouse.model.sections.fleet import Fleet
+from desim_warehouse.model.sections.flows import (
     FlowSpec,
     PoissonArrivals,
     ProfileArrivals,
@@ -28,16 +31,13 @@ from desim_warehouse.model.flows import (
     fixed_orders,
     mean_rate,
 )
-from desim_warehouse.model.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
-from desim_warehouse.model.messages import Outline, report
-from desim_warehouse.model.orders import Reading, files_of, problems_of
-from desim_warehouse.model.overrides import override
-from desim_warehouse.model.parse import Document, from_mapping
-from desim_warehouse.model.people import PeopleSpec
-from desim_warehouse.model.policy import Policies
-from desim_warehouse.model.popularity import PopularityRule
+from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
+from desim_warehouse.model.sections.people import PeopleSpec
+from desim_warehouse.model.sections.policy import Policies
+from desim_warehouse.model.sections.popularity import PopularityRule
+from desim_warehouse.model.sections.traffic import TrafficSpec
 from desim_warehouse.model.tables import resolve
-from desim_warehouse.model.traffic import TrafficSpec
 from desim_warehouse.model.valid import valid
 from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART

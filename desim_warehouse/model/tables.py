@@ -12,11 +12,11 @@ from pydantic import ValidationError
 from desim_warehouse.errors import ModelError, nearest, reason, spoken
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.flows import MatrixFile
 from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
-from desim_warehouse.model.orders import sha256
-from desim_warehouse.model.policy import KINDS
-from desim_warehouse.model.popularity import WeightsFile
+from desim_warehouse.model.sections.flows import MatrixFile
+from desim_warehouse.model.sections.orders import sha256
+from desim_warehouse.model.sections.policy import KINDS
+from desim_warehouse.model.sections.popularity import WeightsFile
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS

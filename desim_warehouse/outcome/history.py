@@ -16,8 +16,8 @@ from itertools import islice, zip_longest
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.model import energy
-from desim_warehouse.model.charging import chargers_at, start_levels
+from desim_warehouse.model.facts import energy
+from desim_warehouse.model.facts.charging import chargers_at, start_levels
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
 from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names, seen
 from desim_warehouse.values.streams import Streams

@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.charging import chargers_at
+from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
 from desim_warehouse.states import SHOWN
 from desim_warehouse.values.calendars import ALWAYS

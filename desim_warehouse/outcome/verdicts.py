@@ -11,8 +11,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.charging import chargers_at, charging_rate
-from desim_warehouse.model.hours import longest_closed
+from desim_warehouse.model.facts.charging import chargers_at, charging_rate
+from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome import settled
 from desim_warehouse.outcome.past_knee import (
     FEWER,

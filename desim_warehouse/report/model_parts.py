@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import errors
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.disturbances import disturbances
-from desim_warehouse.model.flows import in_words
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.disturbances import disturbances
+from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.report import html
 from desim_warehouse.report.text import words
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.fleet import RobotSpec
+    from desim_warehouse.model.sections.fleet import RobotSpec
     from desim_warehouse.report.html import Html
 
 
@@ -118,7 +118,7 @@ def _battery(model: Model) -> str:
 
 def _policies(model: Model) -> str:
     """The policies by kind, with their parameters."""
-    from desim_warehouse.model.policy import PolicySpec
+    from desim_warehouse.model.sections.policy import PolicySpec
 
     policies = model.policies
     said = []

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.model.sections.fleet import Start
     from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.log import LogRow
 

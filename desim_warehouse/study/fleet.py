@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors, estimate
-from desim_warehouse.model.charging import chargers_at
-from desim_warehouse.model.demand import arrival_rate
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.flows import StorageEnd
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.money import equipment
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
@@ -416,7 +416,7 @@ class _Planner:
 
 def _level(model: Model, key: str) -> Any:
     """The value that a model has at a key."""
-    from desim_warehouse.model.policy import PolicySpec
+    from desim_warehouse.model.sections.policy import PolicySpec
 
     value: Any = model
     for part in key.split("."):

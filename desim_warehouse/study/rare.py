@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.charging import chargers_at
+from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.flows import OrdersArrivals, ProfileArrivals, Rates, ScheduleArrivals
+from desim_warehouse.model.sections.flows import OrdersArrivals, ProfileArrivals, Rates, ScheduleArrivals
 from desim_warehouse.values.calendars import DAY, DAYS, Pattern, Shifts, clock_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.model.sections.flows import FlowSpec
     from desim_warehouse.values.calendars import Calendar, Stretch
 
 MOST_BREAK = 2.0

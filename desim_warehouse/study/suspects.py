@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.destinations import destinations
-from desim_warehouse.model.goods import PoissonGoods
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks

@@ -14,9 +14,9 @@ from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
-from desim_warehouse.model import energy
-from desim_warehouse.model.charging import start_levels
-from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.facts import energy
+from desim_warehouse.model.facts.charging import start_levels
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.states import OPENING, STATES, absent
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.model import Model
-    from desim_warehouse.model.policy import PolicySpec
+    from desim_warehouse.model.sections.policy import PolicySpec
     from desim_warehouse.policies import Task
     from desim_warehouse.world.robots.tallies import Rows
     from desim_warehouse.world.traffic.gridlock import Rule

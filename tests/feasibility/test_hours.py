@@ -8,7 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.layout import build
-from desim_warehouse.model.hours import longest_closed
+from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.run import check
 from tests.world.test_hours import SQUARE

@@ -15,8 +15,8 @@ import networkx as nx
 import simpy
 
 from desim_warehouse.layout.layout import Layout
-from desim_warehouse.model.fleet import RobotSpec
-from desim_warehouse.model.traffic import TrafficSpec
+from desim_warehouse.model.sections.fleet import RobotSpec
+from desim_warehouse.model.sections.traffic import TrafficSpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.driver import NoDriver

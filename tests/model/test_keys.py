@@ -2,7 +2,7 @@
 
 import pytest
 
-from desim_warehouse.model.keys import about, containers, kind_of, sections, whole_annotation
+from desim_warehouse.model.facts.keys import about, containers, kind_of, sections, whole_annotation
 from desim_warehouse.model.schema import Model, Units
 from desim_warehouse.report.text import words
 

@@ -5,7 +5,7 @@ import yaml
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.model.charging import settled_levels, start_energy
+from desim_warehouse.model.facts.charging import settled_levels, start_energy
 from desim_warehouse.outcome import settled
 from desim_warehouse.outcome.verdicts import judge_design, judge_run
 from desim_warehouse.run import check

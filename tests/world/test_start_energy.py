@@ -5,7 +5,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse import ModelError
-from desim_warehouse.model.charging import start_levels
+from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.report.replay.payload import ENERGY, payload
 from desim_warehouse.values.streams import Streams
 from tests.auditor import audit

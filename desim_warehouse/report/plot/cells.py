@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.model.charging import chargers_at
-from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.model.destinations import destinations
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.model.goods import SaturatedGoods
+from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.indicators import INDICATORS, kpis
 from desim_warehouse.outcome.measures import quantile
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.feasibility import estimate
-from desim_warehouse.model.charging import start_energy
+from desim_warehouse.model.facts.charging import start_energy
 from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
-from desim_warehouse.model.keys import about
+from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.factors import readable

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.model.fleet import Fleet
+    from desim_warehouse.model.sections.fleet import Fleet
     from desim_warehouse.policies import Batching, Task, Travel
     from desim_warehouse.world.orders.dispatch import Dispatcher
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.destinations import own_destinations
-from desim_warehouse.model.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
-from desim_warehouse.model.popularity import one_place, shares
+from desim_warehouse.model.facts.destinations import own_destinations
+from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
+from desim_warehouse.model.sections.popularity import one_place, shares
 from desim_warehouse.policies import Task
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
-    from desim_warehouse.model.policy import Policies
+    from desim_warehouse.model.sections.policy import Policies
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
     from desim_warehouse.world.orders.demand import Demand

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.flows import (
+from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.flows import (
     STORAGE,
     OrdersArrivals,
     PoissonArrivals,
@@ -23,9 +24,8 @@ from desim_warehouse.model.flows import (
     ScheduleArrivals,
     StorageEnd,
 )
-from desim_warehouse.model.orders import OrderLine, read, resampled, summary
-from desim_warehouse.model.popularity import one_place, shares
-from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.orders import OrderLine, read, resampled, summary
+from desim_warehouse.model.sections.popularity import one_place, shares
 from desim_warehouse.policies import StopPlace, Task
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import StoragePlace
     from desim_warehouse.model import Model
-    from desim_warehouse.model.flows import FlowSpec
+    from desim_warehouse.model.sections.flows import FlowSpec
     from desim_warehouse.values.streams import Streams
 
     End = StorageEnd | tuple[str, ...]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model import energy
+from desim_warehouse.model.facts import energy
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.battery import BatterySpec
+    from desim_warehouse.model.sections.battery import BatterySpec
 
 
 class Battery:

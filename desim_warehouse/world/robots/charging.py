@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.charging import LEAST_CHARGE
+from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
-    from desim_warehouse.model.battery import Consumption
+    from desim_warehouse.model.sections.battery import Consumption
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations

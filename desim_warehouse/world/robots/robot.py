@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.energy import rates
+from desim_warehouse.model.facts.energy import rates
 from desim_warehouse.policies import RobotView
 from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Phase
 from desim_warehouse.world.robots.alarms import Alarms
@@ -30,7 +30,7 @@ from desim_warehouse.world.traffic.rules import EPS
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from desim_warehouse.model.fleet import RobotSpec, Start
+    from desim_warehouse.model.sections.fleet import RobotSpec, Start
     from desim_warehouse.policies import Task
     from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.places.station import Station

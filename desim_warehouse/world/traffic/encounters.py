@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.model.sections.fleet import Start
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.world.traffic.people import PeopleSource, Visit
 

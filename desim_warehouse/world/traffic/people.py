@@ -11,9 +11,9 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.layout.zones import edges_along
-from desim_warehouse.model.flows import StorageEnd, mean_rate
-from desim_warehouse.model.goods import Good
-from desim_warehouse.model.popularity import shares
+from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
+from desim_warehouse.model.sections.goods import Good
+from desim_warehouse.model.sections.popularity import shares
 from desim_warehouse.values.distributions import Distribution, drawn
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.people import PeopleSpec
+    from desim_warehouse.model.sections.people import PeopleSpec
     from desim_warehouse.values.calendars import Hours
     from desim_warehouse.values.streams import Streams
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.layout.zones import TrafficZone
-    from desim_warehouse.model.fleet import Start
+    from desim_warehouse.model.sections.fleet import Start
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.world.traffic.body import Body
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.goods import Good
+from desim_warehouse.model.sections.goods import Good
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Layout

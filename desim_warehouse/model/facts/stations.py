@@ -10,8 +10,8 @@ from desim_warehouse.values.distributions import mean_of
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model.flows import FlowSpec
     from desim_warehouse.model.schema import Model, Tasks
+    from desim_warehouse.model.sections.flows import FlowSpec
     from desim_warehouse.values.distributions import Distribution
 
 

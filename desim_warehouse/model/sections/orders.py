@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
-from desim_warehouse.model.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from desim_warehouse.layout import Layout
-    from desim_warehouse.model.flows import FlowSpec, OrdersFile
+    from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
 
 CHUNK = 50_000
 """Rows read at a time."""

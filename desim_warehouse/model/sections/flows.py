@@ -19,7 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.popularity import PopularityRule, is_drawn
+from desim_warehouse.model.sections.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (

@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.battery import Consumption
+from desim_warehouse.model.sections.battery import Consumption
 from desim_warehouse.states import TIMES
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.battery import BatterySpec
+    from desim_warehouse.model.sections.battery import BatterySpec
 
 
 def consumption(spec: BatterySpec | None) -> Consumption:

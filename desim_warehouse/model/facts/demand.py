@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.flows import OrdersArrivals, SaturatedArrivals, mean_rate
-from desim_warehouse.model.goods import Good, PoissonGoods
-from desim_warehouse.model.orders import files_of, summary
-from desim_warehouse.model.popularity import shares
 from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.flows import OrdersArrivals, SaturatedArrivals, mean_rate
+from desim_warehouse.model.sections.goods import Good, PoissonGoods
+from desim_warehouse.model.sections.orders import files_of, summary
+from desim_warehouse.model.sections.popularity import shares
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
-    from desim_warehouse.model.flows import FlowSpec
-    from desim_warehouse.model.orders import Summary
     from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.sections.flows import FlowSpec
+    from desim_warehouse.model.sections.orders import Summary
 
 
 def arrival_rate(model: Model) -> float | None:

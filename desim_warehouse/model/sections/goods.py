@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from desim_warehouse.errors import got
 from desim_warehouse.layout.spec import NodeOrStation
-from desim_warehouse.model.popularity import is_drawn
+from desim_warehouse.model.sections.popularity import is_drawn
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.fields import (
     SECTION,

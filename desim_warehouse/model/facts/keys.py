@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
-from desim_warehouse.model.policy import PolicySpec
 from desim_warehouse.model.schema import Model
+from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.values.distributions import Distribution
 from desim_warehouse.values.fields import By, Part, Unit
 

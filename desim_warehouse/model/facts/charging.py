@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model import energy
-from desim_warehouse.model.fleet import SpreadEnergy
+from desim_warehouse.model.facts import energy
+from desim_warehouse.model.sections.fleet import SpreadEnergy
 from desim_warehouse.policies import RobotView, create
 
 if TYPE_CHECKING:
