@@ -1,4 +1,4 @@
-"""Whether batteries have settled while a run counts: their mean level must not move, or what charging costs is to come.
+"""Whether batteries have settled while a run counts: their mean level must not fall, or what charging costs is to come.
 
 Settled, each robot charges for the part f of its time in which it takes up what it draws in the rest: with e drawn and
 g given for each time unit, (1 - f) e = f g.
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
 
 LEAST_DRIFT = 0.01
-"""Share of the capacity per hour by which the mean level must move."""
+"""Share of the capacity per hour by which the mean level must fall."""
 CONFIDENCE = 0.99
-"""Of the interval that the move must exceed."""
+"""Of the interval that the fall must exceed."""
 
 
 def drifts_of_robots(history: History) -> list[float]:
@@ -36,21 +36,21 @@ def drifts_of_robots(history: History) -> list[float]:
     return [float(last - first) / battery.capacity / hours for first, last in ends]
 
 
-def drift(values: Sequence[float], model: Model) -> float | None:
-    """The mean of the moves of robots in a run, or of the means of runs, if it is more than chance; else None.
+def fall(values: Sequence[float], model: Model) -> float | None:
+    """By how much levels fall, from the moves of a run's robots or a design's runs; None: by no more than chance.
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval).
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
-    mean = fmean(values)
-    if not abs(mean) >= LEAST_DRIFT:
+    mean = -fmean(values)
+    if not mean >= LEAST_DRIFT:
         return None
     from scipy.special import stdtrit
 
     half = float(stdtrit(len(values) - 1, 0.5 + CONFIDENCE / 2)) * stdev(values) / math.sqrt(len(values))
-    return mean if abs(mean) > half else None
+    return mean if mean > half else None
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:

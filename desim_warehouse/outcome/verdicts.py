@@ -164,11 +164,12 @@ RULES = {
     ),
     "NOT_SETTLED": VerdictRule(
         "not settled",
-        "not settled: batteries {} an hour while counted; {}",
-        "work never ends, and in the counted time the fleet's mean level moves by at least "
+        "not settled: batteries fall by {} % an hour while counted; {}",
+        "work never ends, and in the counted time the fleet's mean level falls by at least "
         f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
-        "run of a design, has no interval. Not said beside the one above",
+        "run of a design, has no interval. Where it rises a fleet looks worse than it will be, so that is no verdict. "
+        "Not said beside the one above",
         None,
     ),
     "JAMMED": VerdictRule(
@@ -230,16 +231,16 @@ def judge_design(runs: Sequence[Mapping[str, float]], model: Model) -> list[Verd
 
 
 def _may_move(kpis: Mapping[str, float]) -> bool:
-    return abs(kpis.get("energy_drift_per_hour", 0.0)) >= settled.LEAST_DRIFT
+    return kpis.get("energy_drift_per_hour", 0.0) <= -settled.LEAST_DRIFT
 
 
 def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model) -> list[Verdict]:
     """The same, and that batteries have not settled, in its place in the list."""
-    size = settled.drift(moves, model)
+    size = settled.fall(moves, model)
     if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
         return found
-    words = f"{'fall' if size < 0 else 'rise'} by {_shown(100 * abs(size))} %", settled.expected(kpis, model)
-    order, new = list(RULES), Verdict("NOT_SETTLED", RULES["NOT_SETTLED"].text.format(*words), abs(size))
+    text = RULES["NOT_SETTLED"].text.format(_shown(100 * size), settled.expected(kpis, model))
+    order, new = list(RULES), Verdict("NOT_SETTLED", text, size)
     return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
 
 

@@ -39,15 +39,15 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
     assert settled.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 chargers"
 
 
-def test_a_level_moves_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
+def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
     # the half-width of 99 % at 3 degrees of freedom is 5.84 s / 2: of a standard deviation of 0.01 it is 0.029
-    assert settled.drift([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(-0.05)
-    assert settled.drift([0.04, 0.05, 0.06, 0.05], warehouse) == pytest.approx(0.05)
-    assert settled.drift([-0.01, -0.09, 0.0, -0.1], warehouse) is None
-    assert settled.drift([-0.009] * 4, warehouse) is None
-    assert settled.drift([-0.05], warehouse) is None
-    assert settled.drift([-0.05] * 4, warehouse.replace({"battery": None})) is None
-    assert settled.drift([-0.05] * 4, warehouse.replace({"tasks.goods": {"random": 9}})) is None
+    assert settled.fall([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(0.05)
+    assert settled.fall([0.04, 0.05, 0.06, 0.05], warehouse) is None  # it rises: what is to come is better
+    assert settled.fall([-0.01, -0.09, 0.0, -0.1], warehouse) is None
+    assert settled.fall([-0.009] * 4, warehouse) is None
+    assert settled.fall([-0.05], warehouse) is None
+    assert settled.fall([-0.05] * 4, warehouse.replace({"battery": None})) is None
+    assert settled.fall([-0.05] * 4, warehouse.replace({"tasks.goods": {"random": 9}})) is None
 
 
 def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
