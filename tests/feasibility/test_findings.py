@@ -252,13 +252,13 @@ def test_a_battery_that_lasts_only_before_it_is_charged_is_refused(capacity):
 
 def test_a_battery_that_lasts_when_it_is_charged_is_not():
     """0.95 x 250 = 237.5 is 235 and what is over."""
-    assert check(ring(250)).findings == []
+    assert [found.code for found in check(ring(250)).findings if found.level != "note"] == []
     assert dw.simulate(ring(250)).kpis["tasks"] == 6
 
 
 def test_where_its_first_charge_may_do_it_is_a_warning():
     model = ring(240, **{"tasks.goods": [0]})
-    assert {found.code: found.level for found in check(model).findings} == {"CHARGED_TOO_LOW": "warning"}
+    assert [found.code for found in check(model).findings if found.level == "warning"] == ["CHARGED_TOO_LOW"]
     assert dw.simulate(model).kpis["tasks"] == 1
 
 

@@ -100,4 +100,6 @@ def test_falling_for_good_is_said_once(warehouse):
     ],
 )
 def test_every_policy_says_between_which_levels_batteries_move(warehouse, policy, levels):
-    assert settled_levels(warehouse.replace({"policies.charging": policy})) == pytest.approx(levels)
+    assert settled_levels(warehouse.replace({"policies.charging": policy, "battery.threshold": 25})) == pytest.approx(
+        levels
+    )

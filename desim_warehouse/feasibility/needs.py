@@ -1,0 +1,132 @@
+"""What tasks draw from a battery at least: from a charger or a start to the good, the station, and a charger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.flow_mix import FlowMix
+from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.demand import asked_for, listed
+from desim_warehouse.model.facts.destinations import destinations, own_destinations
+from desim_warehouse.model.facts.stations import own_times
+from desim_warehouse.model.sections.flows import StorageEnd
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.battery import Consumption
+
+
+@dataclass(frozen=True)
+class Needs:
+    """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
+
+    `of`: both for each task of a list, by its good and its own destinations; empty for flows.
+    """
+
+    worst: str
+    most: float
+    reach: float
+    of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
+
+
+def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: bool = False) -> Needs:
+    """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
+
+    Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
+    `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
+    after the delivery.
+    """
+    battery, tasks = model.battery, model.tasks
+    assert battery is not None
+    draws, node_time, special = battery.draws, model.traffic.node_time, dict(model.traffic.node_times)
+    speed = model.fleet.fastest
+    paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
+    times = {
+        edge: data["length"] / paces[edge] + special.get(edge[1], node_time)
+        for edge, data in layout.graph.edges.items()
+    }
+    back_in_time = {(target, source): time for (source, target), time in times.items()}
+    begins = ends = list(chargers_at(model, layout))
+    if not begins or not (model.tasks.never_end or again):
+        begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
+    out = draws.empty * (model.fleet.exit_time if again else min(model.fleet.exit_time, model.fleet.first_exit_time))
+    if anywhere:
+        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
+    stands = () if again else model.fleet.starts(layout.bays)
+    on_lanes = {start.node: 0.0 for start in stands if start.on_lanes}
+    if tasks.flows:
+        flow = free_flow(model, layout, speed, at_once=True)
+        assert isinstance(flow, FlowMix)
+        return _needs_of_flows(flow, draws, {**dict.fromkeys(begins, out), **on_lanes}, ends)
+    reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
+    back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
+    cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
+    own = zip(listed(model), own_destinations(model, layout), strict=True)
+    work = dict.fromkeys(own) or dict.fromkeys((number, ()) for number in asked_for(model, layout))
+    beyond = {
+        nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
+        for nodes in dict.fromkeys(nodes for _, nodes in work)
+    }
+    unload = (time for _, time in own_times(model, layout).values() if time is not None)
+    handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
+    of = {}
+    for number, nodes in work:
+        place = layout.storage[number]
+        sides = layout.approaches(place.edge, place.offset)
+        needs = []
+        for edge, offset in sides:
+            needs.append(reach[edge[0]] + beyond[nodes][edge[1]] + handling)
+            if edge in paces:  # else it is at a node
+                to_good = offset / paces[edge]
+                needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
+        of[number, nodes] = min(needs), min(reach[edge[0]] for edge, _ in sides)
+    worst = max(of, key=lambda task: of[task][0], default=(0, ()))
+    return Needs(f"good {worst[0]}", of[worst][0] if of else 0.0, max((far for _, far in of.values()), default=0.0), of)
+
+
+def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, float], ends: list[str]) -> Needs:
+    """The same for flows: of storage places the worst, of stations the nearest that serves."""
+    import numpy as np
+
+    worst, most, farthest = "", 0.0, 0.0
+    out = np.array(list(begins.values()))[:, None]
+    for leg in flow.legs:
+        reaches, needs = [], []
+        for side in flow.sides(leg):
+            picks, drops = side.picks, side.drops
+            reach = (out + draws.empty * flow.travel.between(list(begins), picks.places)).min(axis=0)
+            back = drops.after + flow.model.tasks.clear_time + flow.travel.between(drops.places, ends).min(axis=1)
+            reaches.append(reach)
+            needs.append((reach + draws.empty * picks.before)[:, None] + draws.loaded * side.times + draws.empty * back)
+        least = np.min(needs, axis=0)
+        least = least.max(axis=1) if isinstance(leg.route.target, StorageEnd) else least.min(axis=1)
+        need = float(least.max()) + draws.handling * flow.least_handling(leg)
+        farthest = max(farthest, float(np.min(reaches, axis=0).max()))
+        if need > most:
+            worst, most = f"a task of flow '{leg.flow}'", need
+    return Needs(worst, most, farthest, {})
+
+
+def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
+    """The least cost of every node: of a beginning, and `rate` for each time unit on the way (Dijkstra)."""
+    onward: dict[str, list[tuple[str, float]]] = {}
+    for (source, target), time in times.items():
+        onward.setdefault(source, []).append((target, rate * time))
+    costs: dict[str, float] = {}
+    heap = [(cost, node) for node, cost in begins.items()]
+    heapify(heap)
+    while heap:
+        cost, node = heappop(heap)
+        if node not in costs:
+            costs[node] = cost
+            for target, more in onward.get(node, ()):
+                if target not in costs:
+                    heappush(heap, (cost + more, target))
+    return costs
