@@ -86,6 +86,7 @@ MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
     "feasibility/rules.py": {"unloading"},  # in a sentence
+    "feasibility/unused.py": {"charging"},  # a kind of policy
     "model/facts/disturbances.py": {"closed"},  # in a sentence
     "model/facts/charging.py": {"charging"},  # a kind of policy
     "layout/checks.py": {"unloading"},  # in a sentence

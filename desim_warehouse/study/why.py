@@ -49,7 +49,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class State:
+class Health:
     """How a warehouse does as it is, by its runs.
 
     `idle`, `waiting`: parts of the fleet's time. `on_time`: part of the tasks, None where none are due. `untaken`: part
@@ -81,7 +81,7 @@ class Why:
     found: tuple[tuple[Suspect, Gain], ...]
     gains: Gains
     left_out: tuple[str, ...] = ()
-    state: State | None = None
+    state: Health | None = None
     failures: Mapping[int, Failure] = field(default_factory=dict)
     verdicts: Sequence[Verdict] = ()
 
@@ -192,7 +192,7 @@ def why(
     )
 
 
-def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> State:
+def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
     """How the warehouse does, by the indicators of its runs."""
 
     def mean(names: Iterable[str]) -> float:
@@ -200,7 +200,7 @@ def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> State:
 
     waits = {WAITING.name, *APART, *(name for name, state in TIMES.items() if state.queue is not None)}
     due = [kpis["on_time"] for kpis in runs if math.isfinite(kpis.get("on_time", math.nan))]
-    return State(mean([AT_START]), mean(waits), fmean(due) if due else None, untaken)
+    return Health(mean([AT_START]), mean(waits), fmean(due) if due else None, untaken)
 
 
 def _untaken(run: Run) -> float:

@@ -278,7 +278,7 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
     page = Page(first)
     assert "What meets on_time >= 80 %: 1 to 3 robots?" in page.text
     lines, design = answers.answer(study.results)
-    assert design == "fleet.size=2"
+    assert design == "fleet.size=3"
     assert lines[0].startswith("on_time >= 80 % is met most cheaply with 2 robots: ")
     found = study.results.estimate(study.results.runs(design), "annual_cost")
     assert found.mean == 2 * 9000 + 800

@@ -277,6 +277,7 @@ def test_every_indicator_of_a_run_is_known():
         "share_broken",
         "share_closed",
         "share_on_break",
+        "share_awaiting",
     }  # with these in a model
     elsewhere |= {"waiting_closed", "waiting_person", "share_waiting_closed", "share_waiting_person"}
     elsewhere |= {"encounters_per_hour", "shared_time", "cycle_time_cv"}  # with people

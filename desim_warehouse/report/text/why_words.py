@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.suspects import Suspect
-    from desim_warehouse.study.why import Failure, State, Why
+    from desim_warehouse.study.why import Failure, Health, Why
 
 _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
 """What a run does that could not go on, by its error."""
@@ -30,7 +30,7 @@ def sentence(found: Why, units: Units) -> str:
     return _gains(found, units)
 
 
-def state(now: State) -> str:
+def state(now: Health) -> str:
     """How the warehouse does as it is."""
     due = [] if now.on_time is None else [f"{100 * now.on_time:.3g} % on time"]
     return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
