@@ -271,41 +271,41 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
 def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_beside_it(tmp_path):
     prices = {"hours": 4000, "robot": 9000, "charger": 800}
     base = example().replace({"prices": prices})
-    study = Study(base, {"fleet.size": [1, 2, 3]}, replications=8, target="on_time >= 80 %").run(out=tmp_path / "study")
+    study = Study(base, {"fleet.size": [1, 3, 4]}, replications=8, target="on_time >= 70 %").run(out=tmp_path / "study")
     path = report(tmp_path / "study", tmp_path / "boss.html", replay=True)
     source = path.read_text(encoding="utf-8")
     first, _, rest = source.partition("<h2")
     page = Page(first)
-    assert "What meets on_time >= 80 %: 1 to 3 robots?" in page.text
+    assert "What meets on_time >= 70 %: 1 to 4 robots?" in page.text
     lines, design = answers.answer(study.results)
     assert design == "fleet.size=3"
-    assert lines[0].startswith("on_time >= 80 % is met most cheaply with 2 robots: ")
+    assert lines[0].startswith("on_time >= 70 % is met most cheaply with 3 robots: ")
     found = study.results.estimate(study.results.runs(design), "annual_cost")
-    assert found.mean == 2 * 9000 + 800
-    assert lines[-1].startswith("A year with 2 robots costs 18,800, a task ")
+    assert found.mean == 3 * 9000 + 800
+    assert lines[-1].startswith("A year with 3 robots costs 27,800, a task ")
     for line in lines:
         assert line in page.text
     assert [picture["alt"] for picture in page.pictures] == ["Done on time by fleet.size"]
     assert 'href="boss-replay.html"' in first
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")
-    assert "Met with 2 robots; 3 robots." in Page(source).text
+    assert "Met with 3 robots; 4 robots." in Page(source).text
     _, *rows = Page(source).tables["results"]
-    shown = {row[0]: row[Page(source).tables["results"][0].index("on_time >= 80 %")] for row in rows}
-    assert shown == {"1": "not met", "2": "met", "3": "met"}
+    shown = {row[0]: row[Page(source).tables["results"][0].index("on_time >= 70 %")] for row in rows}
+    assert shown == {"1": "not met", "3": "met", "4": "met"}
     assert "Which factor matters" not in source  # there is one
 
 
 def test_an_answer_for_each_demand_names_a_fleet_for_it():
-    factors = {"tasks.demand": [1, 2], "fleet.size": [1, 2, 4]}
-    study = Study(example(), factors, replications=8, target="on_time >= 80 %").run()
+    factors = {"tasks.demand": [1, 1.5], "fleet.size": [1, 3, 4]}
+    study = Study(example(), factors, replications=8, target="on_time >= 70 %").run()
     lines, design = answers.answer(study.results)
-    assert lines[0].startswith("tasks.demand = 1: on_time >= 80 % is met with 2 robots: ")
-    assert lines[1].startswith("tasks.demand = 2: on_time >= 80 % is met with 4 robots: ")
-    assert design == "tasks.demand=2, fleet.size=4"
+    assert lines[0].startswith("tasks.demand = 1: on_time >= 70 % is met first with 3 robots: ")
+    assert lines[1].startswith("tasks.demand = 1.5: on_time >= 70 % is met with 4 robots: ")
+    assert design == "tasks.demand=1.5, fleet.size=4"
     verdicts = [one.verdict for one in study.results.judged.values()]
-    assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [2, 2, 2]
-    assert lines[2] == "Of 6 designs 2 meet it, 2 do not, 2 are too close to tell."
+    assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
+    assert lines[2] == "Of 6 designs 3 meet it, 2 do not, 1 is too close to tell."
 
 
 def test_a_study_of_one_design_says_what_it_achieves():

@@ -23,8 +23,14 @@ OTHER_SEED = 1000
 HALF = 0.5
 """What the bottleneck lets through of what the warehouse does without it."""
 CONSUMPTION = 0.1
-AT_ONCE = {"fleet.robot.acceleration": None, "traffic.node_time": 1, "traffic.turn_time": 0}
-"""Robots are at their speed at once, as in the warehouses of version 0.2.0: what pages say was counted in those."""
+AS_DRAFTED_BEFORE = {
+    "fleet.robot.acceleration": None,
+    "traffic.node_time": 1,
+    "traffic.turn_time": 0,
+    "fleet.start_energy": {"uniform": [0.4, 1]},
+}
+"""Robots are at their speed at once and start more than half full, as in the warehouses of version 0.2.0: what pages
+say was counted in those."""
 BUSY = 0.8
 """The power of a charger at which many robots queue, as a share of what a fleet draws that never stands still; and the
 capacity of an intersection at which robots wait, as a share of what the warehouse does: neither limits half of it."""
@@ -39,11 +45,12 @@ def planted(number):
     robots = draw.randint(9, 14) if plant is _node_and_chargers else draw.randint(4, 8)
     drafted = draft(Draft(size, orders=60, stations=1, robots=robots, chargers=robots))
     changes = {
-        **AT_ONCE,
+        **AS_DRAFTED_BEFORE,
         "tasks.goods": {"saturated": 3 * robots},
         "battery.consumption": CONSUMPTION,
         "battery.charge_rate": 0.5,
         "battery.reserve": 100,  # nobody runs flat, however scarce chargers are
+        "layout.bays.charging.places": robots,  # slots to wait in, where chargers are scarce
         "layout.stations.packing.servers": robots,
         "tasks.load_time": draw.randint(5, 15),
         "run.length": 3000,

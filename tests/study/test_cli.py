@@ -262,7 +262,7 @@ def test_size_without_an_answer_says_so_by_its_exit_status():
     result = call("size", MULTIBOTS, "--range", "1..2", "--target", "T <= 10", "--quiet")
     assert result.exit_code == 3
     assert result.stdout.splitlines()[:2] == [
-        "fleet.size: no design was shown to meet T <= 10 (confidence 95 %, 2 runs)",
+        "fleet.size: no design was shown to meet T <= 10 step (confidence 95 %, 2 runs)",
         "no answer within --range 1..2: widen it, or ask for less with --target",
     ]
 
