@@ -34,7 +34,7 @@ def dotted(keys: Keys) -> str:
 
 
 @dataclass(frozen=True, order=True)
-class Place:
+class Position:
     """A position that a message points to. Positions are ordered as a reader meets them."""
 
     rank: int  # the file first, then overrides and the tables it names
@@ -44,7 +44,7 @@ class Place:
     names: int = field(default=0, compare=False)  # how many keys `text` stands for; 0: the message has them, too
 
     @classmethod
-    def in_file(cls, rank: int, file: str, line: int, column: int) -> Place:
+    def in_file(cls, rank: int, file: str, line: int, column: int) -> Position:
         """A line and a column of a file, both counted from 1."""
         return cls(rank, line, column, f"{file}:{line}:{column}")
 
@@ -53,39 +53,39 @@ _PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A,
 
 
 @dataclass
-class Places:
+class Positions:
     """Where the keys and values of one file were written: at a line and column, or in an override."""
 
     source: str
-    keys: dict[Keys, Place] = field(default_factory=dict)
-    values: dict[Keys, Place] = field(default_factory=dict)
+    keys: dict[Keys, Position] = field(default_factory=dict)
+    values: dict[Keys, Position] = field(default_factory=dict)
     ranks: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
-    def of(self, keys: Keys, *, at_key: bool = False) -> Place:
+    def of(self, keys: Keys, *, at_key: bool = False) -> Position:
         """The position of a value (or of its key), or of the nearest section around it that has one."""
         for size in range(len(keys), -1, -1):
             part = keys[:size]
             if part and part[-1] in _PAIR and part not in self.keys:
                 part = (*part[:-1], _PAIR[part[-1]])
             first, second = (self.values, self.keys) if size == len(keys) and not at_key else (self.keys, self.values)
-            if place := first.get(part) or second.get(part):
-                return place
-        return Place(0, 0, 0, self.source)
+            if position := first.get(part) or second.get(part):
+                return position
+        return Position(0, 0, 0, self.source)
 
-    def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Place, str]:
+    def line(self, keys: Keys, *, at_key: bool = False) -> tuple[Position, str]:
         """The position, and how a message begins: the position and the key, the key once only."""
-        place, key = self.of(keys, at_key=at_key), dotted(keys)
-        if place.names:  # ranks of values say nothing to a person who wrote 1..6
-            key = dotted(tuple(key for key in keys[place.names :] if isinstance(key, str)))
-        return place, place.text if not key or place.text.endswith(f" {key}") else f"{place.text}: {key}"
+        position, key = self.of(keys, at_key=at_key), dotted(keys)
+        if position.names:  # ranks of values say nothing to a person who wrote 1..6
+            key = dotted(tuple(key for key in keys[position.names :] if isinstance(key, str)))
+        return position, position.text if not key or position.text.endswith(f" {key}") else f"{position.text}: {key}"
 
     def overridden(self, keys: Keys, text: str, names: int = 0) -> None:
         """From here on, the value at `keys` and all in it were set by an override."""
-        place = Place(next(self.ranks), 0, 0, text, names)
+        position = Position(next(self.ranks), 0, 0, text, names)
         for written in (self.keys, self.values):
             for stale in [other for other in written if other[: len(keys)] == keys]:
                 del written[stale]
-            written[keys] = place
+            written[keys] = position
 
     def given(self, keys: Keys, option: str) -> None:
         """The value at `keys` was given by an option of the command line: messages name it, and not the keys."""
@@ -111,7 +111,7 @@ class Problem:
         return cls(keys, f"{wrong} (got {got(value)}), expected {expected}")
 
 
-def report(problems: Iterable[Problem], places: Places) -> list[str]:
+def report(problems: Iterable[Problem], positions: Positions) -> list[str]:
     """One line for each key with a problem, in the order of the file."""
     found = list(problems)
     meant = {problem.meant for problem in found}
@@ -120,7 +120,7 @@ def report(problems: Iterable[Problem], places: Places) -> list[str]:
         if not (problem.missing and dotted(problem.keys) in meant):
             first.setdefault(problem.keys, problem)
     more = first.pop(_MORE, None)
-    lines = [(*places.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
+    lines = [(*positions.line(keys, at_key=p.at_key), p.text) for keys, p in first.items()]
     lines.sort(key=lambda line: line[0])
     return [printable(f"{begin}: {text}") for _, begin, text in lines] + ([more.text] if more else [])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.model.messages import Keys, Outline, Places, Problem, dotted
+from desim_warehouse.model.messages import Keys, Outline, Positions, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
 
@@ -40,17 +40,17 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
         outline: the keys that it can have.
         named: how messages call an override.
     """
-    places, problems = document.places, document.problems
+    positions, problems = document.positions, document.problems
     for text in sorted(overrides, key=_rank):
         keys: Keys = tuple(str(text).split("."))
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
-            places.overridden((str(text),), f"{named} {text}")
+            positions.overridden((str(text),), f"{named} {text}")
         elif outline.known(keys):
-            problems += _put(document.data, keys, overrides[text], places, f"{named} {text}")
+            problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
         else:
             problems.append(outline.unknown_key(keys))
-            places.overridden(keys, f"{named} {text}")
+            positions.overridden(keys, f"{named} {text}")
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:
@@ -58,7 +58,7 @@ def _rank(text: Any) -> list[tuple[int, str]]:
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
-def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> list[Problem]:
+def _put(section: Any, path: Keys, value: Any, positions: Positions, said: str) -> list[Problem]:
     """Set one value, and return what is wrong with it or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
@@ -68,18 +68,18 @@ def _put(section: Any, path: Keys, value: Any, places: Places, said: str) -> lis
         elif isinstance(section, dict):
             step = key
         else:
-            places.overridden(path, said)
+            positions.overridden(path, said)
             return [Problem(path, _closed(section, dotted(keys), key))]
         keys = (*keys, step)
         if len(keys) == len(path):
             section[step] = plain(value, keys, problems)
         else:
-            section[step] = section = _opened(section, keys, places, said)
-    places.overridden(keys, said)
+            section[step] = section = _opened(section, keys, positions, said)
+    positions.overridden(keys, said)
     return problems
 
 
-def _opened(section: Any, keys: Keys, places: Places, said: str) -> Any:
+def _opened(section: Any, keys: Keys, positions: Positions, said: str) -> Any:
     """What lies below a key. A policy given by its name becomes a section, and a missing section is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
@@ -87,7 +87,7 @@ def _opened(section: Any, keys: Keys, places: Places, said: str) -> Any:
         below = getattr(Policies.model_fields[key].default, "name", None) if below is None else below
         return {"name": below} if isinstance(below, str) else below
     if below is None:
-        places.overridden(keys, said)
+        positions.overridden(keys, said)
         return {}
     return below
 

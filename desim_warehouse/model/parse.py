@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.messages import Keys, Outline, Place, Places, Problem
+from desim_warehouse.model.messages import Keys, Outline, Position, Positions, Problem
 from desim_warehouse.values.fields import LIMITS, Part
 
 _TAG = "tag:yaml.org,2002:"
@@ -28,7 +28,7 @@ class Document:
     """
 
     data: Any
-    places: Places
+    positions: Positions
     problems: list[Problem] = field(default_factory=list)
     folder: Path = Path()
     unread: set[Keys] = field(default_factory=set)
@@ -43,7 +43,7 @@ class Document:
 def from_mapping(source: Mapping[str, Any], name: str) -> Document:
     """A mapping of Python as a document; `name`: what messages call it."""
     problems: list[Problem] = []
-    return Document(plain(source, (), problems), Places(name), problems)
+    return Document(plain(source, (), problems), Positions(name), problems)
 
 
 def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
@@ -81,7 +81,9 @@ def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
     if document.data is None:
         raise ModelError([f"{name}:1:1: nothing in the file, expected {whole}"])
     if not isinstance(document.data, dict):
-        raise ModelError([f"{document.places.of(()).text}: not a mapping (got {got(document.data)}), expected {whole}"])
+        raise ModelError(
+            [f"{document.positions.of(()).text}: not a mapping (got {got(document.data)}), expected {whole}"]
+        )
     document.folder = path.parent
     return document
 
@@ -142,7 +144,7 @@ class _Reader:
     """Turns the nodes of one document into plain values."""
 
     def __init__(self, source: str, constructor: Any, most: int) -> None:
-        self.places = Places(source)
+        self.positions = Positions(source)
         self.constructor = constructor
         self.most = most
         self.problems: list[Problem] = []
@@ -153,13 +155,13 @@ class _Reader:
         if root is not None:
             self.size(root)
         data = None if root is None else self.value(root, ())
-        self.places.keys[()] = Place.in_file(0, self.places.source, 1, 1)
-        self.places.values.setdefault((), self.places.keys[()])
-        return Document(data, self.places, self.problems)
+        self.positions.keys[()] = Position.in_file(0, self.positions.source, 1, 1)
+        self.positions.values.setdefault((), self.positions.keys[()])
+        return Document(data, self.positions, self.problems)
 
-    def place(self, node: Any) -> Place:
+    def position(self, node: Any) -> Position:
         mark = node.start_mark
-        return Place.in_file(0, self.places.source, mark.line + 1, mark.column + 1)
+        return Position.in_file(0, self.positions.source, mark.line + 1, mark.column + 1)
 
     def size(self, node: Any) -> int:
         """How many values a node stands for, counted before a million of them is made."""
@@ -169,16 +171,16 @@ class _Reader:
             found = 1 if node.id == "scalar" else 1 + sum(map(self.size, inside))
             if found > self.most:
                 said = f"too many values, expected {self.most:,} at most, with those of aliases counted at every use"
-                raise ModelError([f"{self.place(node).text}: {said}"])
+                raise ModelError([f"{self.position(node).text}: {said}"])
             self.sizes[id(node)] = found
         return self.sizes[id(node)]
 
     def value(self, node: Any, keys: Keys) -> Any:
-        self.places.values[keys] = self.place(node)
+        self.positions.values[keys] = self.position(node)
         if node in self.around:
-            raise ModelError([f"{self.place(node).text}: an alias that contains itself, expected a value that ends"])
+            raise ModelError([f"{self.position(node).text}: an alias that contains itself, expected a value that ends"])
         if len(keys) > _DEEPEST:
-            raise ModelError([f"{self.place(node).text}: {_TOO_DEEP}"])
+            raise ModelError([f"{self.position(node).text}: {_TOO_DEEP}"])
         if node.id == "scalar":
             return self.scalar(node, keys)
         if str(node.tag) not in {f"{_TAG}map", f"{_TAG}seq"}:
@@ -195,18 +197,18 @@ class _Reader:
         made: dict[str, Any] = {}
         for key_node, item in node.value:
             key = self.key(key_node, keys)
-            here, place = (*keys, key), self.place(key_node)
+            here, position = (*keys, key), self.position(key_node)
             if key in made:
-                text = f"given twice (first on line {self.places.keys[here].line}), expected once"
+                text = f"given twice (first on line {self.positions.keys[here].line}), expected once"
                 self.problems.append(Problem(here, text, at_key=True))
-            self.places.keys[here] = place
+            self.positions.keys[here] = position
             if key not in made:
                 made[key] = self.value(item, here)
         return made
 
     def key(self, node: Any, keys: Keys) -> str:
         if node.id != "scalar":
-            raise ModelError([f"{self.place(node).text}: not a key (a list or a section), expected a name"])
+            raise ModelError([f"{self.position(node).text}: not a key (a list or a section), expected a name"])
         key, name = self.scalar(node, keys), str(node.value)
         if not isinstance(key, str):
             text = f"not a name (got {got(key)}), expected a name; write it in quotes: '{name}'"

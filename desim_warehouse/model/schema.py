@@ -476,7 +476,7 @@ def model_of(
     resolve(document, OUTLINE)
     model = valid(document, Model, OUTLINE)
     if problems := model.policies.problems(run_code):
-        raise ModelError(report(problems, document.places))
+        raise ModelError(report(problems, document.positions))
     _check_orders(model)
     return model
 

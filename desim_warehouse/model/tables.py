@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from desim_warehouse.errors import ModelError, nearest, reason, spoken
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.messages import Keys, Place, Places, Problem, from_pydantic
+from desim_warehouse.model.messages import Keys, Position, Positions, Problem, from_pydantic
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.orders import sha256
 from desim_warehouse.model.sections.policy import KINDS
@@ -42,11 +42,11 @@ def resolve(document: Document, outline: Outline) -> None:
         document: changed in place: its values, the lines of tables where they stand, what is wrong with them.
         outline: the keys that it can have.
     """
-    data, folder, places = document.data, document.folder, document.places
-    problems = _layout(data.get("layout"), folder, places)
+    data, folder, positions = document.data, document.folder, document.positions
+    problems = _layout(data.get("layout"), folder, positions)
     for section, keys, read in _named(data):
         try:
-            section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, places)
+            section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, positions)
         except ValidationError as error:
             problems += from_pydantic(error, outline, keys)
             del section[str(keys[-1])]
@@ -72,7 +72,7 @@ def _policies(section: Any, folder: Path) -> None:
 LAYOUT: Keys = ("layout", "file")
 
 
-def _layout(section: Any, folder: Path, places: Places) -> list[Problem]:
+def _layout(section: Any, folder: Path, positions: Positions) -> list[Problem]:
     """Put the keys of a layout file into the section that names it."""
     if not isinstance(section, dict) or not isinstance(section.get("file"), str):
         return []
@@ -81,14 +81,14 @@ def _layout(section: Any, folder: Path, places: Places) -> list[Problem]:
         there = layout_file.read(path)
     except ModelError as error:
         return [Problem(LAYOUT, problem) for problem in error.problems]
-    here = Place(next(places.ranks), 0, 0, str(path))
+    here = Position(next(positions.ranks), 0, 0, str(path))
     for key, value in there.items():
         if key == "file":
             return [Problem(LAYOUT, f"'{path}' names a file itself, expected {layout_file.EXPECTED}")]
         if key in section:
             return [Problem(LAYOUT, f"'{path}' has {key}, which stands beside it, too, expected it in one of the two")]
         section[key] = value
-        places.keys["layout", key] = places.values["layout", key] = here
+        positions.keys["layout", key] = positions.values["layout", key] = here
     return []
 
 
@@ -122,29 +122,29 @@ class _RefusedError(Exception):
         self.problems = problems
 
 
-def _weights(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
+def _weights(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> dict[str, Any]:
     form = WeightsFile.model_validate(named)
-    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    table = _Table.read(folder / form.file, (*keys, "file"), positions)
     table.require(form.column, (*keys, "column" if "column" in named else "file"))
     for rank, row in enumerate(table.rows):
-        places.values[*keys, "weights", rank] = row.at[form.column]
+        positions.values[*keys, "weights", rank] = row.at[form.column]
     return {"weights": [row.number(form.column) for row in table.rows]}
 
 
-def _times(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> dict[str, Any]:
+def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> dict[str, Any]:
     form = ObservedFile.model_validate(named)
-    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    table = _Table.read(folder / form.file, (*keys, "file"), positions)
     table.require(form.column, (*keys, "column"))
     rows = [row for row in table.rows if row.cells[form.column]]  # a table may have longer columns beside it
     for rank, row in enumerate(rows):
-        places.values[*keys, "values", rank] = row.at[form.column]
+        positions.values[*keys, "values", rank] = row.at[form.column]
     return {"values": [row.number(form.column) for row in rows]}
 
 
-def _pairs(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
+def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> list[dict[str, Any]]:
     """A from-to matrix: origins in the first column, destinations in the first line."""
     form = MatrixFile.model_validate(named)
-    table = _Table.read(folder / form.file, (*keys, "file"), places)
+    table = _Table.read(folder / form.file, (*keys, "file"), positions)
     if len(table.header) < 2:  # noqa: PLR2004 - origins, and a destination
         text = f"no matrix (got '{table.name}'), expected origins in the first column, destinations in line 1"
         raise _RefusedError(Problem((*keys, "file"), text))
@@ -154,15 +154,15 @@ def _pairs(named: dict[str, Any], keys: Keys, folder: Path, places: Places) -> l
         for target in targets:
             if row.cells[target] not in {"", "0"}:
                 at: Keys = (*keys, len(made))
-                places.keys[at] = places.values[at] = places.values[*at, "from", 0] = row.at[first]
-                places.values[*at, "to", 0] = places.values[*at, "per_hour"] = row.at[target]
+                positions.keys[at] = positions.values[at] = positions.values[*at, "from", 0] = row.at[first]
+                positions.values[*at, "to", 0] = positions.values[*at, "per_hour"] = row.at[target]
                 made.append({"from": row.cells[first], "to": target, "per_hour": row.number(target)})
     return made
 
 
-def _storage(named: dict[str, Any], _: Keys, folder: Path, places: Places) -> list[dict[str, Any]]:
+def _storage(named: dict[str, Any], _: Keys, folder: Path, positions: Positions) -> list[dict[str, Any]]:
     form = StorageFile.model_validate(named)
-    table = _Table.read(folder / form.file, (*STORAGE, "file"), places)
+    table = _Table.read(folder / form.file, (*STORAGE, "file"), positions)
     if "node" not in table.header or {"from", "to", "offset"} & set(table.header):
         for column in ("from", "to", "offset"):
             table.require(column, (*STORAGE, "file"))
@@ -171,19 +171,19 @@ def _storage(named: dict[str, Any], _: Keys, folder: Path, places: Places) -> li
         keys: Keys = (*STORAGE, rank)
         at_node = bool(row.cells.get("node")) or "from" not in row.cells
         first = "node" if at_node else "from"
-        places.keys[keys] = places.values[keys] = places.values[*keys, "edge"] = row.at[first]
+        positions.keys[keys] = positions.values[keys] = positions.values[*keys, "edge"] = row.at[first]
         item: dict[str, Any] = (
             {"node": row.cells["node"]} if at_node else {"edge": [row.cells["from"], row.cells["to"]]}
         )
         for column in ("popularity",) if at_node and not row.cells.get("offset") else ("offset", "popularity"):
             if column in row.cells:
                 item[column] = row.number(column)
-                places.values[*keys, column] = row.at[column]
+                positions.values[*keys, column] = row.at[column]
         made.append(item)
     return made
 
 
-def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Places) -> dict[str, Any]:
+def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Positions) -> dict[str, Any]:
     """Orders stay in their file, which is read while the run goes on. The model keeps its full path and its digest."""
     if not isinstance(named["file"], str):
         return named
@@ -197,7 +197,7 @@ def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Places) -> dict
         raise _RefusedError(Problem((*keys, "file"), text)) from None
 
 
-Reader = Callable[[dict[str, Any], Keys, "Path", Places], Any]
+Reader = Callable[[dict[str, Any], Keys, "Path", Positions], Any]
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
 """How tables are read that are named below tasks, by their key."""
 
@@ -206,7 +206,7 @@ _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "fro
 class _Row:
     width: int
     cells: Mapping[str, str]
-    at: Mapping[str, Place]
+    at: Mapping[str, Position]
 
     def number(self, column: str) -> float | str:
         """The cell as a number. Any other stays text, and is refused at its position."""
@@ -223,7 +223,7 @@ class _Table:
     rows: tuple[_Row, ...]
 
     @classmethod
-    def read(cls, path: Path, keys: Keys, places: Places) -> _Table:
+    def read(cls, path: Path, keys: Keys, positions: Positions) -> _Table:
         """Read a CSV file with a header, which is named at `keys`."""
         import csv
 
@@ -232,7 +232,7 @@ class _Table:
             with path.open(encoding="utf-8-sig", newline="") as lines:
                 reader = csv.reader(lines, strict=True)
                 header = tuple(name.strip() for name in next(reader, ()))
-                rows = tuple(_rows(reader, header, str(path), next(places.ranks)))
+                rows = tuple(_rows(reader, header, str(path), next(positions.ranks)))
         except UnicodeDecodeError:
             text = f"not UTF-8 text (got '{path}'), expected the file to be saved as UTF-8"
             raise _RefusedError(Problem(keys, text)) from None
@@ -284,7 +284,7 @@ def _rows(reader: Any, header: tuple[str, ...], file: str, rank: int) -> Iterato
             continue
         column, at = 1, {}
         for name, cell in zip(header, cells, strict=False):
-            at[name] = Place.in_file(rank, file, reader.line_num, column)
+            at[name] = Position.in_file(rank, file, reader.line_num, column)
             column += len(cell) + 1
         width = len(cells) if any(cells[len(header) :]) else min(len(cells), len(header))
         yield _Row(width, {name: cell.strip() for name, cell in zip(header, cells, strict=False)}, at)

@@ -34,5 +34,5 @@ def valid(document: Document, kind: type[Whole], outline: Outline) -> Whole:
     except ValidationError as error:  # what a table lacks says nothing about the model
         problems += [item for item in from_pydantic(error, outline) if item.keys[:2] not in document.unread]
     if problems:
-        raise ModelError(report(problems, document.places))
+        raise ModelError(report(problems, document.positions))
     return found

@@ -168,15 +168,15 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
         if entity.dxftype() not in _LINES:
             others[f"{entity.dxftype()} on {layer}"] += 1
             continue
-        place = f"entity {entity.dxf.get('handle', rank)}"
+        position = f"entity {entity.dxf.get('handle', rank)}"
         drawn = paths.make_path(entity)
-        corners = [_spot(path, place, at, scale) for at in drawn.control_vertices()]
+        corners = [_spot(path, position, at, scale) for at in drawn.control_vertices()]
         if drawn.has_curves:
             size = max((math.dist(corners[0], corner) for corner in corners), default=0.0)
             chord = max(CURVE / 4, size / _FINE) / scale
-            corners = [_spot(path, place, at, scale) for at in drawn.flattening(chord, segments=4)]
+            corners = [_spot(path, position, at, scale) for at in drawn.flattening(chord, segments=4)]
         name = f"{layer} {entity.dxf.get('handle', rank)}"
-        yield Line(name, tuple(corners), speed_back=0.0 if _ONE_WAY.search(layer) else math.inf, place=place)
+        yield Line(name, tuple(corners), speed_back=0.0 if _ONE_WAY.search(layer) else math.inf, position=position)
     names = [f"{number} {kind}" for kind, number in others.items()]
     plant.note("left out", "kind of entity", names, "on a layer of lanes, but no line")
 
@@ -187,19 +187,19 @@ def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Ma
     for rank, (layer, entity) in enumerate(entities):
         if entity.dxftype() not in {"INSERT", "POINT"}:
             continue
-        place = f"entity {entity.dxf.get('handle', rank)}"
+        position = f"entity {entity.dxf.get('handle', rank)}"
         block = str(entity.dxf.name) if entity.dxftype() == "INSERT" else ""
-        at = _spot(path, place, entity.dxf.insert if block else entity.dxf.location, scale)
+        at = _spot(path, position, entity.dxf.insert if block else entity.dxf.location, scale)
         said = [str(item.dxf.text).strip() for item in entity.attribs] if block else []
         kind = block if block and not block.startswith("*") else layer
         numbers[kind] += 1
         name = next(filter(None, said), f"{kind} {numbers[kind]}")
-        marks.append(Mark(name, at, tuple(dict.fromkeys(filter(None, (kind, layer)))), place))
+        marks.append(Mark(name, at, tuple(dict.fromkeys(filter(None, (kind, layer)))), position))
     return marks
 
 
-def _spot(path: Path, place: str, at: Any, scale: float) -> Spot:
+def _spot(path: Path, position: str, at: Any, scale: float) -> Spot:
     """A point of the drawing in metres, y downwards, to a tenth of a millimetre."""
     if not max(abs(at.x), abs(at.y)) * scale <= LIMITS["number"][0]:
-        raise ModelError([f"{path}: {place}: beyond any plant (got {got([at.x, at.y])}), expected coordinates"])
+        raise ModelError([f"{path}: {position}: beyond any plant (got {got([at.x, at.y])}), expected coordinates"])
     return round(at.x * scale, 4) + 0.0, round(-at.y * scale, 4) + 0.0

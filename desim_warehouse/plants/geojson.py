@@ -97,16 +97,16 @@ class _Reader:
             record = self.record(properties, where, _LANE if kind.endswith("LineString") else _PLACE)
             unread.update(dict.fromkeys(record.columns.unread))
             (self.line if kind.endswith("LineString") else self.mark)(record, where, each)
-        for kind, places in others.items():
-            self.plant.note("left out", "feature", places, f"{kind}, expected lines and points")
+        for kind, positions in others.items():
+            self.plant.note("left out", "feature", positions, f"{kind}, expected lines and points")
         self.plant.note("left out", "feature", aside, "a line on another layer than those of lanes")
         unread.pop("layer", None)
         self.plant.note("left out", "property", list(unread), "nothing that a layout has")
 
     def record(self, properties: Mapping[str, Any], where: str, known: Mapping[str, tuple[str, ...]]) -> TableRecord:
-        place = f"{self.path}: {where}"
-        columns = Columns.of(properties, known, place)
-        return TableRecord(columns, properties, place, where)
+        position = f"{self.path}: {where}"
+        columns = Columns.of(properties, known, position)
+        return TableRecord(columns, properties, position, where)
 
     def line(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
         """A lane, in both directions unless it says otherwise."""
@@ -151,10 +151,10 @@ class _Reader:
         """Lines and places in metres, y downwards."""
         to_metres = self.projection()
         lines = [
-            Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.place)
+            Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.position)
             for line, points in self.lines
         ]
-        return lines, [Mark(mark.name, to_metres(at), mark.operations, mark.place) for mark, at in self.marks]
+        return lines, [Mark(mark.name, to_metres(at), mark.operations, mark.position) for mark, at in self.marks]
 
     def projection(self) -> Callable[[Spot], Spot]:
         """From the coordinates of the file to metres, by how far they reach."""

@@ -71,8 +71,8 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
     node_columns.require(f"{plant.source}: nodes", "x", *(() if "north" in node_columns.named else ("y",)))
     fill(
         plant,
-        [TableRecord(node_columns, values, where, place) for where, place, values in nodes],
-        [TableRecord(edge_columns, values, where, place) for where, place, values in edges],
+        [TableRecord(node_columns, values, where, position) for where, position, values in nodes],
+        [TableRecord(edge_columns, values, where, position) for where, position, values in edges],
         two_way=two_way,
     )
     for kind, columns in (("node", node_columns), ("edge", edge_columns)):
@@ -98,11 +98,13 @@ def read(path: Path, content: bytes) -> Plant:
     two_way = graph.attributes.get("edgedefault", "directed") == "undirected"
     for item in graph.children:
         if item.tag == "node":
-            nodes.append((_where(item, "id"), item.place, {**keys.values(item, "node"), _NAME: item.text("id")}))
+            nodes.append((_where(item, "id"), item.position, {**keys.values(item, "node"), _NAME: item.text("id")}))
         elif item.tag == "edge":
             own = _DIRECTED.get(item.attributes.get("directed", ""), {})
             ends = {_TAIL: item.text("source"), _HEAD: item.text("target")}
-            edges.append((_where(item, "source", "target"), item.place, {**own, **keys.values(item, "edge"), **ends}))
+            edges.append(
+                (_where(item, "source", "target"), item.position, {**own, **keys.values(item, "edge"), **ends})
+            )
     others = [got(item.tag) for item in graph.children if item.tag not in {"node", "edge", "data", "desc"}]
     _fill(plant, nodes, edges, two_way)
     plant.note("left out", "element", sorted(set(others)), "nothing but nodes and edges is read")

@@ -85,7 +85,7 @@ def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem
         if here in taken:
             raise ModelError([f"{path}:{line}: in the cell of agent {taken[here]}, expected one robot a cell"])
         taken[here] = rank
-        plant.vehicles.append(Vehicle(f"agent {rank}", size * cell, cell, here, place=f"{path.name}:{line}"))
+        plant.vehicles.append(Vehicle(f"agent {rank}", size * cell, cell, here, position=f"{path.name}:{line}"))
         plant.points[here] = replace(plant.points[here], parking=True)
     plant.assume("layout.bays", "robots park beside the cells in which they start, out of the way of others")
 
@@ -104,7 +104,7 @@ def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
         if len(names) == 1:
             names *= 2
         stops = tuple(zip(names, operations, strict=True))
-        plant.transports.append(Transport(f"task {rank}", stops, place=f"{path.name}:{line}"))
+        plant.transports.append(Transport(f"task {rank}", stops, position=f"{path.name}:{line}"))
     instant_handling(plant)
 
 

@@ -64,7 +64,7 @@ class Section:
 Kind: TypeAlias = Text | Number | Flag | Each | Section
 _WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list", Section: "an object"}
 _GONE: Any = object()
-PLACE = "\0place"
+POSITION = "\0place"
 """Under this key, what was read of an object has its position in the file."""
 
 
@@ -89,60 +89,62 @@ class Reader:
     found: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     count: int = 0
 
-    def read(self, value: Any, kind: Kind, place: str) -> Any:
+    def read(self, value: Any, kind: Kind, position: str) -> Any:
         """The value as the table says; raises ModelError where something needed is missing or wrong."""
-        made = self._value(value, kind, place)
+        made = self._value(value, kind, position)
         if made is _GONE:
-            self.refuse(place, f"not {_WORDS[type(kind)]} (got {got(value)}), expected it")
+            self.refuse(position, f"not {_WORDS[type(kind)]} (got {got(value)}), expected it")
         return made
 
-    def refuse(self, place: str, text: str) -> NoReturn:
+    def refuse(self, position: str, text: str) -> NoReturn:
         """Raise the error that something is wrong at a position."""
-        raise ModelError([printable(f"{self.file}: {place}: {text}")])
+        raise ModelError([printable(f"{self.file}: {position}: {text}")])
 
-    def wrong(self, place: str, text: str, become: str) -> None:
+    def wrong(self, position: str, text: str, become: str) -> None:
         """Something is not as the format says; what became of it."""
         self.count += 1
         if self.count > _WRONG:
             self.refuse(
-                place, f"{text}, as are too many values, expected {_WRONG:,} at most that are not as they should be"
+                position, f"{text}, as are too many values, expected {_WRONG:,} at most that are not as they should be"
             )
-        self.found.setdefault((text, become), []).append(place)
+        self.found.setdefault((text, become), []).append(position)
 
     def finish(self, plant: Plant, letter: str) -> None:
         """Note on the plant what was found, or refuse it; `letter`: what is checked to the letter, for messages."""
         if self.strict and self.found:
             lines = [
-                f"{self.file}: {place}: {text} ({letter})" for (text, _), all_ in self.found.items() for place in all_
+                f"{self.file}: {position}: {text} ({letter})"
+                for (text, _), all_ in self.found.items()
+                for position in all_
             ]
             more = len(lines) - _MOST
             raise ModelError(list(map(printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
-        for (text, become), places in self.found.items():
-            plant.note("changed", "value", list(map(printable, places)), f"{text}; {become}")
+        for (text, become), positions in self.found.items():
+            plant.note("changed", "value", list(map(printable, positions)), f"{text}; {become}")
 
-    def _value(self, value: Any, kind: Kind, place: str) -> Any:  # noqa: PLR0911 - a return for each kind
+    def _value(self, value: Any, kind: Kind, position: str) -> Any:  # noqa: PLR0911 - a return for each kind
         if isinstance(kind, Section):
-            return self._section(value, kind, place) if isinstance(value, dict) else self._bad(value, kind, place)
+            return self._section(value, kind, position) if isinstance(value, dict) else self._bad(value, kind, position)
         if isinstance(kind, Each):
             if not isinstance(value, list):
-                return self._bad(value, kind, place)
-            made = [self._value(item, kind.item, f"{place}[{rank}]") for rank, item in enumerate(value)]
+                return self._bad(value, kind, position)
+            made = [self._value(item, kind.item, f"{position}[{rank}]") for rank, item in enumerate(value)]
             return [item for item in made if item is not _GONE]
         if isinstance(kind, Number):
-            return self._number(value, kind, place)
+            return self._number(value, kind, position)
         if isinstance(kind, Flag):
             if isinstance(value, bool):
                 return value
             if isinstance(value, str) and value.lower() in _FLAGS:
-                self.wrong(place, "text for true or false", "read as meant")
+                self.wrong(position, "text for true or false", "read as meant")
                 return _FLAGS[value.lower()]
-            return self._bad(value, kind, place)
-        return self._text(value, kind, place)
+            return self._bad(value, kind, position)
+        return self._text(value, kind, position)
 
-    def _section(self, value: dict[str, Any], kind: Section, place: str) -> Any:
-        made: dict[str, Any] = {PLACE: place}
+    def _section(self, value: dict[str, Any], kind: Section, position: str) -> Any:
+        made: dict[str, Any] = {POSITION: position}
         for key, inner in kind.keys.items():
-            here = f"{place}.{key}" if place else key
+            here = f"{position}.{key}" if position else key
             if key in value:
                 item = self._value(value[key], inner, here)
                 if item is not _GONE:
@@ -150,46 +152,46 @@ class Reader:
                 elif key in kind.needed:
                     self.refuse(here, f"not {_WORDS[type(inner)]} (got {got(value[key])}), expected it")
             elif key in kind.needed:
-                self.refuse(place or "the top level", f"no {key}, expected {_WORDS[type(inner)]}")
+                self.refuse(position or "the top level", f"no {key}, expected {_WORDS[type(inner)]}")
             elif key in kind.required and self.complete:
-                self.wrong(place or "the top level", f"no {key}", "read without it")
+                self.wrong(position or "the top level", f"no {key}", "read without it")
         return made
 
-    def _number(self, value: Any, kind: Number, place: str) -> Any:
+    def _number(self, value: Any, kind: Number, position: str) -> Any:
         if isinstance(value, str):
             try:
                 number = float(value)
             except ValueError:
                 number = math.nan
             if not abs(number) <= _LARGEST:
-                return self._bad(value, kind, place)
-            self.wrong(place, "text for a number", "read as meant")
+                return self._bad(value, kind, position)
+            self.wrong(position, "text for a number", "read as meant")
         elif isinstance(value, bool) or not isinstance(value, int | float):
-            return self._bad(value, kind, place)
+            return self._bad(value, kind, position)
         else:
             number = value
         if not abs(number) <= _LARGEST:
-            self.refuse(place, f"not a number of a layout (got {got(value)}), expected one up to {_LARGEST:,}")
+            self.refuse(position, f"not a number of a layout (got {got(value)}), expected one up to {_LARGEST:,}")
         if not kind.least <= number <= kind.most:
             at_most = "" if kind.most == math.inf else f" to {kind.most:g}"
-            self.wrong(place, f"out of the range from {kind.least:g}{at_most}", "taken as it is")
+            self.wrong(position, f"out of the range from {kind.least:g}{at_most}", "taken as it is")
         return float(number)
 
-    def _text(self, value: Any, kind: Text, place: str) -> Any:
+    def _text(self, value: Any, kind: Text, position: str) -> Any:
         if isinstance(value, int | float) and not isinstance(value, bool):
-            self.wrong(place, "a number for text", "read as meant")
+            self.wrong(position, "a number for text", "read as meant")
             value = str(value)
         if not isinstance(value, str):
-            return self._bad(value, kind, place)
+            return self._bad(value, kind, position)
         if not value.isascii() and any("\ud800" <= one <= "\udfff" for one in value):
-            self.refuse(place, "not text (half a character), expected characters that can be written in UTF-8")
+            self.refuse(position, "not text (half a character), expected characters that can be written in UTF-8")
         if kind.one_of and value not in kind.one_of:
             near = value.upper()
             text = f"not one of {', '.join(kind.one_of)} (got {got(value)})"
-            self.wrong(place, text, "read as meant" if near in kind.one_of else "left out")
+            self.wrong(position, text, "read as meant" if near in kind.one_of else "left out")
             return near if near in kind.one_of else _GONE
         return value
 
-    def _bad(self, value: Any, kind: Kind, place: str) -> Any:
-        self.wrong(place, f"not {_WORDS[type(kind)]} (got {got(value)})", "left out")
+    def _bad(self, value: Any, kind: Kind, position: str) -> Any:
+        self.wrong(position, f"not {_WORDS[type(kind)]} (got {got(value)})", "left out")
         return _GONE

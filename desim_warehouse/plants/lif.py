@@ -16,7 +16,7 @@ from desim_warehouse.errors import got, nearest
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import lif_2, lif_keys, lif_losses
 from desim_warehouse.plants.checks import distance
-from desim_warehouse.plants.keyed import PLACE, Reader
+from desim_warehouse.plants.keyed import POSITION, Reader
 from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.nurbs import arc_length
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
@@ -72,7 +72,8 @@ def read(
     if draft:
         about = reader.read(data.get("metaInformation", {}), lif_keys.META, "metaInformation")
         layouts = [
-            _Layout(reader.read(item, lif_keys.LAYOUT, place), origin) for place, origin, item in lif_2.layouts_of(data)
+            _Layout(reader.read(item, lif_keys.LAYOUT, position), origin)
+            for position, origin, item in lif_2.layouts_of(data)
         ]
     else:
         made = reader.read(data, lif_keys.FILE, "")
@@ -100,7 +101,7 @@ class _Layout(NamedTuple):
 
     @property
     def name(self) -> str:
-        return str(self.item.get("layoutId") or self.item[PLACE])
+        return str(self.item.get("layoutId") or self.item[POSITION])
 
     @property
     def level(self) -> str:
@@ -147,7 +148,7 @@ class _Drawn:
                 self.stations.append((station, [known[key] for key in at if key in known]))
                 for key in at:
                     if key not in known and key not in elsewhere:
-                        reader.wrong(station[PLACE], f"no node {got(key)}", "left out")
+                        reader.wrong(station[POSITION], f"no node {got(key)}", "left out")
 
     def add_nodes(self, layout: _Layout) -> dict[str, str]:
         """Add the nodes of a layout; their names by nodeId."""
@@ -155,11 +156,11 @@ class _Drawn:
         for node in layout.item["nodes"]:
             key = node["nodeId"]
             if key in names:
-                self.reader.wrong(node[PLACE], f"a node {got(key)} stands before", "left out")
+                self.reader.wrong(node[POSITION], f"a node {got(key)} stands before", "left out")
                 continue
             names[key] = key if key not in self.nodes else unique(f"{layout.name} {key}", self.nodes)
             if names[key] != key:
-                self.reader.wrong(node[PLACE], f"a node {got(key)} stands before, in another layout", "renamed")
+                self.reader.wrong(node[POSITION], f"a node {got(key)} stands before, in another layout", "renamed")
             self.nodes[names[key]] = _Node(node, layout, _types(node.get("vehicleTypeNodeProperties")))
         return names
 
@@ -174,11 +175,11 @@ class _Drawn:
                 types = _types(edge.get("vehicleTypeEdgeProperties"))
                 self.edges.append(_Edge(name, edge, known[ends[0]], known[ends[1]], types))
             elif all(end in elsewhere for end in unknown):
-                left.append((name, edge[PLACE]))
+                left.append((name, edge[POSITION]))
             else:
-                self.reader.wrong(edge[PLACE], f"no node {got(unknown[0])}", "left out")
-        names, places = [name for name, _ in left], [place for _, place in left]
-        self.plant.note("left out", "transition", names, "to a layout that is not read", places)
+                self.reader.wrong(edge[POSITION], f"no node {got(unknown[0])}", "left out")
+        names, positions = [name for name, _ in left], [position for _, position in left]
+        self.plant.note("left out", "transition", names, "to a layout that is not read", positions)
 
     def vehicle_type(self, asked: str | None) -> str | None:
         """The vehicle type whose plant it is, by default the one that may use most edges; None if there is none."""
@@ -205,12 +206,12 @@ class _Drawn:
         nodes, edges = self.allowed(kind)
         for name, node in nodes.items():
             x, y = (node.item["nodePosition"][axis] for axis in "xy")
-            plant.points[name] = Waypoint(name, x, -y if y else 0.0, place=node.item[PLACE])
+            plant.points[name] = Waypoint(name, x, -y if y else 0.0, position=node.item[POSITION])
         kept = self.add_links(nodes, edges, kind)
         open_ = [plant.points[name] for name, node in nodes.items() if node.item.get("vehicleTypeNodeProperties") == []]
         plant.note_parts("changed", "node", open_, _OPEN)
-        empty = {edge.item[PLACE] for edge in edges if edge.item.get("vehicleTypeEdgeProperties") == []}
-        plant.note_parts("changed", "edge", [link for link in plant.links if link.place in empty], _OPEN)
+        empty = {edge.item[POSITION] for edge in edges if edge.item.get("vehicleTypeEdgeProperties") == []}
+        plant.note_parts("changed", "edge", [link for link in plant.links if link.position in empty], _OPEN)
         on_nodes = [(name, _of(node.item.get("vehicleTypeNodeProperties"), kind)) for name, node in nodes.items()]
         self.add_locations(dict(on_nodes))
         lif_losses.note_edges(plant, kept)
@@ -230,7 +231,7 @@ class _Drawn:
             speed, carried = item.get("maxSpeed", math.inf), item.get("loadRestriction", {})
             if nodes[edge.source].layout is not nodes[edge.target].layout:
                 length = max(distance(plant, edge.source, edge.target) if length is None else length, _RAMP)
-            link = Link(edge.name, edge.source, edge.target, length, speed, place=edge.item[PLACE])
+            link = Link(edge.name, edge.source, edge.target, length, speed, position=edge.item[POSITION])
             if speed <= 0 or not (carried.get("unloaded", True) or carried.get("loaded", True)):
                 closed.append(link)
                 continue
@@ -265,13 +266,13 @@ class _Drawn:
                 continue
             usual = () if any(here.values()) else (station.get("stationName") or name,)
             plant.locations.append(
-                Location(name, {point: actions or usual for point, actions in here.items()}, station[PLACE])
+                Location(name, {point: actions or usual for point, actions in here.items()}, station[POSITION])
             )
-        names, places = [one["stationId"] for one in outside], [one[PLACE] for one in outside]
-        plant.note("left out", "station", names, "only at nodes that are left out", places)
+        names, positions = [one["stationId"] for one in outside], [one[POSITION] for one in outside]
+        plant.note("left out", "station", names, "only at nodes that are left out", positions)
         for point, item in on_nodes.items():
             if point not in served and (actions := _actions(item)):
-                plant.locations.append(Location(point, {point: actions}, plant.points[point].place))
+                plant.locations.append(Location(point, {point: actions}, plant.points[point].position))
 
     def allowed(self, kind: str | None) -> tuple[dict[str, _Node], list[_Edge]]:
         """The nodes and edges that a vehicle type may use."""
@@ -283,9 +284,11 @@ class _Drawn:
             (edges if free else closed).append(edge)
         others = {name: node for name, node in self.nodes.items() if name not in nodes}
         why = f"not for vehicle type '{kind}'"
-        self.plant.note("left out", "node", others, why, [node.item[PLACE] for node in others.values()])
+        self.plant.note("left out", "node", others, why, [node.item[POSITION] for node in others.values()])
         why += ", or from or to a node that is not"
-        self.plant.note("left out", "edge", [edge.name for edge in closed], why, [edge.item[PLACE] for edge in closed])
+        self.plant.note(
+            "left out", "edge", [edge.name for edge in closed], why, [edge.item[POSITION] for edge in closed]
+        )
         return nodes, edges
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.plants.keyed import PLACE
+from desim_warehouse.plants.keyed import POSITION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -78,5 +78,5 @@ def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequen
     odd = [plant.points[name] for name, item in nodes if _is_degrees(item.get("theta", 0.0))]
     plant.note_parts("doubtful", "vehicle angle", odd, _DEGREES)
     high = [one for one in stations if one.get("stationHeight")]
-    names, places = [one["stationId"] for one in high], [one[PLACE] for one in high]
-    plant.note("left out", "station height", names, "handling takes the same time at every height", places)
+    names, positions = [one["stationId"] for one in high], [one[POSITION] for one in high]
+    plant.note("left out", "station height", names, "handling takes the same time at every height", positions)

@@ -43,7 +43,7 @@ class Line:
     points: tuple[Spot, ...]
     speed: float = math.inf
     speed_back: float = math.inf
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Mark:
     name: str
     at: Spot
     operations: tuple[str, ...] = ()
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(slots=True)
@@ -202,9 +202,9 @@ class _Floor:
             if far > JOIN:
                 off.append(mark)
         why = f"drawn up to {NEAR:g} m beside a lane, so it is at the nearest point of it"
-        self.plant.note("changed", "place", [mark.name for mark in off], why, [mark.place for mark in off])
+        self.plant.note("changed", "place", [mark.name for mark in off], why, [mark.position for mark in off])
         why = f"more than {NEAR:g} m from any lane"
-        self.plant.note("left out", "place", [mark.name for mark in away], why, [mark.place for mark in away])
+        self.plant.note("left out", "place", [mark.name for mark in away], why, [mark.position for mark in away])
         return found
 
     def chains(self) -> list[list[Spot]]:
@@ -263,7 +263,7 @@ class _Network:
                 length = math.fsum(math.dist(*pair) for pair in pairwise(chain[first : last + 1]))
                 curved = curved or last - first > 1
                 ends = self.point(chain[first]), self.point(chain[last])
-                link = Link(">".join(ends), *ends, length, line.speed, line.speed_back, place=line.place)
+                link = Link(">".join(ends), *ends, length, line.speed, line.speed_back, position=line.position)
                 self.plant.links.append(link)
         return curved
 
@@ -274,7 +274,7 @@ class _Network:
             for mark in here:
                 if mark.operations:
                     name = unique(mark.name, found)
-                    found[name] = Location(name, {self.point(spot): mark.operations}, mark.place)
+                    found[name] = Location(name, {self.point(spot): mark.operations}, mark.position)
         self.plant.locations += found.values()
 
 

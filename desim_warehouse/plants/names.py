@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def plain_names(plant: Plant) -> None:
     """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
-    points, places = _plain(plant.points), _plain(location.name for location in plant.locations)
+    points, positions = _plain(plant.points), _plain(location.name for location in plant.locations)
     links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
     plant.name = _trimmed(plant.name) or "layout"
     plant.points = {points[name]: replace(point, name=points[name]) for name, point in plant.points.items()}
@@ -25,7 +25,7 @@ def plain_names(plant: Plant) -> None:
         for link in plant.links
     ]
     plant.locations = [
-        Location(places[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.place)
+        Location(positions[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.position)
         for one in plant.locations
     ]
     members = {**links, **points}
@@ -35,7 +35,9 @@ def plain_names(plant: Plant) -> None:
     ]
     vehicles = _plain(vehicle.name for vehicle in plant.vehicles)
     plant.vehicles = [replace(one, name=vehicles[one.name]) for one in plant.vehicles]
-    changed = [f"{new} from {old!r}" for names in (points, places, areas) for old, new in names.items() if old != new]
+    changed = [
+        f"{new} from {old!r}" for names in (points, positions, areas) for old, new in names.items() if old != new
+    ]
     plant.note("changed", "name", changed, "with characters that not every file can hold, or blanks around it")
 
 

@@ -53,7 +53,7 @@ def _points(root: Element, plant: Plant) -> None:
             item.refuse("a point of this name stands before, expected every name once")
         x, y = item.number("positionX", "xPosition", default=0.0), item.number("positionY", "yPosition", default=0.0)
         parking = item.attributes.get("type") == "PARK_POSITION"
-        plant.points[name] = Waypoint(name, x * _MM, -y * _MM if y else 0.0, parking, item.place)
+        plant.points[name] = Waypoint(name, x * _MM, -y * _MM if y else 0.0, parking, item.position)
 
 
 def _paths(root: Element, plant: Plant) -> None:
@@ -75,13 +75,13 @@ def _paths(root: Element, plant: Plant) -> None:
         elif not any(speeds):
             closed.append(item)
         else:
-            plant.links.append(Link(name, *ends, length if length > 0 else None, *speeds, place=item.place))
+            plant.links.append(Link(name, *ends, length if length > 0 else None, *speeds, position=item.position))
     _note(plant, "left out", "path", locked, "locked")
     _note(plant, "left out", "path", closed, "closed in both directions by a velocity of 0")
 
 
 def _note(plant: Plant, what: What, kind: str, items: Sequence[Element], why: str) -> None:
-    plant.note(what, kind, [item.text("name") for item in items], why, [item.place for item in items])
+    plant.note(what, kind, [item.text("name") for item in items], why, [item.position for item in items])
 
 
 def _speed(item: Element, name: str) -> float:
@@ -110,7 +110,7 @@ def _locations(root: Element, plant: Plant, types: Mapping[str, Element]) -> Non
         elif not operations and not usual:
             peripheral.append(item)
         else:
-            plant.locations.append(Location(name, operations, item.place))
+            plant.locations.append(Location(name, operations, item.position))
     _note(plant, "left out", "location", locked, "locked")
     _note(plant, "left out", "location", peripheral, "a peripheral device, at which no vehicle stops")
 
@@ -130,7 +130,7 @@ def _vehicle(item: Element, plant: Plant) -> Vehicle:
         item.number("maxVelocity", default=0.0) * _MM or None,
         start,
         item.number("energyLevelCritical", default=0.0) / 100 or None,
-        item.place,
+        item.position,
     )
 
 
@@ -159,7 +159,7 @@ def _blocks(root: Element, plant: Plant) -> None:
         if rule not in RULES:
             item.refuse(f"type: not known (got {got(rule)}), expected {' or '.join(RULES)}")
         if members:
-            plant.areas.append(Area(item.text("name"), members, RULES[rule], item.place))
+            plant.areas.append(Area(item.text("name"), members, RULES[rule], item.position))
         else:
             empty.append(item)
     _note(plant, "left out", "block", empty, "no members")

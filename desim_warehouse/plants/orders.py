@@ -45,7 +45,7 @@ def read(path: Path, content: bytes, plant: Plant) -> None:
         if strange := next((at for at, _ in stops if at not in known), None):
             gone[name] = strange
         else:
-            plant.transports.append(Transport(name, tuple(stops), 0.0, due, f"{path.name}, {order.place}"))
+            plant.transports.append(Transport(name, tuple(stops), 0.0, due, f"{path.name}, {order.position}"))
     if not plant.transports:
         lost = f"; {next(iter(gone))} is to {got(next(iter(gone.values())))}" if gone else ""
         root.refuse(f"no order that the plant has all locations of, expected one transportOrder at least{lost}")

@@ -24,7 +24,7 @@ class Waypoint:
     x: float
     y: float
     parking: bool = False
-    place: str = ""
+    position: str = ""
     """Where in the file it stands, such as a line; so for all parts of a plant."""
 
 
@@ -44,7 +44,7 @@ class Link:
     length: float | None = None
     speed: float = math.inf
     speed_back: float = 0.0
-    place: str = ""
+    position: str = ""
     against: float = 1.0
     side_by_side: bool = False
 
@@ -55,7 +55,7 @@ class Location:
 
     name: str
     operations: dict[str, tuple[str, ...]]
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Vehicle:
     start: str | None = None
     critical: float | None = None
     """The part of a full battery at which it has to charge."""
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Transport:
     stops: tuple[tuple[str, str], ...]
     release: float = 0.0
     due: float | None = None
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Area:
     name: str
     members: tuple[str, ...]
     rule: Rule
-    place: str = ""
+    position: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,19 +104,21 @@ class Remark:
         kind: the kind of thing, such as "path"; for what is assumed, the key of the model.
         names: which ones.
         why: why, and what to do about it.
-        places: where in the file each of them stands, if that is known.
+        positions: where in the file each of them stands, if that is known.
     """
 
     what: What
     kind: str
     names: tuple[str, ...]
     why: str
-    places: tuple[str, ...] = ()
+    positions: tuple[str, ...] = ()
 
     def which(self, most: int | None = None) -> str:
         """The names, each with its position in the file, up to a number."""
-        places = self.places or ("",) * len(self.names)
-        named = [f"{name} ({place})" if place else name for name, place in zip(self.names, places, strict=True)]
+        positions = self.positions or ("",) * len(self.names)
+        named = [
+            f"{name} ({position})" if position else name for name, position in zip(self.names, positions, strict=True)
+        ]
         more = len(named) - len(named[:most])
         return ", ".join(named[:most]) + f" and {more} more" * (more > 0)
 
@@ -150,15 +152,15 @@ class Plant:
     """Side of the cells of a grid, in metres: a robot fills one, and drives one a second where nothing else is said."""
     remarks: list[Remark] = field(default_factory=list)
 
-    def note(self, what: What, kind: str, names: Iterable[str], why: str, places: Iterable[str] = ()) -> None:
-        """Keep a remark, if it is about anything; `places`: where in the file each of the names stands."""
+    def note(self, what: What, kind: str, names: Iterable[str], why: str, positions: Iterable[str] = ()) -> None:
+        """Keep a remark, if it is about anything; `positions`: where in the file each of the names stands."""
         if names := tuple(names):
-            self.remarks.append(Remark(what, kind, names, why, tuple(places)))
+            self.remarks.append(Remark(what, kind, names, why, tuple(positions)))
 
     def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
         """Keep a remark about parts of the plant, by their names and positions."""
         parts = list(parts)
-        self.note(what, kind, [part.name for part in parts], why, [part.place for part in parts])
+        self.note(what, kind, [part.name for part in parts], why, [part.position for part in parts])
 
     def work(self) -> dict[str, tuple[str, ...]]:
         """What robots do at points, by their names: park, and what locations allow there."""

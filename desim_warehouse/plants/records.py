@@ -110,7 +110,7 @@ class TableRecord:
     columns: Columns
     values: Mapping[str, Any]
     where: str
-    place: str = ""
+    position: str = ""
 
     def get(self, name: str) -> Any:
         """A value, or None where there is none."""
@@ -205,12 +205,12 @@ def _point(record: TableRecord, plant: Plant, stations: dict[str, Location]) -> 
             record.refuse(key, "empty, expected a number of metres")
     assert x is not None
     assert y is not None
-    plant.points[name] = Waypoint(name, x, -y if upwards and y else y, place=record.place)
+    plant.points[name] = Waypoint(name, x, -y if upwards and y else y, position=record.position)
     role, station = record.get("role"), record.get("station")
     operations = tuple(filter(None, _SEVERAL.split(str(role).strip()))) if role is not None else ()
     if operations or station is not None:
         called = record.text("station") if station is not None else name
-        stations.setdefault(called, Location(called, {}, record.place)).operations[name] = operations
+        stations.setdefault(called, Location(called, {}, record.position)).operations[name] = operations
 
 
 def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
@@ -224,5 +224,5 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     back = speed if (two_way if both is None else both) else 0.0
     name = ">".join(ends) if record.get("name") is None else record.text("name")
     beside = bool(record.flag("side_by_side"))
-    link = Link(name, *ends, record.above_0("length"), speed, back, record.place, side_by_side=beside)
+    link = Link(name, *ends, record.above_0("length"), speed, back, record.position, side_by_side=beside)
     plant.links.append(link)

@@ -52,7 +52,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
     except UnicodeDecodeError:
         raise ModelError([f"{path}: not UTF-8 text, expected {EXPECTED}"]) from None
     if document.problems:
-        raise ModelError(report(document.problems[:1], document.places))
+        raise ModelError(report(document.problems[:1], document.positions))
     return _Map(path, document).plant_of(layout, graph)
 
 
@@ -196,9 +196,9 @@ class _Map:
 
     def place(self, point: str, named: bool, about: dict[str, Any]) -> None:
         """What robots do at a vertex; where nothing says that, it is called as the vertex is."""
-        plant, line = self.plant, self.plant.points[point].place
+        plant, line = self.plant, self.plant.points[point].position
         if robot := about.get("spawn_robot_name"):
-            plant.vehicles.append(Vehicle(str(robot), start=point, place=line))
+            plant.vehicles.append(Vehicle(str(robot), start=point, position=line))
         if about.get("is_charger"):
             plant.locations.append(Location(point, {point: ("charge",)}, line))
         work = [(str(about[key]), does) for key, does in _WORK.items() if about.get(key)]
@@ -223,19 +223,19 @@ class _Map:
     def areas(self, lanes: Iterable[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]) -> None:
         """Groups of lanes and vertices that one robot uses at a time."""
         groups: dict[str, list[str]] = {}
-        places: dict[str, str] = {}
+        positions: dict[str, str] = {}
         for group, member, line in (
             *((lane.about.get("mutex"), _title(lane, names), lane.line) for lane in lanes),
             *(
-                (about.get("mutex"), names[rank], self.plant.points[names[rank]].place)
+                (about.get("mutex"), names[rank], self.plant.points[names[rank]].position)
                 for rank, about in abouts.items()
             ),
         ):
             if group:
                 groups.setdefault(str(group), []).append(member)
-                places.setdefault(str(group), line)
+                positions.setdefault(str(group), line)
         self.plant.areas = [
-            Area(name, tuple(dict.fromkeys(members)), "one-robot", places[name]) for name, members in groups.items()
+            Area(name, tuple(dict.fromkeys(members)), "one-robot", positions[name]) for name, members in groups.items()
         ]
 
     def losses(
@@ -286,10 +286,10 @@ class _Map:
         return float(value)
 
     def line(self, keys: Keys) -> str:
-        return f"line {self.document.places.of(keys).line}"
+        return f"line {self.document.positions.of(keys).line}"
 
     def refuse(self, keys: Keys, text: str) -> NoReturn:
-        raise ModelError([f"{self.document.places.line(keys)[1]}: {text}"])
+        raise ModelError([f"{self.document.positions.line(keys)[1]}: {text}"])
 
 
 def _is_rank(value: Any) -> bool:

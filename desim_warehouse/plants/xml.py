@@ -32,7 +32,7 @@ class Element:
     content: str = ""
 
     @property
-    def place(self) -> str:
+    def position(self) -> str:
         """Where it stands in the file."""
         return f"line {self.line}"
 

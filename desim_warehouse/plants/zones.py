@@ -31,7 +31,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
             ends_too += [area] if area.rule == "one-robot" and not {*ends}.isdisjoint(members) else []
         else:
             empty.append(area)
-    places = {area.name: area.place for area in plant.areas}
+    positions = {area.name: area.position for area in plant.areas}
     node = next(iter(content["layout"]["nodes"]))
     any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
     model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
@@ -39,7 +39,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
         for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
             name = finding.place.removeprefix("traffic.zones.")
             if finding.level == "error" and zones.pop(name, None):
-                plant.note("left out", "block", [name], finding.text, [places[name]])
+                plant.note("left out", "block", [name], finding.text, [positions[name]])
     plant.note_parts("left out", "block", empty, "none of its members is a point or path of the model")
     plant.note("left out", "member", lost, "of a block: no point or path of the model")
     kept = [area for area in ends_too if area.name in zones]

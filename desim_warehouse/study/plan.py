@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.messages import Places
+    from desim_warehouse.model.messages import Positions
     from desim_warehouse.study.factors import Factor, Label
 
 
@@ -75,14 +75,14 @@ def run_seed(seed: int, replication: int) -> int:
 
 
 def models(
-    plan: StudyPlan, among: Iterable[Point], places: Places | None = None, *, run_code: bool = False
+    plan: StudyPlan, among: Iterable[Point], positions: Positions | None = None, *, run_code: bool = False
 ) -> dict[int, Model]:
     """The model of every point, by its number.
 
     Args:
         plan: what is varied.
         among: the points.
-        places: where values stand in the study file.
+        positions: where values stand in the study file.
         run_code: ask the user's own policies about their parameters, too: the runs are about to be done.
 
     Raises:
@@ -94,13 +94,13 @@ def models(
         try:
             made[point.number] = plan.base.replace(point.overrides, run_code=run_code)
         except ModelError as error:
-            said.update(dict.fromkeys(_at_place(text, point, places) for text in error.problems))
+            said.update(dict.fromkeys(_at_place(text, point, positions) for text in error.problems))
     if said:
         raise ModelError(list(said))
     return made
 
 
-def _at_place(text: str, point: Point, places: Places | None) -> str:
+def _at_place(text: str, point: Point, positions: Positions | None) -> str:
     """A problem of a changed model, reported at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "
@@ -108,8 +108,8 @@ def _at_place(text: str, point: Point, places: Places | None) -> str:
             rest = text.removeprefix(begin)
             if rest.startswith(("should be a ", "should be the ")):  # of the wrong kind, not out of range
                 rest += hint(key, point.overrides[key])
-            if places is None:
+            if positions is None:
                 return f"factor {key}: {rest}"
-            return f"{places.line(point.places[key])[1]}: {rest}"
-    source = "" if places is None else f"{places.source}: "
+            return f"{positions.line(point.places[key])[1]}: {rest}"
+    source = "" if positions is None else f"{positions.source}: "
     return f"{source}design {point}: {text}"

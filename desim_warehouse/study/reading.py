@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import Model, load
-from desim_warehouse.model.messages import Places, Problem, from_pydantic, report
+from desim_warehouse.model.messages import Positions, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import OUTLINE, StudyFile, labels
@@ -44,7 +44,7 @@ def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, 
     if overrides and isinstance(changes, Mapping):
         data["set"] = {**changes, **overrides}
         for key in overrides:
-            document.places.given(("set", key), f"{named} {key}")
+            document.positions.given(("set", key), f"{named} {key}")
     data.setdefault("name", Path(path).stem)
     if isinstance(data.get("model"), str):
         data["model"] = folder / data["model"]
@@ -68,15 +68,15 @@ def plan_of(
     """
     problems: list[Problem] = []
     data = plain({key: value for key, value in content.items() if value is not None}, (), problems)
-    places = Places(str(data.get("name", "study")) if options else "study")
+    positions = Positions(str(data.get("name", "study")) if options else "study")
     for keys, option in (options or {}).items():
-        places.given(keys, option)
-    return _plan(Document({"name": "study", **data, "model": base}, places, problems))
+        positions.given(keys, option)
+    return _plan(Document({"name": "study", **data, "model": base}, positions, problems))
 
 
 def _plan(document: Document) -> StudyPlan:
     """The plan that a study describes, or its problems, then those of its model, or else of its designs."""
-    problems, places = document.problems, document.places
+    problems, positions = document.problems, document.positions
     data = {key: value for key, value in document.data.items() if value is not None}
     file, base = None, None
     try:
@@ -89,9 +89,9 @@ def _plan(document: Document) -> StudyPlan:
         if not any(problem.keys[:1] in {("model",), ("set",)} for problem in problems):
             base = _base(data["model"], changes)
     except ModelError as error:
-        lines = [_in_set(text, changes, places) for text in error.problems]
+        lines = [_in_set(text, changes, positions) for text in error.problems]
     if file is None or base is None or problems:
-        raise ModelError([*report(problems, places), *lines])
+        raise ModelError([*report(problems, positions), *lines])
     plan = StudyPlan(
         base,
         file.varied(),
@@ -107,18 +107,18 @@ def _plan(document: Document) -> StudyPlan:
         file.warm_up,
         file.target,
     )
-    made = models(plan, plan.points(), places, run_code=True)
+    made = models(plan, plan.points(), positions, run_code=True)
     if plan.warm_up:
         for model in made.values():
-            _has_steady_state(model, places)
+            _has_steady_state(model, positions)
     return plan
 
 
-def _has_steady_state(model: Model, places: Places) -> None:
+def _has_steady_state(model: Model, positions: Positions) -> None:
     try:
         steady_length(model)
     except StudyError as error:
-        raise ModelError([f"{places.line(('warm_up',))[1]}: {error}"]) from None
+        raise ModelError([f"{positions.line(('warm_up',))[1]}: {error}"]) from None
 
 
 def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, Any]) -> Model:
@@ -129,10 +129,10 @@ def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, A
     return load(given, changes, named="set", run_code=True)
 
 
-def _in_set(text: str, changes: Mapping[str, Any], places: Places) -> str:
+def _in_set(text: str, changes: Mapping[str, Any], positions: Positions) -> str:
     """A problem of the model, reported at the key of `set` that causes it, if one does."""
     for key in sorted(changes, key=len, reverse=True):
         begin = f"set {key}: "
         if text.startswith(begin):
-            return f"{places.line(('set', key))[1]}: {text.removeprefix(begin)}"
+            return f"{positions.line(('set', key))[1]}: {text.removeprefix(begin)}"
     return text

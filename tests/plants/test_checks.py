@@ -12,7 +12,7 @@ from tests.plants.test_opentcs import yard
 def plant(*links, points=(("A", 0, 0), ("B", 10, 0), ("C", 10, 10)), locations=()):
     """Points on a floor, with links of these ends and lengths, each on a line of its own."""
     made = Plant("floor", "floor.txt")
-    made.points = {name: Waypoint(name, x, y, place=f"line {rank}") for rank, (name, x, y) in enumerate(points, 1)}
+    made.points = {name: Waypoint(name, x, y, position=f"line {rank}") for rank, (name, x, y) in enumerate(points, 1)}
     for rank, (source, target, length) in enumerate(links, 10):
         made.links.append(Link(f"{source}{target}", source, target, length, 1.0, 1.0, f"line {rank}"))
     made.locations = list(locations)
@@ -21,7 +21,7 @@ def plant(*links, points=(("A", 0, 0), ("B", 10, 0), ("C", 10, 10)), locations=(
 
 def said(made, *kinds):
     return {
-        (one.what, one.kind): tuple(zip(one.names, one.places, strict=True))
+        (one.what, one.kind): tuple(zip(one.names, one.positions, strict=True))
         for one in made.remarks
         if one.kind in kinds
     }
@@ -80,7 +80,7 @@ def test_energy_levels_in_the_wrong_order(tmp_path):
     before = 'energyLevelFullyRecharged="95" energyLevelSufficientlyRecharged="45" maxVelocity="1000"'
     after = 'energyLevelFullyRecharged="30" energyLevelSufficientlyRecharged="90" maxVelocity="1000"'
     [remark] = [one for one in import_layout(yard(tmp_path, (before, after))).remarks if one.what == "doubtful"]
-    assert (remark.kind, remark.names, remark.places) == ("vehicle", ("tug",), ("line 33",))
+    assert (remark.kind, remark.names, remark.positions) == ("vehicle", ("tug",), ("line 33",))
     assert remark.why == "energyLevelSufficientlyRecharged is above energyLevelFullyRecharged"
 
 

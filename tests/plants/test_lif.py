@@ -30,9 +30,9 @@ def remarks(made, what):
 def test_a_layout_with_y_downwards(drawn):
     plant = read_plant(drawn())
     assert (len(plant.points), len(plant.links), len(plant.locations), len(plant.vehicles)) == (7, 10, 3, 0)
-    assert (plant.points["C"].x, plant.points["C"].y, plant.points["C"].place) == (12, -8, "layouts[0].nodes[2]")
+    assert (plant.points["C"].x, plant.points["C"].y, plant.points["C"].position) == (12, -8, "layouts[0].nodes[2]")
     ring = next(link for link in plant.links if link.name == "A-B")
-    assert (ring.speed, ring.speed_back, ring.length, ring.place) == (1.5, 0, None, "layouts[0].edges[0]")
+    assert (ring.speed, ring.speed_back, ring.length, ring.position) == (1.5, 0, None, "layouts[0].edges[0]")
 
 
 def test_opposite_edges_are_a_two_way_lane_and_actions_say_what_is_done(drawn):
@@ -57,7 +57,7 @@ def test_what_could_not_be_carried_over_is_said_by_name_and_place(drawn):
         ("load restriction", ("D-plug", "plug-D")),
     }
     assert not remarks(made, "changed")
-    [where] = [remark.places for remark in made.remarks if remark.kind == "load restriction"]
+    [where] = [remark.positions for remark in made.remarks if remark.kind == "load restriction"]
     assert where == ("layouts[0].edges[8]", "layouts[0].edges[9]")
 
 
@@ -133,7 +133,7 @@ def test_a_trajectory_that_is_none_is_taken_to_be_straight(drawn, change, said):
     assert next(link for link in plant.links if link.name == "D-A").length is None
     [remark] = [remark for remark in plant.remarks if remark.what == "doubtful"]
     assert said in remark.why
-    assert (remark.names, remark.places) == (("D-A",), ("layouts[0].edges[3]",))
+    assert (remark.names, remark.positions) == (("D-A",), ("layouts[0].edges[3]",))
 
 
 # Dialects and repairs
@@ -242,10 +242,10 @@ def test_stations_at_no_node_and_one_spot_and_parallel_edges_are_said(drawn):
         layout["edges"].append({**edge("A", "B", maxSpeed=0.3), "edgeId": "A-B slow"})
 
     made = import_layout(drawn(odd))
-    places = {(one.what, one.kind): one.places for one in made.remarks}
-    assert places["left out", "location"] == ("layouts[0].stations[3]",)
-    assert places["changed", "point"] == ("layouts[0].nodes[6]",)
-    assert places["left out", "link"] == ("layouts[0].edges[10]",)
+    positions = {(one.what, one.kind): one.positions for one in made.remarks}
+    assert positions["left out", "location"] == ("layouts[0].stations[3]",)
+    assert positions["changed", "point"] == ("layouts[0].nodes[6]",)
+    assert positions["left out", "link"] == ("layouts[0].edges[10]",)
     assert made.model.layout.nodes["plug"] == (0.01, -8)
 
 
@@ -331,7 +331,7 @@ def test_a_draft_of_version_2_says_the_same_in_other_words(drawn):
     same = {"description": "", "name": ""}
     assert {**new.model.content(), **same} == {**old.model.content(), **same}
     assert ("version", ("2.0.0",)) in remarks(new, "doubtful")
-    assert new.plant.points["A"].place == "origins[0].layouts[0].nodes[0]"
+    assert new.plant.points["A"].position == "origins[0].layouts[0].nodes[0]"
     assert remarks(new, "left out") == {("vehicle type", ("M tall truck",))} | {
         one for one in remarks(old, "left out") if one[0] != "vehicle type"
     }
@@ -395,18 +395,18 @@ def test_files_that_end_anywhere_are_one_message(tmp_path):
 STRANGE = [None, True, 5, -1.5, "", "x", [], {}, [[]], {"a": 1}, 1e308, "9" * 30, "\u2028", 0]
 
 
-def places(value, path=()):
+def paths(value, path=()):
     """All paths to values."""
     yield path
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
-        yield from places(item, (*path, key))
+        yield from paths(item, (*path, key))
 
 
 def damaged(draw, content):
     """A copy with one value gone, strange, or there twice."""
     made = copy.deepcopy(content)
-    *path, last = draw.choice([path for path in places(made) if path])
+    *path, last = draw.choice([path for path in paths(made) if path])
     inner = made
     for key in path:
         inner = inner[key]

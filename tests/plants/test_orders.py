@@ -49,7 +49,7 @@ def test_a_stop_between_is_on_the_way(orders):
 
 def test_what_an_order_says_and_a_task_cannot_is_said(orders):
     made = import_layout(YARD, tasks=orders)
-    found = {(remark.kind, remark.names, remark.places) for remark in made.remarks if "order" in remark.kind}
+    found = {(remark.kind, remark.names, remark.positions) for remark in made.remarks if "order" in remark.kind}
     assert found == {
         ("transport order", ("order 1",), ("orders.xml, line 3",)),  # two tasks
         ("transport order", ("order 3",), ("orders.xml, line 14",)),  # out of reach

@@ -37,7 +37,7 @@ def test_a_map_in_metres():
     plant = read_plant(CLINIC)
     assert (len(plant.points), len(plant.links), len(plant.vehicles)) == (9, 9, 2)
     a = plant.points["A"]
-    assert (a.x, a.y, a.parking, a.place) == (5, 5, False, "line 30")
+    assert (a.x, a.y, a.parking, a.position) == (5, 5, False, "line 30")
     assert plant.points["dock 1"].parking
     one_way, mutex, slow = plant.links[:3]
     assert (one_way.speed_back, mutex.speed_back, slow.speed) == (0, float("inf"), 0.5)
@@ -75,8 +75,10 @@ def test_what_could_not_be_carried_over_is_said_by_name_and_line():
         ("door", ("front door",)),
         ("location", ("A", "lounge")),
     }
-    places = {remark.kind: remark.places for remark in made.remarks if remark.names[:1] == ("vertex 4 - vertex 5",)}
-    assert places["orientation"] == ("line 14",)
+    positions = {
+        remark.kind: remark.positions for remark in made.remarks if remark.names[:1] == ("vertex 4 - vertex 5",)
+    }
+    assert positions["orientation"] == ("line 14",)
 
 
 def test_a_named_place_is_what_it_is_mapped_to():
