@@ -296,8 +296,8 @@ def _battery(model: Model) -> BatterySpec:
 def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding | None:
     """All robots come to charge together, and those that wait run flat.
 
-    Certain where every state draws the same, all start alike, parking never leads to a charger, and no robot charges
-    before he has to; likely where the states draw differently.
+    It is certain if every state draws the same, all start alike, parking never leads to a charger, and no robot charges
+    before it has to. It is likely if the states draw differently.
     """
     battery, known = _battery(model), levels(model)
     low, high = start_energy(model)

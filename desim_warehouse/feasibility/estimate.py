@@ -1,10 +1,10 @@
 """The hand calculation of a model: what a planner works out on half a page before any simulation.
 
-All of it is free flow: no robot waits for another, goods are fetched as they come (`in-order`; an allocation that
-prefers near ones does better), and every robot always has a next task. Capacities are upper bounds from that, by
+All of it is free flow: no robot waits for another, goods are fetched in order of release, and every robot always has a
+next task. An allocation that prefers near goods does better than `in-order`. Capacities are upper bounds from that, by
 Little's law and the asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978)
-225-261): throughput is at most N robots / cycle time, and at most what the busiest station or intersection lets
-through; the knee is where the two meet.
+225-261). Throughput is at most N robots / cycle time, and at most what the busiest station or intersection lets
+through. The knee is where the two meet.
 """
 
 from __future__ import annotations

@@ -20,9 +20,9 @@ def directions(blocks: Blocks) -> Directions:
     """The one-way rule as a direction for every row (top first) and column (left first).
 
     `alternating`: east, west, east, ... and north, south, north, ...
-    `ring`: the outer aisles run clockwise round the warehouse (top row east, right column south, bottom
-    row west, left column north), inner rows alternate from the bottom up and inner columns from the left,
-    so that every size is strongly connected.
+    `ring`: the outer aisles run clockwise round the warehouse: top row east, right column south, bottom row west, left
+    column north. Inner rows alternate from the bottom up, inner columns from the left. So every size is strongly
+    connected.
     """
     if isinstance(blocks.directions, Directions):
         return blocks.directions
@@ -64,8 +64,8 @@ def _chain(graph: nx.DiGraph, names: list[str] | tuple[str, ...], length: float)
 def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
     """All goods, numbered block by block (down a block column, then the next), in a block row by row.
 
-    A good on the left of its block is picked from the aisle on the block's left, one on the right from
-    the aisle on its right, at the height of its own centre. A block one good wide is picked from its left.
+    A good on the left of its block is picked from the aisle on that side, one on the right from the aisle on the
+    right, at the height of its own centre. A block one good wide is picked from its left.
     """
     names = block_nodes(blocks.columns, blocks.rows)
     cross = blocks.cross_aisle_width or blocks.aisle_width

@@ -1,9 +1,9 @@
 """The distance oracle: directed distances and driving times between nodes, worked out when asked for.
 
-One search a row (scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
-search from an origin), kept for the rows used last; so memory stays within KEPT numbers, also on layouts of
-10,000 nodes. Routes that end at a hub (a station, a bay) are searched towards it, routes that only begin at one from
-it: robots drive between hubs and storage, so a row for each hub serves nearly all routes.
+Each row is one search: scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
+search from an origin. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
+nodes. Routes that end at a hub (a station, a bay) are searched towards it, and routes that only begin at one from it.
+Robots drive between hubs and storage, so a row for each hub serves nearly all routes.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ TIE = 1e-9
 class RouteOracle:
     """The cheapest routes on the Highways for one cost of an edge, with their lengths and free driving times.
 
-    `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1
-    does; `length` is in length units; `time` includes node times and edge speed limits, waiting not. Times of
-    a route are at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes
-    are compared by length or time; the lengths and times given are those driven.
+    `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1 does.
+    `length` is in length units. `time` includes node times and edge speed limits, but no waiting. Times of a route are
+    at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are compared
+    by length or time. The lengths and times given are those driven.
     """
 
     def __init__(

@@ -32,8 +32,8 @@ _WORK = 200_000_000
 class Orientation:
     """The direction that every two-way lane keeps (`kept`), and the `bridges`, which stay two-way.
 
-    `stretch` is the mean trip between the flows' ends over the one on the two-way floor; where there are more than some
-    200,000 such trips, as estimated from hubs drawn among them.
+    `stretch` is the mean trip between the flows' ends, divided by that on the two-way floor. With more than about
+    200,000 such trips it is estimated from a sample of hubs.
     """
 
     kept: tuple[Edge, ...]
@@ -52,10 +52,9 @@ def orient_lanes(
     """Directions for two-way `lanes` of a strongly connected digraph with node coordinates x and y.
 
     Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
-    edge. Lanes are oriented with alternating preferences for parallel aisles, each of the four ways to begin with; the
-    best is improved by turning whole aisles, then single lanes, while that shortens the mean trip and keeps the floor
-    strongly connected; `trials` bounds how many of these are tried, fewer on large floors. The result is the same every
-    time.
+    edge. Parallel aisles prefer alternating directions, and each of the four ways to begin with is tried. The best is
+    improved by turning whole aisles, then single lanes, while the mean trip gets shorter and the floor stays strongly
+    connected. `trials` bounds how many turns are tried, fewer on large floors. The result is deterministic.
     """
     most = max(_HUBS, _TRIPS // len(graph))
     if len(hubs) > most:

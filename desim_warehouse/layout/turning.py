@@ -1,8 +1,8 @@
 """Free driving where robots take time to turn on nodes: what a route costs depends on which edges follow each other.
 
-So the fastest route is looked for over edges, not over nodes: a search towards a goal (or from an origin) whose steps
-are edges, each with the turn from the one to the next. What a robot turns before the first edge and after the last of a
-route is not in its time, as a node alone does not say where it faces there: `FreeTravel` adds it where it is known.
+So the fastest route is searched over edges, not over nodes, towards a goal or from an origin. Each step is an edge with
+the turn from the one before. Turns before the first edge and after the last are not in the time of a route, as a node
+alone does not say where a robot faces there. `FreeTravel` adds them where they are known.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ class Turns:
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
         """Lengths and times from a node to all (or to it), the steps towards it, and the costs.
 
-        Steps are over states: the nodes, then the edges. A node's is the edge that its route has at this end, an edge's
-        the edge that follows on the way to the root, and the root after the last.
+        Steps are over states: the nodes, then the edges. The step of a node is the edge of its route at this end. The
+        step of an edge is the edge that follows on the way to the root or, after the last, the root.
         """
         import numpy as np
         from scipy.sparse.csgraph import dijkstra

@@ -25,8 +25,8 @@ FAR = 1e6
 class AllocationEnv(gymnasium.Env[Any, Any]):
     """The free robot with the lowest number takes one of the first `slots` open tasks, or none.
 
-    Action: 0 to slots - 1: a task; slots: none for now. A task that is not there or that the robot may not take
-    counts as none; where every free robot takes none and nothing else is going on, the first feasible pair is
+    Action: 0 to slots - 1: a task; slots: none for now. A task that is not there, or that the robot may not take,
+    counts as none. If every free robot takes none and nothing else is going on, the first feasible pair is
     assigned, so that an episode ends. `info["action_mask"]` says which actions have an effect.
 
     Observation: `robot` [energy (share of the capacity), free robots (share of the fleet), open tasks

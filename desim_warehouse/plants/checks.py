@@ -1,4 +1,4 @@
-"""What looks wrong in a drawing: said by name and place, and put right where a model could not be made otherwise."""
+"""What looks wrong in a drawing: said by name and position, and corrected where no model could be made otherwise."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _LONG = 200.0  # metres: where half of all links are longer, the unit may be ano
 
 
 def put_right(plant: Plant) -> None:
-    """Look at a plant before a model is made of it: what is found is noted there, in the order of these checks.
+    """Check a plant before a model is made of it, and note in it what looks wrong, in this order.
 
-    - locations linked to no point are left out;
-    - links shorter than the straight line between their points keep their length;
-    - links of several hundred metres are probably in another unit;
-    - points on one spot are moved apart a little, as two nodes cannot be at one place.
+    - Locations linked to no point are left out.
+    - Links shorter than the straight line between their points keep their length.
+    - Links of several hundred metres are probably in another unit.
+    - Points on one spot are moved apart a little, as two nodes cannot coincide.
     """
     unlinked = [location for location in plant.locations if not location.operations]
     plant.locations = [location for location in plant.locations if location.operations]

@@ -57,7 +57,7 @@ class _Drawing:
             self.plant.points[name] = Waypoint(name, at["x"] * self.metre, at["y"] * self.metre, name in parking)
 
     def lanes(self) -> None:
-        """Every lane as a link, or as several with a point at each place where robots load."""
+        """Every lane as a link, or as several with a point wherever robots load."""
         stops: dict[Edge, dict[float, int]] = {edge: {} for edge in self.layout.lanes}
         for place in self.layout.storage:
             if place.edge[0] == place.edge[1]:

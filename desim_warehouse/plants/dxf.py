@@ -1,4 +1,4 @@
-"""DXF drawings: lanes are the lines of some layers, places are blocks and points, by the names of layers and blocks.
+"""DXF drawings: lanes are the lines of some layers, marks are blocks and points, by the names of layers and blocks.
 
 Needs ezdxf, the extra `dxf`. Lines, polylines, arcs, circles, ellipses and splines of the model space are read, in both
 directions but on layers that are called one-way; y is upwards. Units are those of the drawing ($INSUNITS).
@@ -182,7 +182,7 @@ def _lines(path: Path, plant: Plant, entities: list[tuple[str, Any]], chosen: se
 
 
 def _marks(path: Path, entities: list[tuple[str, Any]], scale: float) -> list[Mark]:
-    """Blocks and points as places, which may be operations by the names of their layers and blocks."""
+    """Blocks and points as marks, which may be operations by the names of their layers and blocks."""
     marks, numbers = [], Counter[str]()
     for rank, (layer, entity) in enumerate(entities):
         if entity.dxftype() not in {"INSERT", "POINT"}:

@@ -42,8 +42,8 @@ class Format:
     Attributes:
         name: what it is called, for help.
         title: what a file of it is, for messages and help.
-        looks: whether a file may be of it, by its path and its first 4,096 bytes without blanks before them; the first
-            format that says yes reads the file and says what is wrong with it.
+        looks: whether a file may be of it, by its path and its first 4,096 bytes without leading blanks. The first
+            format that says yes reads the file, and reports its errors.
         read: reads it; raises ModelError with the position.
         options: what can be chosen of such a file, as keyword arguments of `read`.
         most: bytes of a file.

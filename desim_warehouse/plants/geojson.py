@@ -1,4 +1,4 @@
-"""GeoJSON: lanes as LineString and MultiLineString, places as Point, with properties.
+"""GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
 
 Source: RFC 7946. Degrees are projected onto a plane that touches the globe in their middle. What lies within half a
 unit is in degrees, anything larger in metres: no plant is 50 km wide, and none half a metre.
@@ -55,7 +55,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 class _Reader:
-    """The lines and places of a file, at first in its own coordinates."""
+    """The lines and marks of a file, at first in its own coordinates."""
 
     def __init__(self, path: Path, plant: Plant, layers: tuple[str, ...]) -> None:
         self.path = path
@@ -120,7 +120,7 @@ class _Reader:
             self.lines.append((Line(name, (), speed, back, where), points[::-1] if backwards else points))
 
     def mark(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """A place."""
+        """A mark beside a lane."""
         role = record.get("role")
         operations = tuple(filter(None, (one.strip() for one in str(role).split("+")))) if role is not None else ()
         name = record.get("station") or record.get("name") or where
@@ -148,7 +148,7 @@ class _Reader:
         raise ModelError([f"{self.path}: {where}: {text}"])
 
     def in_metres(self) -> tuple[list[Line], list[Mark]]:
-        """Lines and places in metres, y downwards."""
+        """Lines and marks in metres, y downwards."""
         to_metres = self.projection()
         lines = [
             Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.position)

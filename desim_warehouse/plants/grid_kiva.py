@@ -1,8 +1,9 @@
 """Warehouses of the benchmarks of pickup and delivery (MAPD, RHCR): kiva maps, and their files of tasks.
 
-Four lines of numbers (rows and columns; endpoints; agents; horizon), then rows: `@` shelf, `e` endpoint (goods are
-picked and delivered there), `r` home of a robot, `.` aisle. Tasks: their number, then lines
-`release pickup delivery ...`, where an endpoint's number is its rank among the `e` cells, row by row from 0.
+A map has four lines of numbers: its size in rows and columns, endpoints, agents, horizon. Then come the rows: `@`
+shelf, `e` endpoint (goods are picked and delivered there), `r` home of a robot, `.` aisle. A file of tasks has their
+number, then lines `release pickup delivery ...`. An endpoint's number is its rank among the `e` cells, row by row from
+0.
 Source: H. Ma et al., Lifelong multi-agent path finding for online pickup and delivery tasks, 2017.
 """
 

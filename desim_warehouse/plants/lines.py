@@ -1,7 +1,7 @@
 """Lanes drawn as lines, by maps and drawings that know no graph: the lines become links, where they meet are points.
 
 A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
-are at most `CURVE` off, and keep their length. Places beside a lane belong to its nearest point.
+are at most `CURVE` off, and keep their length. Marks beside a lane belong to its nearest point.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ JOIN = 0.05
 CURVE = 0.25
 """Metres that a chord may be off its curve."""
 NEAR = 2.0
-"""Metres that a place may be off its lane."""
+"""Metres that a mark may be off its lane."""
 _MOST_TESTS = 500_000  # pairs of segments that are looked at: what a tangle of lines costs is limited
 _CELLS = 50_000  # of the grid in which neighbours are looked for
 _WINDOW = 64  # points of a line after which one stays: what curves cost is limited
@@ -48,7 +48,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A place as drawn: its operations are what its layer, block or properties are called."""
+    """A mark beside a lane as drawn: its operations are what its layer, block or properties are called."""
 
     name: str
     at: Spot
@@ -58,7 +58,7 @@ class Mark:
 
 @dataclass(slots=True)
 class _Piece:
-    """A straight part of a line, with the places along it, from 0 to 1, where others meet it."""
+    """A straight part of a line, with the points along it, from 0 to 1, where others meet it."""
 
     line: int
     a: Spot

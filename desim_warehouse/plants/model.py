@@ -29,7 +29,7 @@ Keys = tuple[str | int, ...]
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_QUEUES = 2  # places in the stations of a grid, on which robots queue anywhere, by the robots of the fleet
+_QUEUES = 2  # slots in the stations of a grid for each robot of the fleet, as on a grid robots queue anywhere
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
 _LONGEST = 500  # letters about what was lost, in a message
@@ -239,8 +239,8 @@ class _Maker:
     def stations(self, robots: int) -> Content:
         """A station beside the points where robots unload: one for those of the same locations, which name it.
 
-        A robot takes a task only if its station has a slot for it, so slots for one vehicle each would keep a larger
-        fleet in its bays, whatever the lanes can carry.
+        A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
+        larger fleet in its bays, whatever the lanes can carry.
         """
         times, many = (1, "all") if self.plant.cell is None else (_QUEUES, "twice the")
         places = -(-times * robots // len(self.stops.unload))

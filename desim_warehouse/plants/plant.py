@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
-"""What robots do at a place."""
+"""What robots do at a location."""
 Rule: TypeAlias = Literal["one-robot", "one-direction"]
 """How robots share an area."""
 What: TypeAlias = Literal["left out", "changed", "doubtful", "unreachable", "assumed"]

@@ -1,7 +1,7 @@
 """XML from strangers: elements with their lines, and nothing that a parser could be led astray by.
 
-Document types are refused, and with them all entities but XML's own five, so that nothing is expanded and nothing else
-is opened; size, depth and the number of elements are limited.
+Document types are refused, and with them all entities but XML's own five. So nothing is expanded, and no other file is
+opened. Size, depth and the number of elements are limited.
 """
 
 from __future__ import annotations

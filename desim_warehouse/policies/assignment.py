@@ -40,9 +40,9 @@ class Hungarian:
 class CostAware:
     """The assignment that minimises w_d distance + w_t time + w_c expected collisions on the route to the goods.
 
-    Time includes the waiting and collisions are those to be expected on the edges of the route, by their means in the
-    run so far (an edge not yet used counts one free passage). What comes after the good costs the same whichever robot
-    fetches it and is left out. Source: the paper's outlook, Cost_total; means as in a running sample average.
+    Time includes expected waiting. Waiting and collisions are estimated by their means on the edges of the route in the
+    run so far, and an edge not yet used counts one free passage. What follows the good costs the same whichever robot
+    fetches it, and is left out. Source: the paper's outlook, Cost_total; means as in a running sample average.
 
     `distance`, `time`, `collisions`: the weights; by default those of the model's cost section. `candidates`: open
     tasks considered, from the front of the list (fewer than elsewhere, as every route is traversed).

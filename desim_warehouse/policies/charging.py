@@ -39,8 +39,8 @@ class Threshold:
 class ReachAware:
     """Works until the last moment at which it can still reach a charger, with a margin; then charges fully.
 
-    A robot gets a task only if its energy lasts for all of it and the route to the nearest charger, free driving, and
-    `margin` is then left. On the route to a good only waiting makes that fail: at that instant it gives the task back.
+    A robot gets a task only if its energy lasts for all of it and for free driving to the nearest charger, with
+    `margin` left. On the route to a good only waiting makes that fail: at that instant it gives the task back.
     After the good is loaded the delivery is always finished, so the margin is what pays for waiting from there on.
     Source: the reachability condition of electric-vehicle routing, as in Schneider, Stenger and Goeke, Transportation
     Science 48 (2014) 500-520, applied at every decision.

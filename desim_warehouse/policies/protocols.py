@@ -26,11 +26,11 @@ class StopPlace(NamedTuple):
 class Task:
     """One load to be brought from a storage place or a station to another, or several that one robot does on a tour.
 
-    It is picked `offset` beyond the start of `edge`; one at a node or in the station beside it has that node for both
-    ends, and offset 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of which it
-    goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage place to
-    which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names its flow,
-    of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty: all.
+    It is picked `offset` beyond the start of `edge`. At a node, or in the station beside it, both ends of `edge` are
+    that node, and the offset is 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of
+    which it goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage
+    place to which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names
+    its flow, of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty: all.
     `load_type`: for robots that carry it; empty: for all. `via`: where it stops in between, in order.
 
     `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: it
@@ -111,8 +111,8 @@ class Levels:
         good: a robot that leaves its work goes to a charger at or below it, above it to a parking slot.
         sufficient: from here on charging may be interrupted for work.
         full: charging ends here.
-        margin: energy to be left on reaching a charger after the task; a robot gets no task, and keeps none that it
-            is on its way to, with which it could not. None: no look-ahead.
+        margin: energy to be left on reaching a charger after the task. A robot gets no task, and keeps none that it
+            is on its way to, if less would be left. None: no look-ahead.
         top_up: whether a robot that parks beside a charger also charges when it is above `good`.
         charger: which one it goes to: `own` (that of its home bay), `nearest` or `least-loaded`.
         swap_time: time in which its battery is swapped for a full one; None: it is charged.
@@ -186,8 +186,8 @@ class Roads:
 
     `graph` has x, y at its nodes (in_lane: no route may lead through it) and length, speed at its edges.
     `oracle("hops" | "length" | "time")` knows the cheapest routes. `waits` is the mean waiting per passage of each edge
-    so far, its end node included; `queued` how many robots wait now to leave an edge by its end node or are held up on
-    it.
+    so far, its end node included. `queued` is how many robots wait now to leave an edge by its end node, or are held up
+    on it.
     """
 
     graph: nx.DiGraph
@@ -202,9 +202,10 @@ class Roads:
     node_times: Mapping[str, float] = field(default_factory=dict)
     """Time at nodes at which not `node_time` is spent."""
     closed_for: Callable[[tuple[str, str], float], float] | None = None
-    """How long a robot that comes to an edge after a time will wait there because it is closed; inf: it never opens
-    again. Closures are known by their calendars; a person who is in it now stays for the mean time that is left of a
-    stay, and who comes later is not known. None: no edge ever closes.
+    """How long a robot that reaches an edge after a time will wait because it is closed; inf: it never opens again.
+
+    Closures are known by their calendars. A person who is in it now is assumed to stay for the mean remaining time of a
+    stay, and later visits are not known. None: no edge ever closes.
     """
     limit: Callable[[tuple[str, str]], float] | None = None
     """The speed limit on an edge now; None: it is always the `speed` of the graph."""

@@ -1,7 +1,7 @@
 """Routing policies: which route a robot takes.
 
-`cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes;
-`fixed` says that they never change, so that each is computed once a run.
+`cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes. `fixed`
+says that routes never change, so that each is computed once a run.
 """
 
 from __future__ import annotations

@@ -46,10 +46,10 @@ class Handling:
 class Situation:
     """The free robots by number, the open tasks in the order of the list, and what is known about both.
 
-    `station(robot, task)` is the node where the robot would unload the task; `feasible(robot, task)` whether it may
-    take it: the charging policy allows it at this energy, and the station has a free slot. `fleet()` shows
-    all robots, busy ones too; `waits()` the mean waiting time, `collisions()` the mean number of collisions per
-    passage of each edge so far, its end node included. `random()` is the policy's own numpy Generator.
+    `station(robot, task)` is the node where the robot would unload the task. `feasible(robot, task)`: whether it may
+    take it, as the charging policy allows it at this energy and the station has a free slot. `fleet()` shows all
+    robots, busy ones too. `waits()` and `collisions()` are the mean waiting time and number of collisions per passage of each
+    edge so far, its end node included. `random()` is the policy's own numpy Generator.
     """
 
     time: float

@@ -36,7 +36,7 @@ def _part(macro: str, *values: object) -> Html:
 
 
 def paragraph(text: str, kind: str = "", end: Html | None = None) -> Html:
-    """A paragraph; `kind` is lead, question or note; `end` such as a link."""
+    """A paragraph: a lead, a question or a note by its `kind`, with an `end` such as a link."""
     return _part("paragraph", text, kind, end or "")
 
 

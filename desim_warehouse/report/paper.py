@@ -25,11 +25,11 @@ MARKERS = ("o", "s", "^", "D", "v")
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The 30 cells.
+    """The 30 cells of the paper, beside its figures and its authors' program.
 
-    `table` has the columns robots, group, T (time units), T_seconds, S, C, and with the endings `_figure` (read
-    from the paper's figures) and `_program` (its authors' program) what to compare with; `T_difference` is a
-    share of the program's T, `S_difference` and `C_difference` are counts.
+    `table` has the columns robots, group, T (time units), T_seconds, S and C. Columns that end in `_figure` were read
+    from the paper's figures, those that end in `_program` come from the authors' program. `T_difference` is a share of
+    the program's T. `S_difference` and `C_difference` are counts.
     """
 
     table: pd.DataFrame

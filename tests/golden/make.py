@@ -15,6 +15,7 @@ import json
 from pathlib import Path
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.log import LogRow
 
 HERE = Path(__file__).parent
 SHIPPED = HERE.parent.parent / "models"
@@ -101,7 +102,7 @@ def make():
         with (HERE / f"{case}.csv").open("w", encoding="utf-8", newline="") as file:
             file.write(RECIPE)
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["time", "kind", "robot", "task", "node", "edge", "value", "until", "other"])
+            writer.writerow(LogRow._fields)
             writer.writerows(table(run(case)))
     INDICATORS.write_text(json.dumps({name: digest(name) for name in shipped()}, indent=2) + "\n", encoding="utf-8")
 

@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from desim_warehouse.outcome.log import LogRow
 from tests.golden.make import CASES, HERE, INDICATORS, RECIPE, digest, run, shipped, table
 
 NUMBERS = (0, 6, 7)  # time, value, until
@@ -14,8 +15,9 @@ NUMBERS = (0, 6, 7)  # time, value, until
 def test_a_log_is_the_golden_one(case):
     text = (HERE / f"{case}.csv").read_text(encoding="utf-8")
     assert text.startswith(RECIPE)
-    _, *golden = csv.reader(text.splitlines()[1:])
-    now = table(run(case))
+    columns, *golden = csv.reader(text.splitlines()[1:])
+    assert columns == list(LogRow._fields[: len(columns)])
+    now = [row[: len(columns)] for row in table(run(case))]  # columns that came later are not golden yet
     for number, (row, kept) in enumerate(zip(now, golden, strict=False)):
         words = [field for i, field in enumerate(row) if i not in NUMBERS]
         assert words == [field for i, field in enumerate(kept) if i not in NUMBERS], f"row {number}"

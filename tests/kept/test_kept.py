@@ -44,7 +44,8 @@ def changed(path, before, after):
 def test_a_run_has_the_tables_that_were_saved_with_it():
     run = dw.load_run(HERE / "run")
     assert run.version == "0.2.0" != dw.__version__
-    pd.testing.assert_frame_equal(run.log, pd.read_parquet(HERE / "run" / "log.parquet"), check_dtype=False)
+    log = pd.read_parquet(HERE / "run" / "log.parquet")
+    pd.testing.assert_frame_equal(run.log[log.columns], log, check_dtype=False)  # columns that came later are empty
     for name in ("robots", "edges", "nodes"):
         pd.testing.assert_frame_equal(getattr(run, name), pd.read_csv(HERE / "run" / f"{name}.csv", index_col=0))
     assert run.history.energy_at_end == [100, 96.08]

@@ -39,9 +39,9 @@ def surface(
 ) -> Axes:
     """The mean of an indicator at each pair of levels of two factors.
 
-    A grid of designs becomes a heat map, its means written in the cells; a sample of a range (Sobol points,
-    Latin hypercube) becomes filled contours between the points. Other factors are averaged over, and the horizontal
-    axis says so.
+    A grid of designs becomes a heat map with the means in its cells. A sample of a range (Sobol points, Latin
+    hypercube) becomes filled contours between the points. Other factors are averaged over, and the horizontal axis
+    says so.
 
     Raises:
         ReportError: an unknown column, no run with a value, or one factor twice.

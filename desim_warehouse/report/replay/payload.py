@@ -1,7 +1,7 @@
 """What a replay page is given: a header of plain JSON values and columns of whole numbers.
 
-Lengths are counted in steps of `grain` and times in steps of `tick` from the start of the window, both fine
-enough to draw a robot within a small fraction of its radius of where the log has it.
+Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
+that a robot is drawn within a small fraction of its radius of where the log has it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 ENERGY = 1000
 """Steps in a full battery."""
 SAME, OTHER, ONWARD = 0, 1, 2
-"""Edge codes of a leg: the same edge; any edge, named in a column of its own; or the n-th out of the last one's end."""
+"""Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
 
 Columns = dict[str, Any]
 
@@ -114,8 +114,8 @@ def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: Scale) 
 def _leg_columns(positions: Positions, scale: Scale) -> Columns:
     """Per leg: the pause before it, its duration, its edge, and what is left of the edge behind its target.
 
-    A leg begins where the one before ended if it is on the same edge (code SAME), else at the edge's start;
-    the first leg of a robot says where it begins.
+    On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
+    of a robot says where it begins.
     """
     legs = positions.legs
     windows = _window(legs.begin, legs.first, scale)

@@ -34,9 +34,10 @@ Curve = tuple[list[float], list[float]]
 class Tile:
     """An indicator as it grows.
 
-    `key`: its name among the indicators. `title`: for people. `form`: how the page writes and finds its value: `count`,
-    `share`, `time` and `open` (a count that also falls) from a curve of steps; `rate` of another tile's count in an
-    hour; `clock`, `battery` and `chargers` from what else the page has. `curve`: times, and the value from each on.
+    `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
+    forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `rate` is the count of
+    another tile in an hour. `clock`, `battery` and `chargers` read what else the page has. `curve`: times, and the
+    value from each on.
     """
 
     key: str
