@@ -30,8 +30,8 @@ class Task:
     that node, and the offset is 0. `good` is the number of its storage place, -1 if it comes from none. `to`: nodes of
     which it goes to one; empty: it goes where all do (tasks.unload_at). `drop`: the edge and the offset of the storage
     place to which it is brought (`to` is then the end of the edge); None: it goes to a node or station. `flow` names
-    its flow, of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty: all.
-    `load_type`: for robots that carry it; empty: for all. `via`: where it stops in between, in order.
+    its flow, of which it is the `nth` task from 0, and `order` its order. `kinds`: of robots that may do it; empty:
+    all. `load_type`: for robots that carry it; empty: for all. `via`: where it stops in between, in order.
 
     `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: it
     is a task by itself. A tour has the number of its first member and is picked where that is; it is due when the

@@ -48,8 +48,8 @@ class Situation:
 
     `station(robot, task)` is the node where the robot would unload the task. `feasible(robot, task)`: whether it may
     take it, as the charging policy allows it at this energy and the station has a free slot. `fleet()` shows all
-    robots, busy ones too. `waits()` and `collisions()` are the mean waiting time and number of collisions per passage of each
-    edge so far, its end node included. `random()` is the policy's own numpy Generator.
+    robots, busy ones too. `waits()` and `collisions()` are the mean waiting time and number of collisions per passage
+    of each edge so far, its end node included. `random()` is the policy's own numpy Generator.
     """
 
     time: float
