@@ -111,7 +111,7 @@ def main() -> None:
         desim(standalone_mode=True)
     except WarehouseError as error:
         said = str(error)
-    except OSError as error:  # a path that no file can have; whoever works with a file says more about it
+    except OSError as error:  # a path that no file can have; the code that opens the file says more about it
         said = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
     except UnicodeEncodeError as error:
         said = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"

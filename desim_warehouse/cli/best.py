@@ -117,7 +117,7 @@ def show_best(study: Study, found: Best, besides: str | None = None) -> None:
 
 
 def _verdict(selection: Selection, design: int) -> str:
-    """The standing of a design, for the table."""
+    """The verdict on a design, for the table."""
     out_at = selection.eliminated_at[design]
     if design == selection.best:
         return "best"

@@ -1,4 +1,4 @@
-"""What a hand calculation warns of, in a line before the answer of every command that simulates a model."""
+"""Warnings of the hand calculation, in a line before the answer of every command that simulates a model."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def _said(found: Orientation) -> list[str]:
 
 
 def _compared(two_way: Model, one_way: Model, runs: int) -> str:
-    """Which floor does better, from paired runs."""
+    """Compare the two floors by paired runs."""
     from desim_warehouse import simulate
     from desim_warehouse.report.text.printed import said
     from desim_warehouse.study.statistics import paired

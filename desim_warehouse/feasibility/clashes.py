@@ -28,7 +28,7 @@ LONGEST_BREAK = 6 * 3600.0
 
 
 def warnings(model: Model) -> Iterator[Finding]:
-    """What was surely meant otherwise."""
+    """Warnings on times that contradict each other."""
     for name, calendar in model.calendars.items():
         if isinstance(calendar, Shifts):
             yield from _shifts(f"calendars.{name}", calendar)
@@ -41,7 +41,7 @@ def warnings(model: Model) -> Iterator[Finding]:
 
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What may be meant."""
+    """Notes on times that may be meant as they are."""
     yield from _profiles(model)
     yield from _closed_goods(model, layout)
 

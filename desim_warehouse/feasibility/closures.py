@@ -48,7 +48,7 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Aisles in which somebody is nearly all the time."""
+    """Aisles that are occupied by people nearly all the time."""
     for name, people in model.people.items():
         there = occupied(model, layout, people) or 0.0
         if there > MOST_OCCUPIED:

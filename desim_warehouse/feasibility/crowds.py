@@ -1,4 +1,4 @@
-"""More than fits: robots on the lanes, loads on a robot, chargers for the fleet; and settings that add up wrongly."""
+"""Too much for the floor or fleet: robots on the lanes, loads on a robot, chargers; and settings that contradict."""
 
 from __future__ import annotations
 

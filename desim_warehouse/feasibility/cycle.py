@@ -24,7 +24,7 @@ class Cycle:
 
     @property
     def time(self) -> float:
-        """All of it."""
+        """The mean time of the whole task."""
         return self.empty + self.load + self.loaded + self.unload + self.clear
 
     def shared(self, loads: int) -> Cycle:
@@ -35,7 +35,7 @@ class Cycle:
         return Cycle(self.empty / loads, self.load, self.loaded / loads, self.unload, self.clear / loads)
 
     def energy(self, draws: Consumption) -> float:
-        """What it draws from the battery."""
+        """The energy that the task draws from the battery."""
         return (
             draws.empty * (self.empty + self.clear)
             + draws.handling * (self.load + self.unload)

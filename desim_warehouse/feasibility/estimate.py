@@ -60,22 +60,22 @@ class StationLoad:
 
     @property
     def limited_by_work(self) -> bool:
-        """Whether its workers get less done than its servers."""
+        """Whether its workers limit it, not its servers."""
         return self.work_capacity < self.serve_capacity
 
     @property
     def capacity(self) -> float:
-        """Tasks per time unit that it gets done."""
+        """Tasks per time unit that the station can do."""
         return min(self.serve_capacity, self.work_capacity)
 
     @property
     def busy(self) -> float | None:
-        """Of the time of its servers, or of its workers where those get less done."""
+        """The busy share of its servers, or of its workers where they limit it."""
         return self.work_busy if self.limited_by_work else self.serve_busy
 
     @property
     def staff(self) -> str:
-        """Who limits it, and how many they are."""
+        """The servers or workers that limit it, and their number."""
         count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
         return f"{count} {who}{'s' * (count > 1)}"
 
@@ -209,7 +209,7 @@ class HandCalculation:
 
 
 def estimate(model: Model, layout: Layout) -> HandCalculation:
-    """Work out a model whose layout has no errors."""
+    """The hand calculation of a model whose layout has no errors."""
     fleet = model.fleet
     speeds = Counter((robot.speed, robot.loaded_speed) for robot in fleet.robots())
     cycles = {pair: mean_task(model, layout, *pair) for pair in speeds}

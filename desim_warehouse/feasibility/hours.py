@@ -54,7 +54,7 @@ def _share_of_both(robot: Hours, stations: Sequence[Hours], end: float) -> float
 
 
 def nobody_at_work(model: Model) -> Iterator[tuple[float, float]]:
-    """The stretches of a run in which no robot is in its hours, or none of the stations that tasks go to is open."""
+    """The stretches of a run in which no robot is on duty, or no station that tasks go to is open."""
     layout, end = model.floor, model.run.end
     of = specs(model, layout)
     stations = {of[node].hours if node in of else None for node in destinations(model, layout)}

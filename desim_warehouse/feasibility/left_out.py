@@ -1,4 +1,4 @@
-"""What the hand calculation knows nothing of, and how much there is of it: `desim check` says so beside it."""
+"""What the hand calculation leaves out, and how much of it a model has, as `desim check` says beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values outside what robots and warehouses do, and in which unit they would be usual."""
+"""Values outside the usual range of robots and warehouses, and the unit in which they would be usual."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ MOST_CV = 3.0
 LONGEST_BATTERY, LONGEST_CHARGE = 100 * HOUR, 16 * HOUR
 """A battery of robots lasts no longer at work, and takes no longer to charge."""
 FAST_CHARGE, MOST_TO_ONE = 300.0, 20.0
-"""Batteries that are full so soon (seconds) last no more than so many times as long."""
+"""A battery that is full within these seconds lasts at most this many times as long."""
 ROBOT_A_YEAR, CHARGER_A_YEAR = 15_000.0, 8_000.0
 """More than that a year is rather what they cost to buy."""
 

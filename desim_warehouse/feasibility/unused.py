@@ -1,4 +1,4 @@
-"""Keys that change nothing in a model: nothing that it has looks at them."""
+"""Keys without effect: no part of the model reads them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def warnings(model: Model) -> Iterator[Finding]:
-    """What was surely given for something, and does nothing."""
+    """Warnings on keys that were surely given for a purpose, and have no effect."""
     unnamed = _unnamed_calendars(model)
     if len(unnamed) == len(model.calendars):
         for name in unnamed:
@@ -41,7 +41,7 @@ def warnings(model: Model) -> Iterator[Finding]:
 
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:
-    """What may be there for a variant of the model, and does nothing in this one."""
+    """Notes on keys that may be there for a variant of the model, and have no effect in this one."""
     unnamed = _unnamed_calendars(model)
     if len(unnamed) < len(model.calendars):
         for name in unnamed:

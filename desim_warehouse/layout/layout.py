@@ -47,7 +47,7 @@ class BayPlaces:
     shared: bool = False
 
     def slots(self, homes: int) -> int:
-        """How many, where so many robots start: if nobody says, one for each of them and each shared charger."""
+        """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
             return self.places
         return max(homes, (self.chargers or 0) if self.shared else 0)

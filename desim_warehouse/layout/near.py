@@ -1,4 +1,4 @@
-"""Pairs of edges that come near each other as drawn: which cross, which run side by side.
+"""Pairs of edges that come near each other as drawn: those that cross, and those that run side by side.
 
 Edges are straight lines between their nodes, numbered in the layout's order; of a two-way pair there is one.
 """

@@ -1,4 +1,4 @@
-"""The distance oracle: directed distances and driving times between nodes, worked out when asked for.
+"""The distance oracle: directed distances and driving times between nodes, computed on demand.
 
 Each row is one search: scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
 search from an origin. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
@@ -96,7 +96,7 @@ class RouteOracle:
         return float(row[1][at])
 
     def counted(self, origin: str, goal: str) -> float:
-        """What the route counts in comparisons with others: more than its cost if it leads against a direction."""
+        """The cost by which a route is compared: more than its own if it leads against a preferred direction."""
         row, at = self._row_of(origin, goal)
         return float(row[3][at])
 
@@ -339,6 +339,6 @@ class RouteOracle:
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
-    """A number that looks drawn at random but hangs on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
+    """A pseudo-random number that depends on these alone (a multiplicative hash: Knuth, TAOCP 3, 6.4)."""
     mixed = (tie * 0x9E3779B1 ^ root * 0x85EBCA77 ^ node) * 0xC2B2AE3D & 0xFFFFFFFF
     return mixed >> 15 ^ mixed >> 7

@@ -113,7 +113,7 @@ class _Floor:
         return csr_array((self.costs[is_open], pairs), shape=(self.size, self.size))
 
     def mean_trip(self) -> float:
-        """Of the floor with all lanes two-way."""
+        """The mean trip on the floor with all lanes two-way."""
         return self.mean_trip_of(np.full(self.lanes, _BOTH))
 
     def mean_trip_of(self, ways: np.ndarray) -> float:
@@ -130,10 +130,10 @@ class _Floor:
         return total
 
     def oriented(self, preferred: np.ndarray) -> np.ndarray:
-        """What is left open when every lane loses a direction that the others can do without, preferred or not.
+        """The arcs left open when every lane has lost a direction that the floor can do without.
 
-        All lanes as preferred at first; only between parts that this cuts off from each other lanes are two-way
-        again, and taken one by one: on a grid a few of many thousand.
+        At first all lanes are as preferred. Only lanes between parts that this cuts off from each other become two-way
+        again, and are decided one by one: on a grid a few of many thousand.
         """
         from scipy.sparse.csgraph import connected_components
 
@@ -157,7 +157,7 @@ class _Floor:
         return ways
 
     def improved(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
-        """Turn aisles, then single lanes, in turn, as long as that shortens the mean trip."""
+        """Turn whole aisles, then single lanes, one at a time, as long as that shortens the mean trip."""
         best = self.mean_trip_of(ways)
         for groups in (aisles, [[lane] for lane in range(self.lanes)]):
             waiting = list(groups)

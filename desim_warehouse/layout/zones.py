@@ -148,7 +148,7 @@ def _is_about(length: float, exact: float) -> bool:
 
 
 def examine(layout: Layout, specs: Mapping[str, ZoneSpec], contact: float, gridlock: str) -> Iterator[Finding]:
-    """Zones that name what is not there, or under which work could stop for ever; and those that are one for both."""
+    """Zones that name missing nodes or edges, zones that can stall all work, and nodes in two zones."""
     zones = zones_on(layout, specs)
     for zone in zones:
         place = f"traffic.zones.{zone.name}"

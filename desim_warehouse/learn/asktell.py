@@ -88,7 +88,7 @@ class Steps:
         return self._run
 
     def cost_so_far(self) -> tuple[float, float, int]:
-        """Length driven by all robots, time, and collisions up to now."""
+        """The distance driven by all robots, the time, and the collisions so far."""
         now = self._world.env.now
         robots = self._world.robots
         return (

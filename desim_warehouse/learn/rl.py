@@ -84,7 +84,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
         return self._observation(), self._info()
 
     def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Give the robot at hand its task, and go on to the next robot or decision."""
+        """Give the current robot its task, and go on to the next robot or decision."""
         assert self._decision is not None, "reset() comes first"
         robot = self._robots.pop(0)
         if self._mask(robot)[int(action)] and action < self.slots:
@@ -97,7 +97,7 @@ class AllocationEnv(gymnasium.Env[Any, Any]):
     # Inside
 
     def _settle(self) -> None:
-        """Answer the decision at hand; where nothing else is going on, do not let work stop."""
+        """Answer the pending decision. If nothing else is going on, assign a feasible pair so that work goes on."""
         decision, steps = self._decision, self._steps
         assert decision is not None
         assert steps is not None

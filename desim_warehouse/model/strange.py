@@ -28,7 +28,7 @@ def watching(known: Callable[[Keys], bool], source: str) -> type[Composer]:
         def __init__(self, loader: Any = None) -> None:
             super().__init__(loader=loader)
             self.path: list[str | int] = []
-            self.strange = 0  # so many values so far at unknown keys, or within
+            self.strange = 0  # values so far at unknown keys, or within
             self.inside = False  # of the value at an unknown key
 
         def compose_node(self, parent: Any, index: Any) -> Any:

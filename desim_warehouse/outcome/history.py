@@ -1,8 +1,8 @@
 """What happened in a run, read from its log: the only module that interprets its rows.
 
 `History` gives tasks, states, waits, energy and rotations as named records, each read from the rows when it is first
-needed; indicators, figures, replay and exports are made from them. `rows` gives the rows themselves by the names
-of their columns.
+needed. Indicators, figures, replay and exports are made from them. `rows` gives the rows themselves by the names of
+their columns.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 A floor has a most that it lets through, with some number of robots under way, and lets less through with more of them:
 the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation Research B 42 (2008)
 759-770). A run draws a part of that curve only where the number under way changes, and long enough that jams have time
-to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on average, and windows
-with many robots under way are held against those with fewer. Where the number hardly changes, as with work always
+to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on average. Windows
+with many robots under way are compared with those with fewer. Where the number hardly changes, as with work always
 waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
 """
 

@@ -1,4 +1,4 @@
-"""Plants that others drew: files of other programs as models.
+"""Plants drawn in other programs: their files as models.
 
 A reader turns a file into a `Plant`; `imported` makes a model of it and says what could not be carried over.
 """

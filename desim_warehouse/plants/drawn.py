@@ -1,4 +1,4 @@
-"""From a model to a plant, the other way round: what other programs can be given of it, and what of it they cannot."""
+"""From a model to a plant, for export: what other programs can hold of it, and what is lost."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _AT_THE_END = 0.01
 
 
 def drawn(model: Model) -> Plant:
-    """The plant of a model, in metres and seconds, with remarks on what of the model it does not have.
+    """The plant of a model, in metres and seconds, with remarks on what is lost.
 
     A storage place beside a lane becomes a point of the lane. Links are called `A>B`, a two-way lane by its first edge.
 
@@ -160,6 +160,6 @@ class _Drawing:
 
 
 def _unusual(part: Part, carried: set[str]) -> bool:
-    """Whether a section says anything unusual beside what is carried."""
+    """Whether a section differs from its defaults in anything that a plant does not hold."""
     keys = type(part).model_fields
     return any(getattr(part, key) != one.default for key, one in keys.items() if key not in carried)

@@ -37,7 +37,7 @@ def looks(path: Path, start: bytes) -> bool:
 
 
 def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Plant:
-    """Read a drawing.
+    """Read a plant from a DXF drawing.
 
     Args:
         path: the file.
@@ -94,7 +94,7 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
 
 
 class _Faults(logging.Handler):
-    """What ezdxf says of a drawing while it reads it."""
+    """The faults that ezdxf reports while it reads a drawing."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)

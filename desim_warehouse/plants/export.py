@@ -1,4 +1,4 @@
-"""A model's layout for other programs: what `read_layout` reads, written."""
+"""A model's layout for other programs: the formats that `read_layout` reads, written."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def write_layout(model: Model, path: str | Path, format: str) -> tuple[Remark, .
 
 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
-    """What is written, by the names of files in a folder; one file has no name."""
+    """The texts to write, by the names of files in a folder. A single file has no name."""
     if form == "csv":
         from desim_warehouse.plants.to_tables import tables
 

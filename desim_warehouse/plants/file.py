@@ -1,4 +1,4 @@
-"""The bytes of a file that a stranger made: a regular file, of limited size."""
+"""The bytes of a file from an untrusted source: a regular file of limited size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of an imported model: a large layout and a long list of tasks stand beside it, so it stays readable."""
+"""The files of an imported model: a large layout or a long list of tasks gets a file of its own."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST = 500
 
 
 def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:
-    """A model to be written to `path`, with its large parts in other files: what is left, and these files."""
+    """Split a model to be written to `path`: its text without the large parts, and the files of these."""
     layout, files = content["layout"], {}
     if any(_size(part) > MOST for part in layout.values()):
         large = {key: part for key, part in layout.items() if _size(part) > MOST or key in {"nodes", "edges"}}
@@ -69,7 +69,7 @@ def orders_beside(path: Path) -> Path:
 
 
 def kept(text: str, name: str) -> Path:
-    """A file with this text while the process lives, for a model that is not written."""
+    """A temporary file with this text, kept until the process ends, for a model that is not written."""
     path = Path(_folder().name) / name
     path.write_text(text, encoding="utf-8")
     return path

@@ -1,4 +1,4 @@
-"""The formats of other programs that can be read, and how a file is told to be of one."""
+"""The formats of other programs that can be read, and how a file is recognised as one."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _WORDY = 64_000_000  # bytes: formats with many words for an edge, of which some
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A format.
+    """A file format of another program.
 
     Attributes:
         name: what it is called, for help.
@@ -91,7 +91,7 @@ TASK_FILES = (
 
 
 def titles(formats: tuple[Format, ...]) -> str:
-    """What files there are, in words: one or the other."""
+    """The titles of some formats in words: one, another, or a third."""
     return spoken([one.title for one in formats], "or")
 
 

@@ -36,7 +36,7 @@ def looks(path: Path, start: bytes) -> bool:
 
 
 def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Plant:
-    """Read a file.
+    """Read a plant from GeoJSON.
 
     Args:
         path: the file.
@@ -65,7 +65,7 @@ class _Reader:
         self.marks: list[tuple[Mark, Spot]] = []
 
     def read(self, data: Any) -> None:
-        """All features."""
+        """Read all features of the collection."""
         if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
             self.refuse("the top level", f"not a FeatureCollection (got {got(data)}), expected one")
         features = data.get("features")

@@ -1,4 +1,4 @@
-"""Graphs as plants: those of networkx, and GraphML files, whose reader stands here as it must be safe.
+"""Graphs as plants: those of networkx, and GraphML files, which are read safely.
 
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
 without direction is a two-way lane.
@@ -63,7 +63,7 @@ def _position(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
-    """Put rows into a plant; what the graph itself says counts before attributes of the same meaning."""
+    """Fill a plant from rows. What the graph itself says has priority over attributes of the same meaning."""
     node_known = {**NODE, "name": (_NAME,)}
     edge_known = {**EDGE, "name": ("name",), "from": (_TAIL,), "to": (_HEAD,)}
     node_columns = Columns.of(_titles(nodes), node_known, f"{plant.source}: nodes")

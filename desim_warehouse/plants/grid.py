@@ -1,4 +1,4 @@
-"""Grids of cells, as planners of many robots have them: cells are points, free neighbours are joined by two-way lanes.
+"""Grids of cells, as in multi-agent path finding: free cells are points, joined to neighbours by two-way lanes.
 
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. Every reader of a grid format fills in
 a `Grid`; `plant_of` makes a plant of it.
@@ -115,7 +115,7 @@ def _lane(one: Cell, other: Cell, weights: Mapping[tuple[Cell, Cell], float]) ->
 
 @dataclass
 class Lines:
-    """The lines of a text file, and what was wrong in one of them: messages say which."""
+    """The lines of a text file, with their numbers for messages."""
 
     path: Path
     lines: list[str]

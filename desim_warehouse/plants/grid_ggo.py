@@ -73,7 +73,7 @@ def _number(head: dict[str, Any], key: str, default: int, path: Path) -> int:
 
 
 def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
-    """Note what the file counts otherwise than it draws."""
+    """Note where the counts in the file differ from its map."""
     for key, letter in _COUNTS.items():
         there = sum(row.count(letter) for row in rows)
         if key in head and head[key] != there:
@@ -82,7 +82,7 @@ def _counted(head: dict[str, Any], rows: list[str], plant: Plant) -> None:
 
 
 def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, Cell], float]:
-    """How far it counts from each cell to a neighbour."""
+    """The weight of each step from a cell to a neighbour."""
     given = head.get("weights")
     cells = list(grid.free())
     steps = [(cell, other) for cell in cells for turn in _TURNS if grid.kind(other := _next(cell, turn)).free]

@@ -1,4 +1,4 @@
-"""What keys a foreign file must and may have: a table to read it by, leniently or to the letter.
+"""The keys that a foreign file must and may have: a table to read it by, leniently or strictly.
 
 Leniently, what is written otherwise but clear is put right, and what is wrong but not needed is left out; each with its
 position. To the letter, all of that is refused.
@@ -101,7 +101,7 @@ class Reader:
         raise ModelError([printable(f"{self.file}: {position}: {text}")])
 
     def wrong(self, position: str, text: str, become: str) -> None:
-        """Something is not as the format says; what became of it."""
+        """Record that a value is not as the format says, and what it is read as."""
         self.count += 1
         if self.count > _WRONG:
             self.refuse(
@@ -110,7 +110,7 @@ class Reader:
         self.found.setdefault((text, become), []).append(position)
 
     def finish(self, plant: Plant, letter: str) -> None:
-        """Note on the plant what was found, or refuse it; `letter`: what is checked to the letter, for messages."""
+        """Note the faults in the plant, or refuse the file. `letter` names the strict check in messages."""
         if self.strict and self.found:
             lines = [
                 f"{self.file}: {position}: {text} ({letter})"

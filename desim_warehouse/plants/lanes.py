@@ -1,4 +1,4 @@
-"""From the links of a drawing to lanes: two links there and back are one lane, of parallel ones the shortest stays."""
+"""From the links of a drawing to lanes: links there and back are one lane, and of parallel ones the shortest stays."""
 
 from __future__ import annotations
 

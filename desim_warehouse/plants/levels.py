@@ -1,4 +1,4 @@
-"""Several levels of a building on one floor plan: those that would lie over each other are drawn side by side."""
+"""Several levels of a building on one floor plan: levels that overlap are drawn side by side."""
 
 from __future__ import annotations
 

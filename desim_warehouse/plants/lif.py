@@ -53,7 +53,7 @@ def read(
     two_way: bool = False,
     strict: bool = False,
 ) -> Plant:
-    """Read a file in LIF.
+    """Read a plant from a LIF file.
 
     Args:
         path: the file.

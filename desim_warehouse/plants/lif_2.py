@@ -1,4 +1,4 @@
-"""Drafts of LIF 2 in the words of version 1: origins with layouts in them, and robot types by maker and series.
+"""Drafts of LIF 2 translated to version 1: origins that hold layouts, and robot types by maker and series.
 
 Source: the drafts of LIF 2.0 that the VDMA has published; what is new there and does not bear on a model is left out.
 """
@@ -19,7 +19,7 @@ def is_draft(data: Item, content: bytes) -> bool:
 
 
 def layouts_of(data: Item) -> Iterator[tuple[str, str, Item]]:
-    """The layouts of a file: the place, the origin and the content of each."""
+    """The layouts of a file: the position, the origin and the content of each."""
     for rank, layout in enumerate(_items(data, "layouts")):
         yield f"layouts[{rank}]", "", _layout(layout)
     for number, origin in enumerate(_items(data, "origins")):

@@ -1,4 +1,4 @@
-"""Lanes drawn as lines, by maps and drawings that know no graph: the lines become links, where they meet are points.
+"""Lanes drawn as lines in maps and drawings without a graph: lines become links, and points where they meet.
 
 A floor is flat, so lines that cross or end on another are joined there. Corners are points; curves become chords that
 are at most `CURVE` off, and keep their length. Marks beside a lane belong to its nearest point.

@@ -1,4 +1,4 @@
-"""A policy asked for its answer: what goes wrong in it is told with the place where."""
+"""A policy is called for its answer, and errors in its code are reported with their file and line."""
 
 from __future__ import annotations
 

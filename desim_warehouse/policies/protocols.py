@@ -1,4 +1,4 @@
-"""What policies see, and what one of each kind must offer: one method, plain arguments, no clock and no SimPy."""
+"""The interfaces of policies: what they see, and the one method of each kind, without a clock or SimPy."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Task:
 
     @property
     def is_tour(self) -> bool:
-        """Whether there is more to it than one load from one place to another."""
+        """Whether it is more than one load from one place to another."""
         return bool(self.members or self.via)
 
 

@@ -177,7 +177,7 @@ class QueuePlan:
         self.bids[rank] = np.where(self.allowed[rank] & self.open, bids, np.inf)
 
     def insert(self, rank: int, task: int) -> None:
-        """Plan a task for a robot at its cheapest place."""
+        """Insert a task into the queue of a robot where it costs least."""
         self.queues[rank].insert(int(self.places[rank, task]), task)
         self.open[task] = False
         self.bids[:, task] = math.inf

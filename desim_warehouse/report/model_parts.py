@@ -73,7 +73,7 @@ def work(model: Model) -> str:
 
 
 def _hours(model: Model) -> Iterator[tuple[str, str]]:
-    """Who keeps which hours, and what these are."""
+    """The calendars of stations and robots, and their hours."""
     fleet, tasks = model.fleet, model.tasks
     named = {f"station {name}": station.hours for name, station in model.layout.stations.items()}
     pauses = {f"station {name}" for name, station in model.layout.stations.items() if station.at_close == "pause"}
@@ -87,7 +87,7 @@ def _hours(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _motion(robot: RobotSpec) -> str:
-    """How it drives with a load, and starts and stops, where the model says so."""
+    """Speed with a load, acceleration and deceleration, where the model has them."""
     said = [
         f"{words.number(value)} {what}"
         for value, what in (

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReportPage:
-    """What stands on the page: the parts of the first page, then sections by name, then those of the appendix.
+    """The content of a report: the parts of the first page, then sections by name, then those of the appendix.
 
     A part is HTML or a figure; None: there is nothing to show, and a section without parts is left out.
     """
@@ -81,7 +81,7 @@ def first_page(
 
 
 def in_full(model: Model, seed: int) -> Run | None:
-    """A run with everything logged; None where it fails, or would run code: a report is opened without fear."""
+    """A run with everything logged. None where it fails, or would run code, as reports must be safe to open."""
     from desim_warehouse.run import simulate
 
     if model.policies.own():

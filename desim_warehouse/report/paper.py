@@ -1,4 +1,4 @@
-"""The paper's experiment again: T, S and C of its 30 cells beside the paper's and its program's, and Figs. 6 to 8."""
+"""The paper's experiment repeated: T, S and C of its 30 cells, beside those of the paper and its program."""
 
 from __future__ import annotations
 

@@ -125,13 +125,17 @@ class Run:
     def account(self, by: By = "robot") -> pd.DataFrame:
         """Where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.
 
-        Each row adds up to its whole, in the model's time unit: a robot's to the counted time; a task's to the time
-        from its release to its delivery, or to the end of the run if it is open then (tasks delivered in the warm-up
-        are left out); a flow's to the mean of its tasks, a station's to the mean of those delivered there; an edge's
-        and a node's to all that robots spent there; an hour's (from the end of the warm-up, the last may be shorter) to
-        its length for each robot. Waiting before an intersection is its node's, not that of the edge on which the robot
-        stands; at a node it is also in the bay or station beside it. The columns are those of
-        `desim_warehouse.outcome.account`.
+        Each row adds up to its whole, in the model's time unit.
+
+        - A robot: the counted time.
+        - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks delivered
+          in the warm-up are left out.
+        - A flow: the mean of its tasks. A station: the mean of the tasks delivered there.
+        - An edge or a node: all the time that robots spent there.
+        - An hour, counted from the end of the warm-up: its length for each robot. The last may be shorter.
+
+        Waiting before an intersection belongs to its node, not to the edge on which the robot stands. A robot at a node
+        may also be in the bay or station beside it. The columns are those of `desim_warehouse.outcome.account`.
 
         Raises:
             ReportError: a run without `log: all`, or another `by`.

@@ -1,6 +1,6 @@
 """A run on disk: what `Run.save` writes and `load_run` reads back.
 
-run.json holds seed, version, the model's content and the tallies; log.parquet the rows; kpis.json and the tables
+run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
 robots.csv, edges.csv and nodes.csv are there for people and other programs.
 """
 

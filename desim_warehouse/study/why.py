@@ -41,7 +41,7 @@ MOST_UNTAKEN = 0.1
 
 @dataclass(frozen=True)
 class Failure:
-    """How many of so many runs of a design could not go on, and what one of them says."""
+    """How many of the runs of a design could not go on, and the error of one of them."""
 
     failed: int
     runs: int

@@ -101,7 +101,7 @@ class World:
         self._stand_on_lanes()
 
     def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:
-        """Where people come from; they are drawn as far as somebody asks."""
+        """Where people come from; they are drawn as far as needed."""
         model, layout = self.model, self.layout
         found = sources(model, layout, edges_inside(layout, model.fleet.contact, zones)) if model.people else ()
         for source in found:

@@ -23,7 +23,7 @@ DIGITS = 6
 
 
 def payload(study: Results, command: str) -> dict[str, Any]:
-    """Everything that the page shows, as JSON has it; a design is known by its rank in `designs`."""
+    """The content of the page as JSON. A design is known by its rank in `designs`."""
     indicators = [name for name in study.plan.indicators or study.usual() if _has_value(study, name)]
     designs, differences = list(study.designs), {name: _differences(study, name) for name in indicators}
     statements = sorted({said for of_name in differences.values() for said, _ in of_name if said})
@@ -51,7 +51,7 @@ def payload(study: Results, command: str) -> dict[str, Any]:
 
 
 def facts(study: Results) -> list[tuple[str, str]]:
-    """What was run, so that somebody else can run it again."""
+    """What was run, in enough detail to run it again."""
     plan, units = study.plan, study.base.units
     failed = sum(row.outcome.error is not None for row in study.rows)
     length = study.base.run.length
@@ -137,7 +137,7 @@ def _values(study: Results, design: str, name: str) -> list[float | None]:
 
 
 def _differences(study: Results, name: str) -> list[tuple[str, list[list[str] | None]]]:
-    """For each design what its differences promise, and every design minus it, as `desim compare` prints them."""
+    """For each design as the baseline, all others minus it with their confidence, as `desim compare` prints them."""
     made = []
     for baseline in study.designs:
         found = study.compare_finished(name, baseline)

@@ -106,7 +106,7 @@ _KEY = {
 
 
 def _colours(model: Model, floor: Layout) -> dict[str, str]:
-    """By node, the last of what it is for in the order of the key; what most cells are for has no colour."""
+    """The colour of each node by its use, the last in the order of the key. A use of most nodes has no colour."""
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     nodes = {
         "bay": set(floor.bays),

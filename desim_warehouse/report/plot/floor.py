@@ -296,7 +296,7 @@ def _name_of(axes: Axes, floor: Layout, zone: Zone, side: float, colour: str) ->
 
 
 def frame(axes: Axes, floor: Layout, step: float, model: Model, beside: Sequence[tuple[float, float]] = ()) -> None:
-    """The whole floor in sight."""
+    """Set the limits of the axes so that the whole floor is shown."""
     nodes = [*(_at(floor, name) for name in floor.graph), *beside]
     xs, ys = [x for x, _ in nodes], [y for _, y in nodes]
     room = 0.25 * step

@@ -1,6 +1,6 @@
 """The cheapest of designs with two counts, such as robots and chargers, that meets a target.
 
-A scout looks for it with a few runs of each probe; a proof then judges, with fresh runs, the design that the scout
+A scout looks for it with a few runs of each probe. A proof then judges, with fresh runs, the design that the scout
 names and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 """
 
@@ -83,8 +83,8 @@ def scout_steps(
 ) -> Procedure[set[int]]:
     """Look for the cheapest design with a few runs of each probe; returns the numbers of those that failed.
 
-    It halves the range of the first count at the most of the second, then the second; where a larger first count may
-    cost less than what it saves of the second, it looks there, too. The means of so few runs are no proof.
+    It bisects the first count with the most of the second, then the second count. Where a larger first count may cost
+    less than what it saves of the second, it looks there, too. The means of so few runs are no proof.
 
     Raises:
         RunsEndedError: a budget that ends before the search does.

@@ -23,7 +23,7 @@ class Gain:
     """What a change gains, in the indicator's unit, more is better: mean, bounds and replications.
 
     The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
-    there are no bounds (nan): nobody knows how much a rare difference would be. `failed`: replications without a value;
+    there are no bounds (nan): how much a rare difference would be is unknown. `failed`: replications without a value;
     where there are some, the mean is that of the others and has no bounds. `scale` makes a gain into that of an equal
     dose, by which changes are ranked; None: the change stands beside the contest.
     """
@@ -95,9 +95,10 @@ def gains_steps(
 ) -> Procedure[Gains]:
     """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
-    After n0 replications of all, and at every doubling up to `cap`, changes drop out that are shown to gain less than
-    the best for an equal dose, that made no difference in any replication, or that have a replication without a value
-    (nan). It ends when one is left, or no change can gain `delta`, the least gain that matters.
+    Changes are judged after n0 replications of all, and at every doubling up to `cap`. A change drops out if it is shown
+    to gain less than the best for an equal dose, or made no difference in any replication. It also drops out if a
+    replication has no value (nan). The procedure ends when one is left, or no change can gain `delta`, the least gain
+    that matters.
 
     Args:
         scales: of each change, what makes its gain into that of an equal dose; None: it is looked at n0 times, beside

@@ -24,7 +24,7 @@ class TaskShare(float):
     of: float
 
     def __new__(cls, share: float, of: float) -> Self:
-        """A share of so many tasks."""
+        """A share of a number of tasks."""
         made = super().__new__(cls, share)
         made.of = of
         return made
@@ -82,7 +82,7 @@ def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
 
 
 def _by_tasks_high(mean: float, most: float, level: float) -> float:
-    """Clopper and Pearson's upper bound of so many tasks."""
+    """Clopper and Pearson's upper bound for a number of tasks."""
     from scipy.special import betaincinv
 
     return float(betaincinv(mean * most + 1.0, (1.0 - mean) * most, level)) if mean < 1.0 else 1.0

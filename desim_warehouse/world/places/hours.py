@@ -42,7 +42,7 @@ def open_time(
     pause: Callable[[], None] | None = None,
     go_on: Callable[[], None] | None = None,
 ) -> Steps:
-    """So much time in which it is open (None: always), from now on.
+    """Wait for this much time in which it is open (None: always), from now on.
 
     `pause` is called when it closes in between, `go_on` when it opens again.
     """
