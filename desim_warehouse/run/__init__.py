@@ -128,8 +128,8 @@ class Run:
         Each row adds up to its whole, in the model's time unit.
 
         - A robot: the counted time.
-        - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks delivered
-          in the warm-up are left out.
+        - A task: the time from its release to its delivery, or to the end of the run if it is open then. Tasks
+          delivered in the warm-up are left out.
         - A flow: the mean of its tasks. A station: the mean of the tasks delivered there.
         - An edge or a node: all the time that robots spent there.
         - An hour, counted from the end of the warm-up: its length for each robot. The last may be shorter.

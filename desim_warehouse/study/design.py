@@ -45,7 +45,7 @@ class Point:
     number: int
     labels: Mapping[str, Label]
     overrides: Mapping[str, Any]
-    places: Mapping[str, Keys]  # where each change stands in the study file
+    positions: Mapping[str, Keys]  # where each change stands in the study file
 
     def __str__(self) -> str:
         """The design in words: fleet.size=3, battery.threshold=2."""
@@ -96,8 +96,8 @@ def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -
 def _point(number: int, factors: Sequence[Factor], levels: Sequence[Level]) -> Point:
     labels = {factor.key: level.label for factor, level in zip(factors, levels, strict=True)}
     overrides = {key: value for level in levels for key, value in level.overrides.items()}
-    places = {key: level.keys for level in levels for key in level.overrides}
-    return Point(number, labels, overrides, places)
+    positions = {key: level.keys for level in levels for key in level.overrides}
+    return Point(number, labels, overrides, positions)
 
 
 def _sample(rule: Rule, dimensions: int, seed: int) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ class StudyPlan:
             replace(
                 point,
                 overrides={**point.overrides, "run.warm_up": time},
-                places={**point.places, "run.warm_up": ("warm_up",)},
+                positions={**point.positions, "run.warm_up": ("warm_up",)},
             )
             for point, time in zip(found, self.warm_up, strict=True)
         ]
@@ -94,13 +94,13 @@ def models(
         try:
             made[point.number] = plan.base.replace(point.overrides, run_code=run_code)
         except ModelError as error:
-            said.update(dict.fromkeys(_at_place(text, point, positions) for text in error.problems))
+            said.update(dict.fromkeys(_at_position(text, point, positions) for text in error.problems))
     if said:
         raise ModelError(list(said))
     return made
 
 
-def _at_place(text: str, point: Point, positions: Positions | None) -> str:
+def _at_position(text: str, point: Point, positions: Positions | None) -> str:
     """A problem of a changed model, reported at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "
@@ -110,6 +110,6 @@ def _at_place(text: str, point: Point, positions: Positions | None) -> str:
                 rest += hint(key, point.overrides[key])
             if positions is None:
                 return f"factor {key}: {rest}"
-            return f"{positions.line(point.places[key])[1]}: {rest}"
+            return f"{positions.line(point.positions[key])[1]}: {rest}"
     source = "" if positions is None else f"{positions.source}: "
     return f"{source}design {point}: {text}"

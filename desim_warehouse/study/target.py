@@ -38,28 +38,28 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
     return replace(goal, unit=_unit(goal.indicator, units))
 
 
-def amount_of(indicator: str, text: str, units: UnitNames | None, place: str) -> float:
+def amount_of(indicator: str, text: str, units: UnitNames | None, where: str) -> float:
     """An amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
 
     Args:
         indicator: its name.
         text: a number, and a unit or none.
         units: those of the model; None: not known yet.
-        place: where the user wrote it, for the message.
+        where: the option or key as the user wrote it, for the message.
 
     Raises:
         StudyError: no number, or a unit of another kind.
     """
     kind = "share" if find(indicator).is_share else _KINDS.get(find(indicator).unit)
     if kind != "share" and text.endswith("%"):
-        raise StudyError(f"{place}: {indicator} is no share, expected a number without %")
+        raise StudyError(f"{where}: {indicator} is no share, expected a number without %")
     try:
         if kind is None:
             return float(text)
         return quantity(text, kind, units or UnitNames())
     except ValueError as error:
         plain = f"not a number (got {text}), as {indicator} has no unit" if kind is None else str(error)
-        raise StudyError(f"{place}: {plain}") from None
+        raise StudyError(f"{where}: {plain}") from None
 
 
 def _unit(indicator: str, units: UnitNames | None) -> str:

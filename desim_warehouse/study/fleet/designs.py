@@ -68,7 +68,7 @@ class Designs:
 
     def counts(self, growth: float) -> tuple[list[int], list[int]]:
         """Robots and chargers that are searched, by default from the hand calculation."""
-        model = _grown(self.model, growth)
+        model = self.model.replace(more_demand(self.model, growth))
         found = estimate(model, model.floor)
         needed = found.robots_needed
         if self._robots is not None:
@@ -125,7 +125,3 @@ def more_demand(model: Model, growth: float) -> dict[str, Any]:
             "hour}, or flows that arrive at a rate"
         )
     return {"tasks.demand": round(model.tasks.demand * growth, 9)}
-
-
-def _grown(model: Model, growth: float) -> Model:
-    return model.replace(more_demand(model, growth))

@@ -95,9 +95,9 @@ def gains_steps(
 ) -> Procedure[Gains]:
     """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
-    Changes are judged after n0 replications of all, and at every doubling up to `cap`. A change drops out if it is shown
-    to gain less than the best for an equal dose, or made no difference in any replication. It also drops out if a
-    replication has no value (nan). The procedure ends when one is left, or no change can gain `delta`, the least gain
+    Changes are judged after n0 replications of all, and at every doubling up to `cap`. A change drops out if it is
+    shown to gain less than the best for an equal dose, or made no difference in any replication. It also drops out if
+    a replication has no value (nan). The procedure ends when one is left, or no change can gain `delta`, the least gain
     that matters.
 
     Args:
