@@ -93,7 +93,7 @@ def command(
             loaded,
             target,
             growth=None if growth is None else _growth(growth),
-            strategies=_strategies(vary),
+            strategies=read_vary(vary) if vary else None,
             robots=_counts(robots, "--robots"),
             chargers=_counts(chargers, "--chargers"),
             zone=None if zone is None else _zone(zone, target, loaded),
@@ -110,11 +110,7 @@ def command(
     if as_json:
         click.echo(json.dumps({**content, "warnings": warnings}))
     else:
-        for line in content["answer"]:
-            click.echo(line)
-        _show(shown)
-        for line in (content["promise"], *content["notes"]):
-            click.echo(line)
+        _show(content, shown)
         click.echo(f"{found.runs:,} runs in {_time(took)}", err=True)
     if not found.feasible:
         more_runs = f"--runs {runs}: more of them may give an answer"
@@ -155,10 +151,6 @@ def _zone(text: str, target: str, loaded: Model) -> float:
     return amount_of(read_target(target, units).indicator, text, units, "--zone")
 
 
-def _strategies(vary: tuple[str, ...]) -> dict[str, Any] | None:
-    return read_vary(vary) if vary else None
-
-
 def _counts(text: str | None, option: str) -> list[int] | None:
     """Whole numbers from 1 upwards, such as `1..8` or `4,6,8`."""
     from desim_warehouse.errors import ModelError
@@ -178,15 +170,19 @@ def _counts(text: str | None, option: str) -> list[int] | None:
     return numbers
 
 
-def _show(shown: list[Evidence]) -> None:
+def _show(content: dict[str, Any], shown: list[Evidence]) -> None:
     from desim_warehouse.cli.tables import runs
 
+    for line in content["answer"]:
+        click.echo(line)
     if shown:
         click.echo("\nShown by:")
     for one in shown:
         click.echo(f"  {one.what}: {one.found}, {runs(one.runs)}")
         click.echo(f"    {one.command}")
     click.echo("")
+    for line in (content["promise"], *content["notes"]):
+        click.echo(line)
 
 
 def _time(seconds: float) -> str:
