@@ -35,6 +35,7 @@ ALL_YEAR = 8760.0
 """Hours."""
 MOST_TIMES = 10.0
 """Times today's demand; a larger number without % was probably meant in per cent."""
+NOT_ENOUGH = "no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck"
 
 
 @click.command("plan")
@@ -115,11 +116,9 @@ def command(
         for line in (content["promise"], *content["notes"]):
             click.echo(line)
         click.echo(f"{found.runs:,} runs in {_time(took)}", err=True)
-    if found.ended:
-        click.echo(f"--runs {runs}: more of them may give an answer", err=True)
-        sys.exit(NONE_MEETS)
     if not found.feasible:
-        click.echo("no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck", err=True)
+        more_runs = f"--runs {runs}: more of them may give an answer"
+        click.echo(more_runs if found.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from desim_warehouse.outcome.history import History, StateSpan, TaskHistory, Wait, Whereabouts
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.outcome.records import StateSpan, TaskHistory, Wait, Whereabouts
 
 By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""

@@ -10,16 +10,28 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, zip_longest
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.charging import chargers_at, start_levels
 from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
-from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names, seen
+from desim_warehouse.outcome.records import (
+    Assignment,
+    Blocked,
+    ChargeSpan,
+    OrderHistory,
+    Rotation,
+    StateSpan,
+    TaskHistory,
+    Trip,
+    Wait,
+    Whereabouts,
+    lateness,
+)
+from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
@@ -29,9 +41,8 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
-    from desim_warehouse.states import State
+    from desim_warehouse.outcome.records import Edge
 
-    Edge = tuple[str, str]
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
@@ -40,182 +51,6 @@ _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of = attrgetter("end")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
-
-
-@dataclass(slots=True)
-class TaskHistory:
-    """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
-
-    `begun`, `worked`: when work on its load unit in the station began and ended (inf: not yet, or there is none).
-    `done`: when it was delivered, or worked on where `tasks.done_when` says so.
-    """
-
-    number: int
-    good: int
-    released: float
-    due: float | None
-    loaded: float = math.inf
-    delivered: float = math.inf
-    begun: float = math.inf
-    worked: float = math.inf
-    done: float = math.inf
-    station: str = ""
-    flow: str = ""
-    order: str = ""
-
-    @property
-    def cycle_time(self) -> float:
-        """From its release until it was done."""
-        return self.done - self.released
-
-
-class OrderHistory(NamedTuple):
-    """An order: when its first task was released, when its last was done (inf: never), and by how much late."""
-
-    flow: str
-    order: str
-    released: float
-    done: float
-    lateness: float | None
-
-    @property
-    def cycle_time(self) -> float:
-        """From its release until the whole of it was done."""
-        return self.done - self.released
-
-
-class FlowHistory:
-    """The tasks of one flow: what `History` says of all."""
-
-    def __init__(self, history: History, flow: str) -> None:
-        self.tasks = {number: task for number, task in history.tasks.items() if task.flow == flow}
-        self.delivered = [task for task in history.delivered if task.flow == flow]
-        self.done = [task for task in history.done if task.flow == flow]
-        self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
-        self.counted_done = [task for task in self.done if history.counts(task.done)]
-        self.cycle_times = sorted(task.cycle_time for task in self.counted_done)
-        self.lateness = lateness(self.counted_done)
-        self.put_down = [task for task in history.put_down if task.flow == flow]
-        self.history = history
-        self.hours = history.counted / history.model.units.hour
-
-
-def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
-    """By how much each task that was due was late, 0 if it was not."""
-    return [max(task.done - task.due, 0.0) for task in tasks if task.due is not None]
-
-
-Spans = tuple[list[int], list[float]]
-"""Tasks done in equal spans of time, and the sums of their cycle times."""
-
-
-def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
-    """How many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
-    width = (end - begin) / spans
-    counts, times = [0] * spans, [0.0] * spans
-    for task in tasks:
-        if begin <= task.done <= end:
-            span = min(int((task.done - begin) / width), spans - 1)
-            counts[span] += 1
-            times[span] += task.cycle_time
-    return counts, times
-
-
-class StateSpan(NamedTuple):
-    """A robot in one state from `start` to `end`, with its task (-1: none), its energy and node at the start.
-
-    `energy` is None without batteries. `node`: where the robot is, or comes to next.
-    """
-
-    robot: int
-    state: str
-    start: float
-    end: float
-    task: int
-    energy: float | None
-    node: str
-
-    @property
-    def seen(self) -> State:
-        """The state as it is shown: queueing for a server is another than for a charger."""
-        return seen(self.state, self.task)
-
-
-class Assignment(NamedTuple):
-    """A robot with a task from its assignment to its delivery or return (`ended`, or `open` at the end of the run)."""
-
-    robot: int
-    task: int
-    start: float
-    end: float
-    ended: str
-
-
-class Trip(NamedTuple):
-    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
-
-    robot: int
-    tasks: tuple[int, ...]
-    start: float
-    end: float
-
-
-class Wait(NamedTuple):
-    """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
-
-    `on` is the edge on which it stands, None in a bay or station. `cause` is `waiting` for a collision, else what it
-    waits for before `node`, by its name in `states.APART`.
-    """
-
-    robot: int
-    other: int
-    start: float
-    end: float
-    node: str | None
-    edge: Edge | None
-    on: Edge | None
-    cause: str = WAITING.name
-
-
-class ChargeSpan(NamedTuple):
-    """A robot at a charger from `start` to `end`, with its energy before and after."""
-
-    robot: int
-    start: float
-    end: float
-    before: float
-    after: float
-
-
-class Whereabouts(NamedTuple):
-    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
-
-    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
-    """
-
-    start: float
-    edge: Edge | None
-    node: str
-
-
-class Blocked(NamedTuple):
-    """An edge that no robot enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
-
-    `visit` is -1 for a calendar.
-    """
-
-    edge: Edge
-    start: float
-    end: float
-    visit: int
-
-
-class Rotation(NamedTuple):
-    """A full ring of robots that turned by one position, and the edges that they were on (`A>B`, "" in a bay)."""
-
-    time: float
-    robots: tuple[int, ...]
-    edges: tuple[str, ...]
 
 
 def _blocked(row: LogRow, end: float) -> Blocked:
@@ -613,3 +448,35 @@ class History:
         if battery is None or self.model.policies.charging.name == "swap":
             return 0.0
         return energy.charge_gain(battery, level, time)
+
+
+class FlowHistory:
+    """The tasks of one flow: what `History` says of all."""
+
+    def __init__(self, history: History, flow: str) -> None:
+        self.tasks = {number: task for number, task in history.tasks.items() if task.flow == flow}
+        self.delivered = [task for task in history.delivered if task.flow == flow]
+        self.done = [task for task in history.done if task.flow == flow]
+        self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
+        self.counted_done = [task for task in self.done if history.counts(task.done)]
+        self.cycle_times = sorted(task.cycle_time for task in self.counted_done)
+        self.lateness = lateness(self.counted_done)
+        self.put_down = [task for task in history.put_down if task.flow == flow]
+        self.history = history
+        self.hours = history.counted / history.model.units.hour
+
+
+Spans = tuple[list[int], list[float]]
+"""Tasks done in equal spans of time, and the sums of their cycle times."""
+
+
+def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:
+    """How many tasks were done in each of a number of equal spans of time, and the sums of their cycle times."""
+    width = (end - begin) / spans
+    counts, times = [0] * spans, [0.0] * spans
+    for task in tasks:
+        if begin <= task.done <= end:
+            span = min(int((task.done - begin) / width), spans - 1)
+            counts[span] += 1
+            times[span] += task.cycle_time
+    return counts, times

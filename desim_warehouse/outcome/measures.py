@@ -11,7 +11,8 @@ from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from desim_warehouse.outcome.history import FlowHistory, History, TaskHistory, Trip
+    from desim_warehouse.outcome.history import FlowHistory, History
+    from desim_warehouse.outcome.records import TaskHistory, Trip
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9

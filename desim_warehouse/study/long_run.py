@@ -16,7 +16,8 @@ from desim_warehouse.study.warm_up import steady_length
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.outcome.history import History, TaskHistory
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.outcome.records import TaskHistory
     from desim_warehouse.run import Run
 
 QUANTILES = {"cycle_time_median": 0.5, "cycle_time_p95": 0.95}

@@ -24,7 +24,7 @@ from desim_warehouse.study.study import Study
 from desim_warehouse.study.suspects import Suspect, left_out, suspects
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.verdicts import Verdict
@@ -145,31 +145,9 @@ def why(
     except SimulationError as error:
         nothing = Gains((), math.nan, math.nan, confidence, 1, failed=1)
         return Why(indicator or "", (), nothing, failures={0: Failure(1, 1, f"{type(error).__name__}: {error}")})
-    model, name = run.model, indicator or usual_indicator(run)
-    better = find(name).better
-    if better is None:
-        raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
+    name = indicator or usual_indicator(run)
     looked_at = suspects(run)
-    cases: dict[str, Any] = {"as it is": {}, **{suspect.relief: dict(suspect.overrides) for suspect in looked_at}}
-    study = Study(model, {"relief": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="why")
-    study.plan = study.plan.unreplicated()
-    base = abs(run.kpis[name]) or 1.0
-    scales = [None if suspect.beside else suspect.scale for suspect in looked_at]
-
-    def gains(most: int) -> Gains:
-        def steps(exact: bool) -> statistics.Procedure[Gains]:
-            return statistics.gains_steps(
-                scales,
-                LEAST * base,
-                confidence,
-                maximise=better == "more",
-                n0=first,
-                cap=most,
-                deterministic=exact,
-            )
-
-        return study.follow(steps, name, failed=math.nan, **where)
-
+    gains, study = _contest(run, name, looked_at, confidence, seed, first, timeout, where)
     lasts = run.model.tasks.arrive and not any(said.code in LASTING for said in run.verdicts)
     untaken = _untaken(run)
     well = lasts and not _state([run.kpis], untaken).is_held_up
@@ -190,6 +168,45 @@ def why(
         failures,
         run.verdicts,
     )
+
+
+def _contest(
+    run: Run,
+    name: str,
+    looked_at: list[Suspect],
+    confidence: float,
+    seed: int,
+    first: int,
+    timeout: float | None,
+    where: dict[str, Any],
+) -> tuple[Callable[[int], Gains], Study]:
+    """The study in which each suspect is relieved, and what finds the gains with at most that many replications."""
+    better = find(name).better
+    if better is None:
+        raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
+    cases: dict[str, Any] = {"as it is": {}, **{suspect.relief: dict(suspect.overrides) for suspect in looked_at}}
+    study = Study(
+        run.model, {"relief": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="why"
+    )
+    study.plan = study.plan.unreplicated()
+    base = abs(run.kpis[name]) or 1.0
+    scales = [None if suspect.beside else suspect.scale for suspect in looked_at]
+
+    def gains(most: int) -> Gains:
+        def steps(exact: bool) -> statistics.Procedure[Gains]:
+            return statistics.gains_steps(
+                scales,
+                LEAST * base,
+                confidence,
+                maximise=better == "more",
+                n0=first,
+                cap=most,
+                deterministic=exact,
+            )
+
+        return study.follow(steps, name, failed=math.nan, **where)
+
+    return gains, study
 
 
 def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:

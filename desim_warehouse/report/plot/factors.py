@@ -84,12 +84,7 @@ def by_factor(
         axes.set_xlabel(axes.get_xlabel() + look.text(words.averaged(averaged_over(table, keys))))
         axes.set_ylabel(look.text(words.indicator_label(indicator, units, seconds)))
         axes.margins(x=0.04)
-        if target is not None:
-            _target(axes, indicator, target * scale, [cell.estimate.mean for cell in found])
-        elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
-            axes.set_ylim(bottom=0)
-        if words.is_share(indicator):
-            axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
+        _vertical(axes, indicator, found, None if target is None else target * scale)
         look.legend(axes, len(names), group and words.factor_head(group, units))
         return axes
 
@@ -154,6 +149,16 @@ def facets(
         if title:
             panels[0].figure.suptitle(look.text(title))
         return panels[0]
+
+
+def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | None) -> None:
+    """The limits of the vertical axis: around a target, else from 0 where nothing is below it. Shares are in %."""
+    if target is not None:
+        _target(axes, indicator, target, [cell.estimate.mean for cell in found])
+    elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
+        axes.set_ylim(bottom=0)
+    if words.is_share(indicator):
+        axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
 
 
 def _target(axes: Axes, indicator: str, value: float, means: list[float]) -> None:

@@ -106,67 +106,80 @@ def families() -> dict[str, Family]:
     """The families that are proposed, by our names."""
     from scipy import stats
 
-    def moments(times: NDArray[np.float64], _: float) -> tuple[float, float]:
-        mean = float(times.mean())
-        return mean, max(float(times.std()) / mean, 0.01)
-
-    def logs(*values: float) -> list[float]:
-        return [math.log(value) for value in values]
-
-    def shape(times: NDArray[np.float64], step: float) -> list[float]:
-        mean, cv = moments(times, step)
-        return logs(cv**-2, mean * cv**2)
-
-    def lognormal(times: NDArray[np.float64], step: float) -> list[float]:
-        mean, cv = moments(times, step)
-        square = math.log1p(cv**2)
-        return logs(math.sqrt(square), mean * math.exp(-square / 2))
-
-    def weibull(times: NDArray[np.float64], step: float) -> list[float]:
-        mean, cv = moments(times, step)
-        return logs(cv**-1.086, mean / math.gamma(1 + cv**1.086))
-
-    def scaled(free: NDArray[np.float64]) -> Parameters:
-        first, second = np.exp(np.clip(free, -30, 30))
-        return float(first), 0.0, float(second)
-
-    def ends(times: NDArray[np.float64], step: float) -> list[float]:
-        return [float(times.min()) - step / 4, float(times.max()) + step / 4]
-
-    def corners(times: NDArray[np.float64], step: float) -> list[float]:
-        beyond = max(step / 2, 0.05 * float(np.ptp(times)))
-        least, most = float(times.min()) - beyond, float(times.max()) + beyond
-        usual = min(max(3 * float(times.mean()) - least - most, least + beyond), most - beyond)
-        return [least, usual, most]
-
-    def triangle(free: NDArray[np.float64]) -> Parameters:
-        least, usual, most = float(max(free[0], 0.0)), float(free[1]), float(free[2])
-        width = max(most - least, 1e-9)
-        return min(max((usual - least) / width, 0.0), 1.0), least, width
-
-    from_zero = {
-        "gamma": Family(stats.gamma, 2, lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5), shape, scaled),
-        "lognormal": Family(stats.lognorm, 2, _lognormal, lognormal, scaled),
-        "weibull": Family(stats.weibull_min, 2, _weibull, weibull, scaled),
-    }
     return {
         "exponential": Family(
             stats.expon,
             1,
             lambda _, mean: ExponentialTime(exponential=_short(mean)),
-            lambda times, step: [math.log(moments(times, step)[0])],
+            lambda times, _: [math.log(_moments(times)[0])],
             lambda free: (0.0, math.exp(min(float(free[0]), 30))),
         ),
-        **from_zero,
+        "gamma": Family(
+            stats.gamma, 2, lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5), _gamma_guess, _from_logs
+        ),
+        "lognormal": Family(stats.lognorm, 2, _lognormal, _lognormal_guess, _from_logs),
+        "weibull": Family(stats.weibull_min, 2, _weibull, _weibull_guess, _from_logs),
         "uniform": Family(
             stats.uniform,
             3,
             lambda least, width: UniformTime(uniform=(_short(least), _short(least + width))),
-            ends,
+            _ends,
             lambda free: (max(float(free[0]), 0.0), max(float(free[1] - max(free[0], 0.0)), 1e-9)),
         ),
-        "triangular": Family(stats.triang, 4, _triangular, corners, triangle),
+        "triangular": Family(stats.triang, 4, _triangular, _corners, _triangle),
     }
+
+
+def _moments(times: NDArray[np.float64]) -> tuple[float, float]:
+    """Mean and coefficient of variation."""
+    mean = float(times.mean())
+    return mean, max(float(times.std()) / mean, 0.01)
+
+
+def _logs(*values: float) -> list[float]:
+    return [math.log(value) for value in values]
+
+
+def _gamma_guess(times: NDArray[np.float64], _: float) -> list[float]:
+    mean, cv = _moments(times)
+    return _logs(cv**-2, mean * cv**2)
+
+
+def _lognormal_guess(times: NDArray[np.float64], _: float) -> list[float]:
+    mean, cv = _moments(times)
+    square = math.log1p(cv**2)
+    return _logs(math.sqrt(square), mean * math.exp(-square / 2))
+
+
+def _weibull_guess(times: NDArray[np.float64], _: float) -> list[float]:
+    mean, cv = _moments(times)
+    return _logs(cv**-1.086, mean / math.gamma(1 + cv**1.086))
+
+
+def _from_logs(free: NDArray[np.float64]) -> Parameters:
+    """Shape and scale from their logarithms, which have no limits."""
+    first, second = np.exp(np.clip(free, -30, 30))
+    return float(first), 0.0, float(second)
+
+
+def _ends(times: NDArray[np.float64], step: float) -> list[float]:
+    """The smallest and the largest time, a little apart."""
+    return [float(times.min()) - step / 4, float(times.max()) + step / 4]
+
+
+def _corners(times: NDArray[np.float64], step: float) -> list[float]:
+    """The least, the usual and the largest time, from extremes and mean."""
+    beyond = max(step / 2, 0.05 * float(np.ptp(times)))
+    least, most = float(times.min()) - beyond, float(times.max()) + beyond
+    usual = min(max(3 * float(times.mean()) - least - most, least + beyond), most - beyond)
+    return [least, usual, most]
+
+
+def _triangle(free: NDArray[np.float64]) -> Parameters:
+    """Scipy's mode, least and width from the corners."""
+    least, usual, most = float(max(free[0], 0.0)), float(free[1]), float(free[2])
+    width = max(most - least, 1e-9)
+    return min(max((usual - least) / width, 0.0), 1.0), least, width
 
 
 def _lognormal(sigma: float, _: float, scale: float) -> Distribution:

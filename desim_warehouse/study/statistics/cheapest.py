@@ -225,82 +225,94 @@ def cheapest_meeting_steps(
         given = f"designs {list(designs)[:6]!r}, zone {judge.zone:g}"
         raise StudyError(f"{given}: expected some, none twice, and a zone from 0")
     before = judge.budget.spent
-    order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
-    top = max(order, key=lambda n: designs[n])
-    doubts, failing = set(doubted), set[int]()
-
-    def ruled_out(number: int, by: set[int]) -> bool:
-        first, second = designs[number]
-        return any(first <= designs[other][0] and second <= designs[other][1] for other in by)
-
-    best: int | None = None
-    open_: list[int] = []
-    larger: tuple[Larger, ...] = ()
+    proof = _Proof(designs, cost, judge, set(doubted))
     try:
-        while best is None and top not in failing:
-            candidate = next((n for n in order if not ruled_out(n, failing | doubts)), top)
-            if (yield from judge.verdict(candidate)) == "meets":
-                best = candidate
-            else:
-                failing.add(candidate)
-        open_ = _cheaper(best, order, failing, ruled_out)
-        while best is not None and open_:
-            largest = max(open_, key=lambda n: designs[n])  # no other of them has more of both
-            if (yield from judge.verdict(largest)) == "meets":
-                best = largest
-            else:
-                failing.add(largest)
-            open_ = _cheaper(best, order, failing, ruled_out)
-        if best is not None:
-            larger = yield from larger_steps(
-                best,
-                designs,
-                judge.target,
-                judge.verdicts[best].n,
-                judge.confidence,
-                judge.budget,
-                deterministic=judge.deterministic,
-            )
-        if best is not None and any(one.worse for one in larger):
-            for number in order[: order.index(best)]:
-                if (yield from judge.verdict(number)) == "meets":
-                    best = number
-                    break
-                failing.add(number)
+        yield from proof.steps()
     except RunsEndedError:
-        failing = {number for number in failing if judge.verdicts[number].verdict == "fails"}
-        among = order if best is None else order[: order.index(best)]
-        open_ = [number for number in among if not ruled_out(number, failing)]
+        proof.end_early()
     return Cheapest(
-        best,
-        _needed(best, order, designs, failing),
+        proof.best,
+        proof.needed(),
         judge.verdicts,
         judge.vetoed,
         judge.budget.spent - before,
         judge.confidence,
         judge.zone,
-        tuple(open_),
-        larger,
+        tuple(proof.open),
+        proof.larger,
     )
 
 
-def _cheaper(
-    best: int | None, order: list[int], failing: set[int], ruled_out: Callable[[int, set[int]], bool]
-) -> list[int]:
-    """Designs cheaper than the best that nothing rules out yet."""
-    if best is None:
-        return []
-    return [number for number in order[: order.index(best)] if not ruled_out(number, failing)]
+class _Proof:
+    """The state of `cheapest_meeting_steps`: the best design so far, and those known to fail."""
 
+    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int]) -> None:
+        self.designs = designs
+        self.judge = judge
+        self.doubts = doubts
+        self.order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
+        self.failing: set[int] = set()
+        self.best: int | None = None
+        self.open: list[int] = []
+        self.larger: tuple[Larger, ...] = ()
 
-def _needed(best: int | None, order: list[int], designs: Sequence[Counts], failing: set[int]) -> tuple[int, ...]:
-    """Of the failing designs those that rule out designs cheaper than the best and are not ruled out by another."""
-    among = failing if best is None else failing & set(order[: order.index(best)])
-    found = [
-        n
-        for n in among
-        if not any(
-            n != other and designs[n][0] <= designs[other][0] and designs[n][1] <= designs[other][1] for other in among
+    def steps(self) -> Procedure[None]:
+        """Judge candidates until a design meets the target and no cheaper one is left that might."""
+        designs, judge = self.designs, self.judge
+        top = max(self.order, key=lambda n: designs[n])
+        while self.best is None and top not in self.failing:
+            yield from self._meets(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
+        self.open = self._cheaper()
+        while self.best is not None and self.open:
+            yield from self._meets(max(self.open, key=lambda n: designs[n]))  # no other of them has more of both
+            self.open = self._cheaper()
+        if self.best is None:
+            return
+        self.larger = yield from larger_steps(
+            self.best,
+            designs,
+            judge.target,
+            judge.verdicts[self.best].n,
+            judge.confidence,
+            judge.budget,
+            deterministic=judge.deterministic,
         )
-    ]
-    return tuple(sorted(found, key=order.index))
+        if any(one.worse for one in self.larger):
+            for number in self.order[: self.order.index(self.best)]:
+                if (yield from self._meets(number)):
+                    break
+
+    def end_early(self) -> None:
+        """Keep what is certain, as the runs allowed have ended."""
+        self.failing = {number for number in self.failing if self.judge.verdicts[number].verdict == "fails"}
+        self.open = [number for number in self._before_best() if not self._ruled_out(number)]
+
+    def needed(self) -> tuple[int, ...]:
+        """The failing designs that rule out designs cheaper than the best and are not ruled out by another."""
+        among = self.failing & set(self._before_best())
+        return tuple(sorted((n for n in among if not self._covers(n, among - {n})), key=self.order.index))
+
+    def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
+        """Judge a design. It becomes the best if it meets the target, else it is known to fail."""
+        meets = (yield from self.judge.verdict(number)) == "meets"
+        if meets:
+            self.best = number
+        else:
+            self.failing.add(number)
+        return meets
+
+    def _before_best(self) -> list[int]:
+        """The designs cheaper than the best, or all where there is none."""
+        return self.order if self.best is None else self.order[: self.order.index(self.best)]
+
+    def _cheaper(self) -> list[int]:
+        """Designs cheaper than the best that nothing rules out yet."""
+        return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
+
+    def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:
+        """Whether a design with as much of both counts fails, or is doubted."""
+        return self._covers(number, self.failing.union(doubts))
+
+    def _covers(self, number: int, by: set[int]) -> bool:
+        first, second = self.designs[number]
+        return any(first <= self.designs[other][0] and second <= self.designs[other][1] for other in by)

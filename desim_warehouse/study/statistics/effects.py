@@ -141,6 +141,11 @@ def gains_steps(
             break
         if all(gain.high < delta for gain in competing.values()):
             break
+    return _ranked(found, data, delta, confidence)
+
+
+def _ranked(found: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float) -> Gains:
+    """The gains in their order, with the mean of the base."""
     ordered = tuple(sorted(found.values(), key=lambda gain: (not gain.competes, -gain.each.mean, gain.change)))
     base = np.array(data[0])
     there = base[np.isfinite(base)]

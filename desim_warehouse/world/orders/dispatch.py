@@ -364,7 +364,7 @@ class Dispatcher:
         if not may_do(view, task):
             raise self._fault(f"robot {number} {_unfit(view, task)}")
         node = self.stations.choose(view, task)
-        if not self.stations.has_room(view, task, node) or not self.reach.openings.in_time(view, task, node):
+        if not self.stations.has_room(view, task, node) or not self.reach.openings.admit(view, task, node):
             return  # taken by another pair of this decision, or closed: robot and task wait for the next
         if not self.reach.may_take(view, task, node):
             if not first:

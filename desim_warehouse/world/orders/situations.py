@@ -67,7 +67,7 @@ class Situations:
     def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
         """The open tasks, without those that are held back as a station is closed."""
         tasks = self.open_tasks.values()
-        return self.reach.openings.for_somebody(free, tasks) if self.reach.stations.close else tasks
+        return self.reach.openings.admit_tasks(free, tasks) if self.reach.stations.close else tasks
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""

@@ -62,12 +62,11 @@ class FailingCharger:
         self.fails_at = every()
         self.repaired_at = self.fails_at + repair()
 
-    def works(self, now: float) -> bool:
-        """Whether it works now. Outages are drawn up to now."""
+    def draw_outages(self, now: float) -> None:
+        """Draw its outages as far as the one that ends after now."""
         while self.repaired_at <= now:
             self.fails_at = self.repaired_at + self._every()
             self.repaired_at = self.fails_at + self._repair()
-        return now < self.fails_at
 
 
 class FailingChargers:
@@ -110,7 +109,9 @@ class FailingChargers:
         """Robots that wait get the chargers that work. They are looked at again when the next is repaired."""
         now = self.env.now
         free = [charger for charger in self._chargers if charger.user is None]
-        for charger in [one for one in free if one.works(now)][: len(self.queue)]:
+        for charger in free:
+            charger.draw_outages(now)
+        for charger in [one for one in free if now < one.fails_at][: len(self.queue)]:
             charger.user = turn = self.queue.pop(0)
             turn.succeed()
             Arrival(self.env, charger.fails_at).callbacks.append(partial(self._fails, charger, turn))

@@ -1,9 +1,9 @@
 """Tasks held back at the source while a station is closed, so that no robot sets out only to wait for its hours.
 
-A robot that went to a station that opens in eight hours would stand there for eight hours, with the load, in a slot
-that others need. So a task is given to a robot only if, driving freely, it finds every station on its way open. Else it
-is looked at again when a robot that sets out then comes just as the station opens. Where it cannot be in time for one
-station because another closes meanwhile, it goes: the load has to wait somewhere.
+A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
+task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked at
+again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes, it
+sets out all the same: the load has to wait somewhere.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 KEPT = 100_000
-"""Pairs of robot and task for which it is kept whether they are held back."""
+"""Pairs of robot and task for which the answer is cached."""
 
 
 class Openings:
@@ -55,8 +55,11 @@ class Openings:
         self._held: dict[int, float] = {}
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
 
-    def in_time(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Whether a robot that sets out for a task to `node` now would wait at no station that is closed."""
+    def admit(self, robot: RobotView, task: Task, node: str) -> bool:
+        """Let a robot set out for a task to `node` now, or hold the task back until it finds the stations open.
+
+        Returns whether it may set out. If not, `due` says when the task is looked at again.
+        """
         if not self.stations.close:
             return True
         now, key = self.env.now, (robot.number, robot.node, robot.free_in, task.number, node)
@@ -70,8 +73,8 @@ class Openings:
             self.due = min(self.due, until)
         return not held
 
-    def for_somebody(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> list[Task]:
-        """The tasks for which any of these robots may set out now."""
+    def admit_tasks(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> list[Task]:
+        """Hold back the tasks for which none of these robots may set out now. Returns the others."""
         now, found = self.env.now, []
         seen = frozenset(self.stations.full), [(robot.number, robot.node, robot.free_in) for robot in robots]
         if seen != self._seen:
@@ -81,7 +84,7 @@ class Openings:
             until = self._held.get(task.number, -math.inf)
             if now >= until - EPS:
                 due, self.due = self.due, math.inf
-                if any(self.in_time(robot, task, self.stations.choose(robot, task)) for robot in robots):
+                if any(self.admit(robot, task, self.stations.choose(robot, task)) for robot in robots):
                     found.append(task)
                     self.due = min(self.due, due)
                     continue

@@ -134,7 +134,7 @@ class Reach:
         if not may_do(robot, task):
             return False
         station = self.stations.choose(robot, task)
-        if not self.stations.has_room(robot, task, station) or not self.openings.in_time(robot, task, station):
+        if not self.stations.has_room(robot, task, station) or not self.openings.admit(robot, task, station):
             return False
         return self.may_take(robot, task, station)
 
@@ -176,7 +176,7 @@ class Reach:
         for i, robot in enumerate(robots if stations.full else ()):
             table[i] &= self._have_room(robot, tasks, chosen[i])
         for i, robot in enumerate(robots if stations.close else ()):
-            table[i] &= [self.openings.in_time(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
+            table[i] &= [self.openings.admit(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
         if not self.batteries:
             return table
         above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]

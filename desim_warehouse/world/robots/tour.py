@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.world.places.service import Service
+from desim_warehouse.world.places.station import Service
 
 if TYPE_CHECKING:
     from collections.abc import Generator

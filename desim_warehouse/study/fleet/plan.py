@@ -13,16 +13,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import StudyError, WarehouseError
-from desim_warehouse.feasibility import errors, estimate
-from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.errors import StudyError
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.indicators import find, within
-from desim_warehouse.outcome.money import equipment
-from desim_warehouse.states import TIMES
 from desim_warehouse.study import statistics
+from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
+from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study
@@ -33,217 +30,11 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
+    from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
     from desim_warehouse.study.statistics.cheapest import Counts
-    from desim_warehouse.study.table import Row
 
-ROOM = 2.5
-"""How far robots are searched by default, as a multiple of what the hand calculation needs."""
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
-
-    `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
-    without prices of them.
-    """
-
-    robots: int
-    chargers: int
-    overrides: Mapping[str, Any]
-    verdict: DesignVerdict[int]
-    estimate: Estimate | None
-    vetoed: str | None
-    cost: float | None
-
-
-@dataclass(frozen=True)
-class Sized:
-    """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
-
-    `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
-    failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
-    chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
-    the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
-    `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
-    """
-
-    name: str
-    growth: float
-    rate: float | None
-    best: Shown | None
-    below: tuple[Shown, ...]
-    utilisation: Mapping[str, Estimate]
-    in_hours: bool
-    shown_by: tuple[str, ...]
-    overrides: Mapping[str, Any]
-    open: tuple[tuple[int, int], ...] = ()
-    worse: tuple[tuple[int, int, Estimate], ...] = ()
-
-
-@dataclass(frozen=True)
-class Strategy:
-    """Another strategy at designs that are too small with the model's own: whether they would do with it."""
-
-    label: str
-    overrides: Mapping[str, Any]
-    shown: tuple[Shown, ...]
-
-    @property
-    def saves(self) -> bool:
-        """Whether a cheaper design meets the target with it."""
-        return any(one.verdict.verdict == "meets" for one in self.shown)
-
-
-@dataclass(frozen=True)
-class FleetPlan:
-    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
-
-    `untried`: strategies for which the runs allowed did not suffice.
-    """
-
-    target: Target
-    zone: float
-    confidence: float
-    own: str
-    today: Sized
-    grown: Sized | None
-    strategies: tuple[Strategy, ...]
-    strategy: Strategy | None
-    sized: str | None
-    runs: int
-    untried: tuple[str, ...] = ()
-
-    @property
-    def feasible(self) -> bool:
-        """Whether a design was found for every demand."""
-        return self.today.best is not None and (self.grown is None or self.grown.best is not None) and not self.ended
-
-    @property
-    def ended(self) -> bool:
-        """Whether the runs allowed ended before an answer."""
-        return bool(self.today.open or (self.grown is not None and self.grown.open))
-
-
-class Designs:
-    """The designs that could be built of a model: robots, and chargers in the bays that have most of them."""
-
-    def __init__(
-        self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
-    ) -> None:
-        self.model = model
-        self._now = _chargers(model)
-        self.zone = max(self._now, key=self._now.__getitem__) if model.battery is not None and self._now else None
-        if chargers is not None and self.zone is None:
-            raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
-        self._robots, self._chargers = robots, chargers
-
-    def overrides(self, design: Counts) -> dict[str, Any]:
-        """What makes the model into a design."""
-        robots, chargers = design
-        return {"fleet.size": robots, **self.of_chargers(chargers)}
-
-    def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """The changes that give the model this number of chargers; where its slots are too few, one slot for each."""
-        if self.zone is None:
-            return {}
-        bay = self.model.layout.bays[self.zone]
-        nodes = sum(item.zone == self.zone for item in self.model.floor.bays.values())
-        key = f"layout.bays.{self.zone}"
-        found: dict[str, Any] = {f"{key}.total_chargers": chargers}
-        if bay.chargers is not None:
-            found[f"{key}.chargers"] = None
-        if bay.places is not None and chargers > bay.places * nodes:
-            found[f"{key}.places"] = None
-        return found
-
-    def cost(self, design: Counts) -> float | None:
-        """What the robots and chargers of a design cost a year, or None without prices."""
-        prices = self.model.prices
-        if prices is None or not prices.of_fleet:
-            return None
-        robots, chargers = design
-        special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
-        others = sum(self._now.values()) - self.today
-        return equipment(prices, [*special, *[""] * (robots - len(special))], others + chargers)
-
-    def key(self, design: Counts) -> tuple[float, ...]:
-        """What to sort designs by: cost, then robots, then chargers."""
-        return (self.cost(design) or 0.0, *map(float, design))
-
-    def counts(self, growth: float) -> tuple[list[int], list[int]]:
-        """Robots and chargers that are searched, by default from the hand calculation."""
-        model = _grown(self.model, growth)
-        found = estimate(model, model.floor)
-        needed = found.robots_needed
-        if self._robots is not None:
-            robots = list(self._robots)
-        elif needed is None:
-            robots = list(range(1, max(2 * model.fleet.size, 10) + 1))
-        else:
-            robots = list(
-                range(max(math.floor(needed / 2), 1), max(math.ceil(ROOM * needed) + 2, model.fleet.size) + 1)
-            )
-        robots = [size for size in robots if could_run(model, {"fleet.size": size})]
-        if not robots:
-            raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
-        if self.zone is None:
-            return robots, [0]
-        if self._chargers is not None:
-            return robots, list(self._chargers)
-        short = 0 if found.power is None or found.power.needed is None else found.power.needed * robots[-1]
-        most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
-        return robots, list(range(1, min(most, robots[-1]) + 1))
-
-    @property
-    def today(self) -> int:
-        """Chargers of the model as it is, in the bays whose chargers are sized."""
-        return self._now.get(self.zone or "", 0)
-
-
-def _chargers(model: Model) -> dict[str, int]:
-    """The chargers of each zone of bays."""
-    layout = model.floor
-    found: dict[str, int] = {}
-    for node, chargers in chargers_at(model, layout).items():
-        zone = layout.bays[node].zone
-        found[zone] = found.get(zone, 0) + chargers
-    return found
-
-
-def could_run(model: Model, overrides: Mapping[str, Any]) -> bool:
-    """Whether a changed model has no errors that a run would refuse."""
-    return refused(model, overrides) is None
-
-
-def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
-    """Why a changed model could not be simulated; None where it could."""
-    try:
-        changed = model.replace(overrides)
-    except WarehouseError as error:
-        return str(error).splitlines()[0]
-    return next((found.text for found in errors(changed) if found.code not in changed.accept), None)
-
-
-def _demand(model: Model, growth: float) -> dict[str, Any]:
-    """The changes that multiply demand by a factor."""
-    if growth == 1:
-        return {}
-    if not model.tasks.grow:
-        raise StudyError(
-            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an "
-            "hour}, or flows that arrive at a rate"
-        )
-    return {"tasks.demand": round(model.tasks.demand * growth, 9)}
-
-
-def _grown(model: Model, growth: float) -> Model:
-    return model.replace(_demand(model, growth))
 
 
 @dataclass
@@ -309,7 +100,7 @@ class _Planner:
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str) -> Sized:
         """The cheapest design for a demand."""
-        changes = {**changes, **_demand(self.model, growth)}
+        changes = {**changes, **more_demand(self.model, growth)}
         robots, chargers = self.designs.counts(growth)
         factors: dict[str, Any] = {"fleet.size": robots}
         if self.designs.zone is not None:
@@ -420,63 +211,6 @@ def _level(model: Model, key: str) -> Any:
     return value.content() if isinstance(value, PolicySpec) else value
 
 
-def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
-    """The indicators from which the utilisation follows: robots are busy but for the shares in which they stand."""
-    stand = (name for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
-    return {
-        "robots": tuple(f"share_{name}" for name in stand),
-        "chargers": ("charger_utilisation",),
-        "stations": ("share_unloading",),
-    }
-
-
-def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
-    """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
-
-    A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
-    their hours is not the time of robots and stations. Nothing is said of servers where robots unload elsewhere, too,
-    or load in stations.
-    """
-    rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
-    model = study.plan.base.replace(point.overrides)
-    counted = model.run.warm_up, model.run.end
-    layout = model.floor
-    used = [layout.stations[node] for node in destinations(model, layout) if node in layout.stations]
-    hours = {name: model.hours(station.hours) for name, station in model.layout.stations.items()}
-    servers = math.fsum(station.servers * hours[station.zone].share(*counted) for station in used)
-    each = model.fleet.size / servers if servers else 0.0
-    stand = indicators_of(model)["robots"]
-    values = {
-        "robots": [_busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
-        "chargers": [row.value("charger_utilisation") for row in rows],
-        "stations": [row.value("share_unloading") * each for row in rows] if servers and _unloads_only(model) else [],
-    }
-    exact = bool(rows) and all(row.outcome.deterministic for row in rows)
-    found = {
-        name: statistics.estimate(given, study.plan.confidence, deterministic=exact, within=(0.0, 1.0))
-        for name, given in values.items()
-        if given and all(map(math.isfinite, given))
-    }
-    return dict(sorted(found.items(), key=lambda item: -item[1].mean))
-
-
-def _unloads_only(model: Model) -> bool:
-    """Whether all that stations do is to have loads from storage put down, and robots put down loads nowhere else."""
-    flows = model.tasks.flows.values()
-    routes = [route for flow in flows for route in flow.routes]
-    stored = [(isinstance(route.source, StorageEnd), isinstance(route.target, StorageEnd)) for route in routes]
-    return not any(flow.via for flow in flows) and all(ends == (True, False) for ends in stored)
-
-
-def _off_duty(row: Row, model: Model) -> float:
-    return row.value("share_on_break") if model.fleet.has_hours else 0.0
-
-
-def _busy_share(standing: Sequence[float], off_duty: float) -> float:
-    """Of the time on duty, nan where there was none."""
-    return (1 - sum(standing)) / (1 - off_duty) if off_duty < 1 else math.nan
-
-
 def plan_fleet(
     model: Model,
     target: str,
@@ -520,13 +254,10 @@ def plan_fleet(
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
     goal = read_target(target, model.units.names)
-    if zone is None:
-        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
-    least, largest = within(goal.indicator)
-    zone = min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)  # what is harder must be possible
+    zone = _indifference(goal, zone)
     if growth is not None and not 0 < growth < math.inf:
         raise StudyError(f"growth {growth:g}: expected a factor above 0, such as 1.3 for 30 % more")
-    _demand(model, growth or 1.0)
+    more_demand(model, growth or 1.0)
     budget = statistics.Budget(runs)
     designs = Designs(model, robots, chargers)
     planner = _Planner(model, goal, zone, confidence, designs, seed, first, cap, timeout, budget, where)
@@ -534,9 +265,9 @@ def plan_fleet(
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
     today, grown = _sizes(planner, growth, {}, "")
     tried = planner.strategies(grown or today, strategies)
-    better = min(
+    better = max(
         (strategy for strategy in tried if strategy.saves),
-        key=lambda strategy: -max(goal.sign * one.verdict.mean for one in strategy.shown),
+        key=lambda strategy: max(goal.sign * one.verdict.mean for one in strategy.shown),
         default=None,
     )
     if better is not None:
@@ -545,6 +276,14 @@ def plan_fleet(
     return FleetPlan(
         goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent, planner.untried
     )
+
+
+def _indifference(goal: Target, zone: float | None) -> float:
+    """The indifference zone of a target, at most half of what is possible beyond it."""
+    if zone is None:
+        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    least, largest = within(goal.indicator)
+    return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
 
 def _sizes(

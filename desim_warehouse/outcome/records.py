@@ -1,0 +1,163 @@
+"""What is told of a run: its tasks, orders, states, waits and whereabouts, each a record with named fields.
+
+`History` makes them from the log; indicators, figures, replay and exports read them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim_warehouse.states import WAITING, seen
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.states import State
+
+    Edge = tuple[str, str]
+
+
+@dataclass(slots=True)
+class TaskHistory:
+    """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
+
+    `begun`, `worked`: when work on its load unit in the station began and ended (inf: not yet, or there is none).
+    `done`: when it was delivered, or worked on where `tasks.done_when` says so.
+    """
+
+    number: int
+    good: int
+    released: float
+    due: float | None
+    loaded: float = math.inf
+    delivered: float = math.inf
+    begun: float = math.inf
+    worked: float = math.inf
+    done: float = math.inf
+    station: str = ""
+    flow: str = ""
+    order: str = ""
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release until it was done."""
+        return self.done - self.released
+
+
+class OrderHistory(NamedTuple):
+    """An order: when its first task was released, when its last was done (inf: never), and by how much late."""
+
+    flow: str
+    order: str
+    released: float
+    done: float
+    lateness: float | None
+
+    @property
+    def cycle_time(self) -> float:
+        """From its release until the whole of it was done."""
+        return self.done - self.released
+
+
+def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
+    """By how much each task that was due was late, 0 if it was not."""
+    return [max(task.done - task.due, 0.0) for task in tasks if task.due is not None]
+
+
+class StateSpan(NamedTuple):
+    """A robot in one state from `start` to `end`, with its task (-1: none), its energy and node at the start.
+
+    `energy` is None without batteries. `node`: where the robot is, or comes to next.
+    """
+
+    robot: int
+    state: str
+    start: float
+    end: float
+    task: int
+    energy: float | None
+    node: str
+
+    @property
+    def seen(self) -> State:
+        """The state as it is shown: queueing for a server is another than for a charger."""
+        return seen(self.state, self.task)
+
+
+class Assignment(NamedTuple):
+    """A robot with a task from its assignment to its delivery or return (`ended`, or `open` at the end of the run)."""
+
+    robot: int
+    task: int
+    start: float
+    end: float
+    ended: str
+
+
+class Trip(NamedTuple):
+    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
+
+    robot: int
+    tasks: tuple[int, ...]
+    start: float
+    end: float
+
+
+class Wait(NamedTuple):
+    """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
+
+    `on` is the edge on which it stands, None in a bay or station. `cause` is `waiting` for a collision, else what it
+    waits for before `node`, by its name in `states.APART`.
+    """
+
+    robot: int
+    other: int
+    start: float
+    end: float
+    node: str | None
+    edge: Edge | None
+    on: Edge | None
+    cause: str = WAITING.name
+
+
+class ChargeSpan(NamedTuple):
+    """A robot at a charger from `start` to `end`, with its energy before and after."""
+
+    robot: int
+    start: float
+    end: float
+    before: float
+    after: float
+
+
+class Whereabouts(NamedTuple):
+    """Where a robot is from `start` on: on an `edge`, or (None) in a bay or station beside `node`.
+
+    It is on an edge until its centre leaves the node at the edge's end, or until it is in the bay or station there.
+    """
+
+    start: float
+    edge: Edge | None
+    node: str
+
+
+class Blocked(NamedTuple):
+    """An edge that no robot enters from `start` to `end`: closed by calendar, or with the person of a `visit` in it.
+
+    `visit` is -1 for a calendar.
+    """
+
+    edge: Edge
+    start: float
+    end: float
+    visit: int
+
+
+class Rotation(NamedTuple):
+    """A full ring of robots that turned by one position, and the edges that they were on (`A>B`, "" in a bay)."""
+
+    time: float
+    robots: tuple[int, ...]
+    edges: tuple[str, ...]

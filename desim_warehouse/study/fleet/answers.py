@@ -1,0 +1,98 @@
+"""What a fleet plan says: the sizes for each demand, the designs that show them, and the strategies tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
+
+    `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
+    without prices of them.
+    """
+
+    robots: int
+    chargers: int
+    overrides: Mapping[str, Any]
+    verdict: DesignVerdict[int]
+    estimate: Estimate | None
+    vetoed: str | None
+    cost: float | None
+
+
+@dataclass(frozen=True)
+class Sized:
+    """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
+
+    `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
+    failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
+    chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
+    the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
+    `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
+    `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
+    """
+
+    name: str
+    growth: float
+    rate: float | None
+    best: Shown | None
+    below: tuple[Shown, ...]
+    utilisation: Mapping[str, Estimate]
+    in_hours: bool
+    shown_by: tuple[str, ...]
+    overrides: Mapping[str, Any]
+    open: tuple[tuple[int, int], ...] = ()
+    worse: tuple[tuple[int, int, Estimate], ...] = ()
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """Another strategy at designs that are too small with the model's own: whether they would do with it."""
+
+    label: str
+    overrides: Mapping[str, Any]
+    shown: tuple[Shown, ...]
+
+    @property
+    def saves(self) -> bool:
+        """Whether a cheaper design meets the target with it."""
+        return any(one.verdict.verdict == "meets" for one in self.shown)
+
+
+@dataclass(frozen=True)
+class FleetPlan:
+    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
+
+    `untried`: strategies for which the runs allowed did not suffice.
+    """
+
+    target: Target
+    zone: float
+    confidence: float
+    own: str
+    today: Sized
+    grown: Sized | None
+    strategies: tuple[Strategy, ...]
+    strategy: Strategy | None
+    sized: str | None
+    runs: int
+    untried: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a design was found for every demand."""
+        return self.today.best is not None and (self.grown is None or self.grown.best is not None) and not self.ended
+
+    @property
+    def ended(self) -> bool:
+        """Whether the runs allowed ended before an answer."""
+        return bool(self.today.open or (self.grown is not None and self.grown.open))

@@ -1,0 +1,131 @@
+"""The fleets that could be bought: robots and chargers, what they change in the model, and what they cost."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.outcome.money import equipment
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.statistics.cheapest import Counts
+
+ROOM = 2.5
+"""How far robots are searched by default, as a multiple of what the hand calculation needs."""
+
+
+class Designs:
+    """The designs that could be built of a model: robots, and chargers in the bays that have most of them."""
+
+    def __init__(
+        self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
+    ) -> None:
+        self.model = model
+        self._now = _chargers(model)
+        self.zone = max(self._now, key=self._now.__getitem__) if model.battery is not None and self._now else None
+        if chargers is not None and self.zone is None:
+            raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
+        self._robots, self._chargers = robots, chargers
+
+    def overrides(self, design: Counts) -> dict[str, Any]:
+        """What makes the model into a design."""
+        robots, chargers = design
+        return {"fleet.size": robots, **self.of_chargers(chargers)}
+
+    def of_chargers(self, chargers: int) -> dict[str, Any]:
+        """The changes that give the model this number of chargers; where its slots are too few, one slot for each."""
+        if self.zone is None:
+            return {}
+        bay = self.model.layout.bays[self.zone]
+        nodes = sum(item.zone == self.zone for item in self.model.floor.bays.values())
+        key = f"layout.bays.{self.zone}"
+        found: dict[str, Any] = {f"{key}.total_chargers": chargers}
+        if bay.chargers is not None:
+            found[f"{key}.chargers"] = None
+        if bay.places is not None and chargers > bay.places * nodes:
+            found[f"{key}.places"] = None
+        return found
+
+    def cost(self, design: Counts) -> float | None:
+        """What the robots and chargers of a design cost a year, or None without prices."""
+        prices = self.model.prices
+        if prices is None or not prices.of_fleet:
+            return None
+        robots, chargers = design
+        special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
+        others = sum(self._now.values()) - self.today
+        return equipment(prices, [*special, *[""] * (robots - len(special))], others + chargers)
+
+    def key(self, design: Counts) -> tuple[float, ...]:
+        """What to sort designs by: cost, then robots, then chargers."""
+        return (self.cost(design) or 0.0, *map(float, design))
+
+    def counts(self, growth: float) -> tuple[list[int], list[int]]:
+        """Robots and chargers that are searched, by default from the hand calculation."""
+        model = _grown(self.model, growth)
+        found = estimate(model, model.floor)
+        needed = found.robots_needed
+        if self._robots is not None:
+            robots = list(self._robots)
+        elif needed is None:
+            robots = list(range(1, max(2 * model.fleet.size, 10) + 1))
+        else:
+            robots = list(
+                range(max(math.floor(needed / 2), 1), max(math.ceil(ROOM * needed) + 2, model.fleet.size) + 1)
+            )
+        robots = [size for size in robots if refused(model, {"fleet.size": size}) is None]
+        if not robots:
+            raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
+        if self.zone is None:
+            return robots, [0]
+        if self._chargers is not None:
+            return robots, list(self._chargers)
+        short = 0 if found.power is None or found.power.needed is None else found.power.needed * robots[-1]
+        most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
+        return robots, list(range(1, min(most, robots[-1]) + 1))
+
+    @property
+    def today(self) -> int:
+        """Chargers of the model as it is, in the bays whose chargers are sized."""
+        return self._now.get(self.zone or "", 0)
+
+
+def _chargers(model: Model) -> dict[str, int]:
+    """The chargers of each zone of bays."""
+    layout = model.floor
+    found: dict[str, int] = {}
+    for node, chargers in chargers_at(model, layout).items():
+        zone = layout.bays[node].zone
+        found[zone] = found.get(zone, 0) + chargers
+    return found
+
+
+def refused(model: Model, overrides: Mapping[str, Any]) -> str | None:
+    """Why a changed model could not be simulated; None where it could."""
+    try:
+        changed = model.replace(overrides)
+    except WarehouseError as error:
+        return str(error).splitlines()[0]
+    return next((found.text for found in errors(changed) if found.code not in changed.accept), None)
+
+
+def more_demand(model: Model, growth: float) -> dict[str, Any]:
+    """The changes that multiply demand by a factor."""
+    if growth == 1:
+        return {}
+    if not model.tasks.grow:
+        raise StudyError(
+            "--growth: this model's demand is no rate that could grow, expected tasks.goods: {poisson: orders an "
+            "hour}, or flows that arrive at a rate"
+        )
+    return {"tasks.demand": round(model.tasks.demand * growth, 9)}
+
+
+def _grown(model: Model, growth: float) -> Model:
+    return model.replace(more_demand(model, growth))

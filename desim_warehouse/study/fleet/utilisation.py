@@ -1,0 +1,77 @@
+"""Which part of their time robots, chargers and servers of stations are busy at a design."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.states import TIMES
+from desim_warehouse.study import statistics
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.statistics import Estimate
+    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.table import Row
+
+
+def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
+    """The indicators from which the utilisation follows: robots are busy but for the shares in which they stand."""
+    stand = (name for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
+    return {
+        "robots": tuple(f"share_{name}" for name in stand),
+        "chargers": ("charger_utilisation",),
+        "stations": ("share_unloading",),
+    }
+
+
+def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
+    """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
+
+    A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
+    their hours is not the time of robots and stations. Nothing is said of servers where robots unload elsewhere, too,
+    or load in stations.
+    """
+    rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
+    model = study.plan.base.replace(point.overrides)
+    counted = model.run.warm_up, model.run.end
+    layout = model.floor
+    used = [layout.stations[node] for node in destinations(model, layout) if node in layout.stations]
+    hours = {name: model.hours(station.hours) for name, station in model.layout.stations.items()}
+    servers = math.fsum(station.servers * hours[station.zone].share(*counted) for station in used)
+    each = model.fleet.size / servers if servers else 0.0
+    stand = indicators_of(model)["robots"]
+    values = {
+        "robots": [_busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
+        "chargers": [row.value("charger_utilisation") for row in rows],
+        "stations": [row.value("share_unloading") * each for row in rows] if servers and _unloads_only(model) else [],
+    }
+    exact = bool(rows) and all(row.outcome.deterministic for row in rows)
+    found = {
+        name: statistics.estimate(given, study.plan.confidence, deterministic=exact, within=(0.0, 1.0))
+        for name, given in values.items()
+        if given and all(map(math.isfinite, given))
+    }
+    return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+
+
+def _unloads_only(model: Model) -> bool:
+    """Whether all that stations do is to have loads from storage put down, and robots put down loads nowhere else."""
+    flows = model.tasks.flows.values()
+    routes = [route for flow in flows for route in flow.routes]
+    stored = [(isinstance(route.source, StorageEnd), isinstance(route.target, StorageEnd)) for route in routes]
+    return not any(flow.via for flow in flows) and all(ends == (True, False) for ends in stored)
+
+
+def _off_duty(row: Row, model: Model) -> float:
+    return row.value("share_on_break") if model.fleet.has_hours else 0.0
+
+
+def _busy_share(standing: Sequence[float], off_duty: float) -> float:
+    """Of the time on duty, nan where there was none."""
+    return (1 - sum(standing)) / (1 - off_duty) if off_duty < 1 else math.nan
