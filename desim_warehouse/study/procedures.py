@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
+from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.target import read_target
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.study.design import Point
+    from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.study import Study
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
@@ -159,19 +162,32 @@ def size(
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
 
-    def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
-        return statistics.smallest_meeting_steps(
-            values,
-            goal,
-            study.plan.confidence,
-            n0=first,
-            cap=cap,
-            search="scan" if search == "scan" else "bisection",
-            deterministic=exact,
-            within=within(goal.indicator),
-        )
+    with study.session(**where) as runner:
 
-    return study.follow(steps, goal.indicator, **where)
+        def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
+            return statistics.smallest_meeting_steps(
+                values,
+                goal,
+                study.plan.confidence,
+                n0=first,
+                cap=cap,
+                search="scan" if search == "scan" else "bisection",
+                deterministic=exact,
+                within=within(goal.indicator),
+                veto=lambda number: cannot_last(study, runner, number),
+            )
+
+        return study.carry_out(runner, steps, goal.indicator)
+
+
+def cannot_last(study: Study, runner: StudyRunner, number: int) -> str | None:
+    """Why a design cannot last, by the means of its runs so far, or None if it can."""
+    rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
+    if any(map(ran_flat, rows)):
+        return "a robot runs flat"
+    model = study.plan.base.replace(study.points[number].overrides)
+    found = judge_design([row.indicators for row in rows], model)
+    return next((verdict.text for verdict in found if verdict.code in LASTING), None)
 
 
 def _more_is_better(name: str) -> bool:

@@ -185,9 +185,13 @@ class Study:
             StudyError: a run that was asked for failed.
         """
         with self.session(**where) as runner:
-            runner.recall()
-            result = runner.follow(make, indicator, failed=failed)
-            self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
+            return self.carry_out(runner, make, indicator, failed=failed)
+
+    def carry_out(self, runner: StudyRunner, make: Callable[[bool], Procedure[T]], indicator: str, **how: Any) -> T:
+        """The same in a session that is open, for procedures that look at what the runner has."""
+        runner.recall()
+        result = runner.follow(make, indicator, **how)
+        self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
         return result
 
     @contextmanager

@@ -13,7 +13,7 @@ from PIL import Image
 import desim_warehouse as dw
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
-from tests.browser.pages import Page
+from tests.browser.pages import READY, Opened, Page
 from tests.report.replay.floors import (
     RUNS,
     WALLS,
@@ -277,6 +277,29 @@ def test_the_heat_map_counts_the_waits_of_the_log_by_the_hour(browser: Any, tmp_
     assert page.ask("page.waits()") == list(expected.values())
     assert page.ask("page.heat()") == pytest.approx([count / hours for count in expected.values()])
     assert page.text("scale") == f"Heat map: 0\n{round(max(expected.values()) / hours):,} waits an hour on a lane"
+
+
+def test_words_about_a_moment_go_when_the_clock_leaves_it(browser: Any, tmp_path: Path) -> None:
+    page = Page(browser, busy_run(), tmp_path)
+    page.press("q")
+    page.frame()
+    assert page.text("said").startswith("Worst queue: ")
+    page.seek(page.ask("page.time()") + 60)
+    page.frame()
+    assert page.text("said") == ""
+
+
+def test_a_page_in_a_hidden_frame_loads_without_a_complaint(browser: Any, tmp_path: Path) -> None:
+    busy_run().replay(tmp_path / "replay.html")
+    outer = tmp_path / "outer.html"
+    outer.write_text('<iframe src="replay.html" style="display: none"></iframe>', encoding="utf-8")
+    opened = Opened(browser, outer)
+    browser.switch_to.frame(0)
+    try:
+        assert isinstance(browser.execute_async_script(READY), int | float)
+        assert opened.complaints() == []
+    finally:
+        browser.switch_to.default_content()
 
 
 def test_jumping_to_the_worst_queue_lands_on_it(browser: Any, tmp_path: Path) -> None:

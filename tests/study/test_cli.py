@@ -96,7 +96,14 @@ def test_best_and_size_answer_in_a_sentence():
         "best", MULTIBOTS, "--vary", "fleet.size=1,4", *GOODS, "--indicator", "T", "--delta", "100", "--quiet"
     )
     assert "fleet.size=4: smallest T; best with 95 %" in result.stdout
-    lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=6000"]
+    lifelong = [
+        "--set",
+        "tasks.goods={saturated: 12}",
+        "--set",
+        "run.length=6000",
+        "--set",
+        "fleet.start_energy=settled",
+    ]
     target = ["--target", "throughput_per_hour >= 250"]
     result = call("size", MULTIBOTS, "--range", "1..6", *lifelong, *target, "--quiet")
     assert "fleet.size: 3 is the smallest shown to meet throughput_per_hour >= 250" in result.stdout
@@ -265,6 +272,21 @@ def test_size_without_an_answer_says_so_by_its_exit_status():
         "fleet.size: no design was shown to meet T <= 10 step (confidence 95 %, 2 runs)",
         "no answer within --range 1..2: widen it, or ask for less with --target",
     ]
+
+
+def test_size_does_not_name_a_fleet_whose_batteries_still_fall(tmp_path, monkeypatch):
+    """Two hours from full batteries, which last 5.6 h: hardly a robot charges while it is counted."""
+    monkeypatch.chdir(tmp_path)
+    call("new", "w.yaml", "--size", "24x20", "--orders", "60/h", "--robots", "4", "--chargers", "4")
+    short = ("--set", "run.length=2 h", "--set", "run.warm_up=20 min", "--cap", "10")
+    options = ("--range", "4..5", "--target", "on_time >= 50 %", *short, "--quiet")
+    full = call("size", "w.yaml", *options, "--set", "fleet.start_energy=1")
+    assert full.exit_code == 3
+    assert "not settled: batteries fall by" in full.stdout
+    assert "; only as counted with 4 and 5: not settled: batteries fall by" in full.stdout
+    settled = call("size", "w.yaml", *options)
+    assert settled.exit_code == 0
+    assert "4 is the smallest shown to meet on_time >= 0.5" in settled.stdout
 
 
 def test_a_model_file_is_no_study_and_a_study_file_no_model():

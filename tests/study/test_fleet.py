@@ -285,17 +285,6 @@ def test_chargers_come_with_places_for_the_robots_at_them():
     assert check(model.replace(designs.of_chargers(5))).calculation.power.chargers == 5
 
 
-def test_batteries_that_outlast_the_run_are_pointed_out():
-    short = {"run.length": 5400, "run.warm_up": 600}
-    [line] = fleet_words.notes(dw.load("models/mir250.yaml", short))
-    # 1630 Wh, a task draws a little more than driving empty does: some 17 hours
-    assert re.match(r"All batteries start full and last 1[5-9]\.\d h, the runs 1\.5 h: ", line)
-    assert (
-        fleet_words.notes(dw.load("models/mir250.yaml", {**short, "fleet.start_energy": {"uniform": [0.3, 1]}})) == []
-    )
-    assert fleet_words.notes(dw.load("models/mir250.yaml")) == []
-
-
 def test_growth_of_saturated_demand_is_refused():
     model = dw.load("models/medium.yaml")
     with pytest.raises(StudyError, match="this model's demand is no rate that could grow"):

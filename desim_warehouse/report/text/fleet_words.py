@@ -9,8 +9,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
-from desim_warehouse.feasibility import estimate
-from desim_warehouse.model.facts.charging import start_energy
 from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
@@ -89,17 +87,6 @@ def _worse(plan: FleetPlan, sized: Sized) -> str:
         for robots, chargers, difference in sized.worse
     ]
     return f" More is not always better here: {spoken(said)} worse; so cheaper fleets were searched step by step."
-
-
-def notes(model: Model) -> list[str]:
-    """What may mislead: batteries that start full and outlast the run, so that charging is not seen."""
-    found = estimate(model, model.floor).power
-    length = model.run.length
-    if found is None or length is None or start_energy(model)[0] < 1 or length >= found.lasts:
-        return []
-    lasts, runs = (words.number(time / model.units.hour, 1) for time in (found.lasts, length))
-    cure = "Let runs last longer (run.length), or batteries start at random levels (fleet.start_energy)."
-    return [f"All batteries start full and last {lasts} h, the runs {runs} h: what charging costs hardly shows. {cure}"]
 
 
 def _rare(plan: FleetPlan, model: Model) -> list[str]:
@@ -292,7 +279,7 @@ def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, A
         "strategy": plan.strategy.label if plan.strategy else plan.own,
         "evidence": [asdict(one) for one in shown],
         "promise": promise(plan),
-        "notes": [*notes(model), *_rare(plan, model)],
+        "notes": _rare(plan, model),
         "runs": plan.runs,
     }
 

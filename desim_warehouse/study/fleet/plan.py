@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.indicators import find, within
-from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
-from desim_warehouse.study.runner import ran_flat
+from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
     from desim_warehouse.study.statistics.cheapest import Counts
 
@@ -92,15 +90,13 @@ class _Planner:
         out = self.where.get("out")
         where = {**self.where, "out": None if out is None else Path(out) / study.plan.name.replace(" ", "-")}
         with study.session(**where) as runner:
-            runner.recall()
             missed = self.target.value - self.target.sign * max(1.0, abs(self.target.value))
-            result = runner.follow(
-                lambda exact: make(lambda number: _veto(study, runner, number), exact),
+            return study.carry_out(
+                runner,
+                lambda exact: make(lambda number: cannot_last(study, runner, number), exact),
                 self.target.indicator,
                 flat=missed,
             )
-            study.plan = replace(study.plan, replications=tuple(runner.replications.values()))
-        return result
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str) -> Sized:
         """The cheapest design for a demand."""
@@ -213,16 +209,6 @@ def _level(model: Model, key: str) -> Any:
     for part in key.split("."):
         value = value.get(part) if isinstance(value, Mapping) else getattr(value, part, None)
     return value.content() if isinstance(value, PolicySpec) else value
-
-
-def _veto(study: Study, runner: StudyRunner, number: int) -> str | None:
-    """Why a design cannot last, by the means of its runs, or None if it can."""
-    rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
-    if any(map(ran_flat, rows)):
-        return "a robot runs flat"
-    model = study.plan.base.replace(study.points[number].overrides)
-    found = judge_design([row.indicators for row in rows], model)
-    return next((verdict.text for verdict in found if verdict.code in LASTING), None)
 
 
 def plan_fleet(

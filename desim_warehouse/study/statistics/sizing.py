@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
 
@@ -118,8 +118,12 @@ def smallest_meeting_steps(
     search: Literal["bisection", "scan"] = "bisection",
     deterministic: bool = False,
     within: Interval = ANYTHING,
+    veto: Callable[[int], str | None] | None = None,
 ) -> Procedure[Sizing[V]]:
-    """The steps of `smallest_meeting`: yields (position in `values`, replication), returns the Sizing."""
+    """The steps of `smallest_meeting`: yields (position in `values`, replication), returns the Sizing.
+
+    `veto` says why a design (its position in `values`) that meets the target by its runs would not do so for long.
+    """
     goal = parse_target(target) if isinstance(target, str) else target
     check_confidence(confidence)
     if not values or any(a == b for i, a in enumerate(values) for b in values[:i]):
@@ -131,6 +135,7 @@ def smallest_meeting_steps(
     level = 1.0 - (1.0 - confidence) / (path * len(looks))
     data: dict[int, list[float]] = {}
     verdicts: dict[int, DesignVerdict[V]] = {}
+    vetoed: list[tuple[V, str]] = []
     failing, meeting = -1, len(values)  # the answer lies above `failing`, at most at `meeting`
     while meeting - failing > 1:
         probe = failing + 1 if search == "scan" else (failing + meeting) // 2
@@ -140,6 +145,9 @@ def smallest_meeting_steps(
             verdicts[probe] = judged(values[probe], data[probe], goal, level, deterministic, within)
             if verdicts[probe].verdict != "undecided":
                 break
+        if verdicts[probe].verdict == "meets" and veto is not None and (reason := veto(probe)) is not None:
+            vetoed.append((values[probe], reason))
+            verdicts[probe] = replace(verdicts[probe], verdict="fails")
         if verdicts[probe].verdict == "meets":
             meeting = probe
         else:
@@ -147,7 +155,7 @@ def smallest_meeting_steps(
     smallest = values[meeting] if meeting < len(values) else None
     falls = tuple((values[i], values[j]) for i, j in _falls(data, goal.sign, confidence))
     below = verdicts.get(meeting - 1)
-    note = _note(goal, smallest, below, falls, search)
+    note = _note(goal, smallest, below, falls, search, vetoed)
     runs = sum(map(len, data.values()))
     return Sizing(smallest, goal, below, tuple(verdicts.values()), falls, runs, confidence, note)
 
@@ -216,13 +224,21 @@ def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list
 
 
 def _note(
-    target: Target, smallest: V | None, below: DesignVerdict[V] | None, falls: tuple[tuple[V, V], ...], search: str
+    target: Target,
+    smallest: V | None,
+    below: DesignVerdict[V] | None,
+    falls: tuple[tuple[V, V], ...],
+    search: str,
+    vetoed: list[tuple[V, str]],
 ) -> str:
     """The answer in words, with its caveats."""
     if smallest is None:
         parts = [f"no design was shown to meet {target}"]
     else:
         parts = [f"{smallest} is the smallest shown to meet {target}"]
+    if vetoed:
+        values = " and ".join(str(value) for value, _ in vetoed)
+        parts.append(f"only as counted with {values}: {vetoed[0][1]}")
     if below is not None and below.verdict == "undecided":
         alone = "" if below.outlier is None else f", for replication {below.outlier} alone"
         parts.append(f"{below.value} is too close to call after {below.n} replications{alone}")

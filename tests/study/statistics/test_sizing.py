@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import Target, parse_target, smallest_meeting, smallest_meeting_steps
+from desim_warehouse.study.statistics.procedure import follow
 
 
 def noisy(mean):
@@ -68,6 +69,20 @@ def test_a_search_followed_by_hand():
     # t(9 df, 0.997917) = 3.805 times sqrt(10/9) / sqrt(10) = 1/3
     assert result.decisions[0].high == pytest.approx(40 + 3.805 / 3, abs=2e-3)
     assert result.falls == ()
+
+
+def test_a_design_that_meets_it_only_as_counted_is_passed_over():
+    steps = smallest_meeting_steps(
+        range(1, 9), "throughput_per_hour >= 45", veto=lambda number: "batteries fall" if number == 4 else None
+    )
+    values = noisy(lambda v: 10.0 * v)
+    result = follow(steps, lambda number, r: values(number + 1, r))
+    assert result.smallest == 6
+    assert [(d.value, d.verdict) for d in result.decisions] == [(4, "fails"), (6, "meets"), (5, "fails")]
+    assert (
+        result.note
+        == "6 is the smallest shown to meet throughput_per_hour >= 45; only as counted with 5: batteries fall"
+    )
 
 
 def test_a_mean_near_the_target_is_looked_at_again():

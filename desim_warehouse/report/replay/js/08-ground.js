@@ -3,8 +3,8 @@
 Object.assign(Floor.prototype, {
   draw(view, colours, ratio) {
     const sheet = this.sheet;
-    sheet.width = Math.round(view.width * ratio);
-    sheet.height = Math.round(view.height * ratio);
+    sheet.width = Math.max(Math.round(view.width * ratio), 1); // a page that is not shown has no size yet
+    sheet.height = Math.max(Math.round(view.height * ratio), 1);
     const ctx = sheet.getContext("2d");
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.fillStyle = colours.back;

@@ -254,12 +254,23 @@ class Controls {
   }
 
   say(text) {
+    this.moment = this.app.player.time;
     byId("status").textContent = text;
     byId("said").textContent = text;
   }
 
+  // Words and rings about a moment go when the clock has left it.
+  leave() {
+    const { player, sides } = this.app;
+    if (this.moment === undefined || Math.abs(player.time - this.moment) * player.seconds < 2) return;
+    this.moment = undefined;
+    byId("said").textContent = "";
+    for (const side of sides) side.scene.queue = null;
+  }
+
   // Bring fields and buttons in line with the player.
   show() {
+    this.leave();
     const { player, sides } = this.app, text = sides[0].clock(player.in(sides[0]));
     const word = player.playing ? "Pause" : "Play";
     byId("play").textContent = player.playing ? "❚❚" : "▶";
