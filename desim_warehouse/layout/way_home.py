@@ -90,31 +90,37 @@ class Search(Generic[R, S]):
     refuge that it can reach, and the search goes on. Every move shortens a trail, so it ends.
     """
 
-    __slots__ = ("at", "blocked", "free", "left", "lines", "moves", "stands", "waiting")
+    __slots__ = ("at", "blocked", "free", "left", "lines", "moves", "own", "stands", "to_try", "waiting")
 
     def __init__(self, stands: Stands[R, S], robots: Iterable[R]) -> None:
         self.stands = stands
         self.moves: list[tuple[R, int]] = []
-        self.blocked: dict[R, int] = {}  # how often a robot is in the way of this one
+        self.lines = {stand: line.copy() for stand, line in stands.lines.items()}
+        self.at: dict[R, int] = {}
+        self.own: dict[R, S] = {}  # where a robot stands
+        self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
         self.waiting: dict[S, dict[R, None]] = {}  # by stand, who has still to use it
-        self.at: dict[R, int] = {}  # of robots that have moved to a refuge
-        self.lines: dict[S, list[R]] = {}  # of the stands that are not as they were
         self._gather(robots)
-        self.left = dict.fromkeys(self.blocked)
-        self.free = deque(robot for robot, number in self.blocked.items() if not number)
+        # Who has not far to go first: those are likely to be home first, and the plan holds for longer.
+        ways, at = stands.ways, self.at
+        order = sorted(self.blocked, key=lambda robot: len(ways[robot].trail) - at[robot])
+        self.left = dict.fromkeys(order)
+        self.free = deque(robot for robot in order if not self.blocked[robot])
+        self.to_try = deque(order)
         self._go_home()
         while self.left and self._make_way():
             self._go_home()
 
     def _gather(self, robots: Iterable[R]) -> None:
         """The robots, those in their way, those in the way of these, and so on; and how many block each."""
-        lines, ways, held = self.stands.lines, self.stands.ways, self.stands.held
+        lines, ways, held = self.lines, self.stands.ways, self.stands.held
         blocked, waiting = self.blocked, self.waiting
         to_follow = list(robots)
         blocked.update(dict.fromkeys(to_follow, 0))
         while to_follow:
             member = to_follow.pop()
-            way = ways[member]
+            way, own = ways[member], held[member][0]
+            self.at[member], self.own[member] = way.at, own
             number = 0
             for step in dict.fromkeys([step for step in way.trail[way.at + 1 :] if step in lines]):
                 if step in waiting:
@@ -127,7 +133,7 @@ class Search(Generic[R, S]):
                         if other not in blocked:
                             blocked[other] = 0
                             to_follow.append(other)
-            for other in lines[held[member][0]]:
+            for other in lines[own]:
                 if other is member:
                     break
                 number += 1
@@ -144,13 +150,14 @@ class Search(Generic[R, S]):
             robot = free.popleft()
             del self.left[robot]
             self.moves.append((robot, len(ways[robot].trail)))
-            self._leave(robot, self._stand(robot))
+            self._leave(robot)
 
-    def _leave(self, robot: R, own: S) -> None:
+    def _leave(self, robot: R) -> None:
         """A robot drives off from the head of its stand: one robot less in the way of those behind, and of users."""
-        blocked, free, left = self.blocked, self.free, self.left
-        for stand in (own,) if robot in self.at else self.stands.held[robot]:  # a refuge is in no zone
-            line = self._line(stand)
+        blocked, free, left, own = self.blocked, self.free, self.left, self.own[robot]
+        held = self.stands.held[robot]
+        for stand in held if held[0] is own else (own,):  # a refuge is in no zone
+            line = self.lines[stand]
             line.remove(robot)
             for others in (self.waiting.get(stand, ()), line if stand is own else ()):
                 for other in others:
@@ -160,77 +167,68 @@ class Search(Generic[R, S]):
                             free.append(other)
 
     def _make_way(self) -> bool:
-        """Let one robot that blocks others drive on to a refuge, and return whether any could."""
-        for robot in self.left:
-            stand = self._stand(robot)
-            line = self._seen(stand)
-            if line[0] is robot and (
-                len(line) > 1 or any(other in self.left for other in self.waiting.get(stand, ()) if other is not robot)
-            ):
+        """Let one robot that blocks others drive on to a refuge, and return whether any could. They take turns."""
+        for _ in range(len(self.to_try)):
+            robot = self.to_try.popleft()
+            if robot not in self.left:
+                continue
+            self.to_try.append(robot)
+            if self.lines[self.own[robot]][0] is robot and self._blocks_others(robot):
                 refuge = self._refuge(robot)
                 if refuge is not None:
                     self._move(robot, refuge)
                     return True
         return False
 
+    def _blocks_others(self, robot: R) -> bool:
+        own = self.own[robot]
+        if len(self.lines[own]) > 1:
+            return True
+        for other in self.waiting.get(own, ()):
+            if other is not robot and other in self.left:
+                return True
+        return False
+
     def _refuge(self, robot: R) -> int | None:
         """The farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
-        refuges, trail, found = self.stands.refuges, self.stands.ways[robot].trail, None
-        for index in range(self._at(robot) + 1, len(trail)):
-            line = self._seen(trail[index])
-            if len(line) < refuges.get(trail[index], 0):
+        lines, refuges, trail, found = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
+        for index in range(self.at[robot] + 1, len(trail)):
+            step = trail[index]
+            line = lines.get(step, ())
+            if step in refuges and len(line) < refuges[step]:
                 found = index
             if line and (len(line) > 1 or line[0] is not robot):
                 break
         return found
 
     def _move(self, robot: R, index: int) -> None:
-        """To a refuge, behind those that are there."""
+        """To a refuge, behind those that are there. They are as many in its way as before."""
         self.moves.append((robot, index))
         trail = self.stands.ways[robot].trail
-        passed, refuge, rest = trail[self._at(robot) + 1 : index + 1], trail[index], trail[index + 1 :]
+        passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]
         # There before it has left: none may come free that it blocks again.
-        self._line(refuge).append(robot)
-        for other in self._waiting_for(refuge):
+        line = self.lines.setdefault(refuge, [])
+        waiting = self._waiting_for(refuge)
+        for other in waiting:
             if other is not robot and other in self.left:
                 self.blocked[other] += 1
+        if refuge in trail[index + 1 :]:  # to be used once more: those ahead are in its way twice
+            self.blocked[robot] += sum(other is not robot for other in line)
+        line.append(robot)
         for step in passed:
-            if step in self.waiting and step not in rest:
-                self.waiting[step].pop(robot, None)
-        self._leave(robot, self._stand(robot))
-        self.at[robot] = index
-        in_the_way = [other for step in dict.fromkeys(rest) for other in self._seen(step) if other is not robot]
-        self.blocked[robot] = len(in_the_way) + len(self._seen(refuge)) - 1
+            if step in self.waiting and robot in self.waiting[step] and step not in trail[index + 1 :]:
+                del self.waiting[step][robot]
+        self._leave(robot)
+        self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
         """Who has still to use a refuge, also if nobody has stood there up to now."""
         found = self.waiting.get(refuge)
         if found is None:
-            ways = self.stands.ways
-            found = self.waiting[refuge] = {
-                user: None
-                for user in self.stands.users.get(refuge, ())
-                if user in self.left and refuge in ways[user].trail[self._at(user) + 1 :]
-            }
+            found = self.waiting[refuge] = {}
+            for user in self.stands.users.get(refuge, ()):
+                if user in self.left:
+                    way, at = self.stands.ways[user], self.at[user]
+                    if at == way.at or refuge in way.trail[at + 1 :]:
+                        found[user] = None
         return found
-
-    # Where they are by now
-
-    def _at(self, robot: R) -> int:
-        at = self.at.get(robot)
-        return self.stands.ways[robot].at if at is None else at
-
-    def _stand(self, robot: R) -> S:
-        at = self.at.get(robot)
-        return self.stands.held[robot][0] if at is None else self.stands.ways[robot].trail[at]
-
-    def _seen(self, stand: S) -> Sequence[R]:
-        line = self.lines.get(stand)
-        return self.stands.lines.get(stand, ()) if line is None else line
-
-    def _line(self, stand: S) -> list[R]:
-        """The robots on a stand, those ahead first, for a change."""
-        line = self.lines.get(stand)
-        if line is None:
-            line = self.lines[stand] = list(self.stands.lines.get(stand, ()))
-        return line
