@@ -26,9 +26,12 @@ class Way(Protocol[T_co]):
     """What a robot has still to use: its trail beyond `at`, where it stands."""
 
     @property
-    def trail(self) -> Sequence[T_co]: ...
+    def trail(self) -> Sequence[T_co]:
+        """The stands in order; some may be passed already."""
+
     @property
-    def at(self) -> int: ...
+    def at(self) -> int:
+        """Where on it the robot stands."""
 
 
 def room(length: float, headway: float) -> int:
@@ -46,9 +49,7 @@ class Stands(Generic[R, S]):
 
     __slots__ = ("held", "lines", "refuges", "users", "ways")
 
-    def __init__(
-        self, ways: Mapping[R, Way[S]], users: Mapping[S, Collection[R]], refuges: Mapping[S, int]
-    ) -> None:
+    def __init__(self, ways: Mapping[R, Way[S]], users: Mapping[S, Collection[R]], refuges: Mapping[S, int]) -> None:
         self.ways = ways
         self.users = users
         self.refuges = refuges
@@ -184,10 +185,7 @@ class Search(Generic[R, S]):
         own = self.own[robot]
         if len(self.lines[own]) > 1:
             return True
-        for other in self.waiting.get(own, ()):
-            if other is not robot and other in self.left:
-                return True
-        return False
+        return any(other is not robot and other in self.left for other in self.waiting.get(own, ()))
 
     def _refuge(self, robot: R) -> int | None:
         """The farthest refuge that the first robot of a stand can drive to, as a position on its trail."""

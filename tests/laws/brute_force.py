@@ -103,7 +103,11 @@ class Watched(Avoidance):
         lines = {}
         for robot in sorted(self.out, key=self.granted.__getitem__):
             line = lines.setdefault(self.declared.routes[robot].stands, [])
-            assert robot.ahead not in self.out or self.out[robot.ahead].stands is not self.out[robot].stands or robot.ahead in line
+            assert (
+                robot.ahead not in self.out
+                or self.out[robot.ahead].stands is not self.out[robot].stands
+                or robot.ahead in line
+            )
             line.append(robot)
         return lines
 

@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from benchmarks.two_way import core_model
+from desim_warehouse.run import check
 from tests.auditor import audit
 
 
@@ -14,7 +15,10 @@ def halls(robots):
             "nodes": {"A": [0, 0], "B": [20, 0], "A1": [-20, -10], "A2": [-20, 10], "B1": [40, -10], "B2": [40, 10]},
             "edges": [
                 {"from": "A", "to": "B", "two_way": True},
-                *(list(edge) for edge in (("A", "A1"), ("A1", "A2"), ("A2", "A"), ("B", "B1"), ("B1", "B2"), ("B2", "B"))),
+                *(
+                    list(edge)
+                    for edge in (("A", "A1"), ("A1", "A2"), ("A2", "A"), ("B", "B1"), ("B1", "B2"), ("B2", "B"))
+                ),
             ],
             "storage": [{"edge": ["B1", "B2"], "offset": 10}],
             "bays": {"bay": {"at": ["A1"], "places": robots}},
@@ -34,6 +38,11 @@ def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wai
     run = dw.simulate(dw.load(halls(robots)), 0)
     assert run.kpis["throughput_per_hour"] >= least
     assert audit(run) == []
+
+
+def test_check_says_on_how_many_lanes_robots_make_way():
+    notes = [item.text for item in check(dw.load(halls(2))).findings if item.code == "TWO_WAY"]
+    assert notes[0].endswith("(traffic.gridlock: avoid); robots make way for others on 6 one-way lanes")
 
 
 def core(robots, length, seed=0):

@@ -3,8 +3,8 @@
 A plan is a list of moves (`layout.way_home`), each with a rank, by which they are ordered. A step is safe if there is a
 plan for the state after it. Three ways to find one, the cheapest first:
 
-- *Put first*: the step, and then the plan as it was. From now to the robot's move beyond its new stand only its own place
-  is another, so only those matter who use the new stand before that move.
+- *Put first*: the step, and then the plan as it was. From now to the robot's move beyond its new stand only its own
+  place is another, so only those matter who use the new stand before that move.
 - *Goes on earlier*: the robot leaves the new stand just before the first that would meet it there.
 - *Search*, for the robot and for all that stand in its way, directly or through others. As nobody else is in the way of
   any of them, their plan followed by the old one of all others is a plan.
@@ -183,10 +183,8 @@ class Plan:
 
     def _is_there(self, step: Step, robot: Body, when: float) -> bool:
         """Whether another robot stands on a stand now and has not left it before some move of the plan."""
-        for other in self.stands.lines.get(step, ()):
-            if other is not robot and self.moves[other][0][0] >= when:
-                return True
-        return False
+        line = self.stands.lines.get(step, ())
+        return any(other is not robot and self.moves[other][0][0] >= when for other in line)
 
     def _refuges_taken(self, robot: Body, when: float) -> set[Step]:
         """The refuges to which other robots have made way just before some move of the plan."""
