@@ -3,7 +3,7 @@
 Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
 robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
 with room, where it stands clear of the nodes and robots come up behind it but never towards it. Moves after which
-nobody is out are a plan (see `world.traffic.plan`). The search never takes a move back, so it may miss a plan.
+no robot is out are a plan (see `world.traffic.plan`). The search never takes a move back, so it may miss a plan.
 """
 
 from __future__ import annotations
@@ -84,11 +84,11 @@ class Stands(Generic[R, S]):
 class Search(Generic[R, S]):
     """A plan for some robots and for all that stand in their way, directly or through others.
 
-    `moves` are robots and positions on their trails, in order, and `left` who is still out after them: nobody, if a
-    plan is found. Nobody else is in the way of any of the group, so whatever others do it is a plan for these.
+    `moves` are robots and positions on their trails, in order. `left` are the robots still out after them: none, if a
+    plan is found. No other is in the way of any of the group, so whatever others do it is a plan for these.
 
-    Who finds the whole way home free goes home. If nobody does, a robot in the way of others drives on to the farthest
-    refuge that it can reach, and the search goes on. Every move shortens a trail, so it ends.
+    A robot that finds its whole way home free goes home. If none does, a robot in the way of others drives on to the
+    farthest refuge that it can reach, and the search goes on. Every move shortens a trail, so it ends.
     """
 
     __slots__ = ("at", "blocked", "free", "left", "lines", "moves", "own", "stands", "to_try", "waiting")
@@ -102,7 +102,7 @@ class Search(Generic[R, S]):
         self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
         self.waiting: dict[S, dict[R, None]] = {}  # by stand, who has still to use it
         self._gather(robots)
-        # Who has not far to go first: those are likely to be home first, and the plan holds for longer.
+        # Robots with the shortest way left come first: likely to be home first, they keep the plan valid for longer.
         ways, at = stands.ways, self.at
         order = sorted(self.blocked, key=lambda robot: len(ways[robot].trail) - at[robot])
         self.left = dict.fromkeys(order)
@@ -220,7 +220,7 @@ class Search(Generic[R, S]):
         self.at[robot], self.own[robot] = index, refuge
 
     def _waiting_for(self, refuge: S) -> dict[R, None]:
-        """Who has still to use a refuge, also if nobody has stood there up to now."""
+        """Who has still to use a refuge, also if no robot has stood there up to now."""
         found = self.waiting.get(refuge)
         if found is None:
             found = self.waiting[refuge] = {}

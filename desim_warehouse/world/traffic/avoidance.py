@@ -81,7 +81,6 @@ class Avoidance:
             declared = DeclaredRoute(trail_of(robot.at, route))
         if robot.is_on_lanes:
             declared.at, declared.stands = 0, robot.at if lane is None else lane.lane_of_both
-        assert robot not in self.declared.routes
         self.declared.add(robot, declared)
         if robot.is_on_lanes:
             self.test.starts(robot)

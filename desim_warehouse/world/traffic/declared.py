@@ -46,7 +46,9 @@ class Declared:
         self.users: dict[Step, dict[Body, int]] = defaultdict(dict)
 
     def add(self, robot: Body, route: DeclaredRoute) -> None:
-        """A robot has declared a route."""
+        """A robot has declared a route, or another before it has set out."""
+        if robot in self.routes:
+            self.drop(robot)
         self.routes[robot] = route
         self.count(robot, route.trail[route.at + 1 :], 1)
 

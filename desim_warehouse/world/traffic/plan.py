@@ -6,7 +6,7 @@ plan for the state after it. Three ways to find one, the cheapest first:
 - *Put first*: the step, and then the plan as it was. From now to the robot's move beyond its new stand only its own
   place is another, so only those matter who use the new stand before that move.
 - *Goes on earlier*: the robot leaves the new stand just before the first that would meet it there.
-- *Search*, for the robot and for all that stand in its way, directly or through others. As nobody else is in the way of
+- *Search*, for the robot and for all that stand in its way, directly or through others. As no other is in the way of
   any of them, their plan followed by the old one of all others is a plan.
 
 What these miss is refused needlessly, and no more: the step that the first move of the plan begins with is always safe.
@@ -123,7 +123,7 @@ class Plan:
     def _goes_on_earlier(self, robot: Body, route: DeclaredRoute) -> bool:
         """Whether the plan holds if the robot leaves its new stand before the first that would meet it there.
 
-        It goes home then, or to a refuge where nobody comes before it leaves that by the plan. One that was in a slot
+        It goes home then, or to a refuge where none comes before it leaves that by the plan. One that was in a slot
         has a single move to make: home after all others.
         """
         end = len(route.trail)
