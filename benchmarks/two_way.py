@@ -326,9 +326,9 @@ class _Timed(Avoidance):
     spent = 0.0
     asked = agreed = 0
 
-    def admits(self, *step: Any) -> bool:
+    def admit(self, *step: Any) -> bool:
         begin = time.process_time()
-        answer = super().admits(*step)
+        answer = super().admit(*step)
         type(self).spent += time.process_time() - begin
         type(self).asked += 1
         type(self).agreed += answer
@@ -337,7 +337,12 @@ class _Timed(Avoidance):
 
 def grant() -> None:
     """What a grant costs in bare timeouts, refusals before it included, against the number of robots."""
-    for name, (graph, slots) in {"grid of 20 x 20": grid(20), "comb, 60 spurs of 9 m": comb(60, 3)}.items():
+    core = build(dw.load(core_model("one-way core, two-way bridges")).layout).graph
+    for name, (graph, slots) in {
+        "grid of 20 x 20": grid(20),
+        "comb, 60 spurs of 9 m": comb(60, 3),
+        "one-way core, 20 spurs": (core, list(core)),
+    }.items():
         for robots in (10, 20, 50, 100):
             run = Trips(graph, dict.fromkeys(slots, 4), robots, 1)
             run.guard.__class__ = _Timed

@@ -27,7 +27,9 @@ CODES: dict[str, Code] = {
     "ROTATE_TWO_WAY": Code("error", "`traffic.gridlock: rotate` on a layout with two-way lanes"),
     "BAY_IN_LANE": Code("error", "a bay in the lane cuts off a part of the layout, or something else is there"),
     "START_ON_LANES": Code("error", "a robot cannot stand where it starts on the lanes"),
-    "START_STUCK": Code("error", "robots start on two-way lanes in each other's way, so that none could ever move"),
+    "START_STUCK": Code(
+        "error", "robots start in each other's way home where lanes are two-way, and none of them can make way"
+    ),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),
     "CLOSURE": Code(
         "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"

@@ -1,22 +1,25 @@
 """Whether robots can stand where they start on the lanes, and drive home from there.
 
 Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
-clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.avoidance`) the start must be safe,
-too: no robot may block its own way home through others. Full rings of one-way lanes turn, however they came about.
+clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.avoidance`) the start must
+be safe, too: there is a plan by which all come home, found by the same search. Full rings of one-way lanes turn,
+however they came about.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout.zones import zones_on
+from desim_warehouse.layout.way_home import Search, Stands, room
+from desim_warehouse.layout.zones import closed, zones_on
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Hashable, Iterator
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
@@ -118,36 +121,44 @@ def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
-    """Robots that could never move again: each stands in the way home of the next."""
-    import networkx as nx
-
+    """Robots that stand in each other's way home, as far as none of them can make way for another."""
     travel = free_flow(model, layout, model.fleet.fastest_empty).travel
     homes = model.fleet.homes(layout.bays)
-    stands: dict[int, object] = {}
-    routes: dict[int, set[object]] = {}
-    for number, start in starts.items():
-        way = travel.way(start.node, homes[number])
-        stands[number] = joined[start.node] if start.edge is None else _lane(layout, start.edge)
-        routes[number] = {_lane(layout, edge) for edge in pairwise(way)} | {joined[node] for node in way[1:]}
-        if start.edge is not None:
-            routes[number].add(joined[start.node])
-    in_the_way = nx.DiGraph(
-        (one, other)
-        for one in starts
-        for other in starts
-        if one != other
-        and (
-            stands[other] in routes[one] or (stands[one] == stands[other] and starts[other].offset > starts[one].offset)
+    contact, inside = model.fleet.contact, closed(zones_on(layout, model.traffic.zones))
+    refuges: dict[Hashable, int] = {
+        _lane(layout, edge): room(length, contact)
+        for edge, length, _, two_way in layout.edges
+        if not two_way and length >= 2 * contact - EPS and edge not in inside
+    }
+    ways: dict[int, _Way] = {}
+    users: dict[Hashable, list[int]] = {}
+    stands = Stands(ways, users, refuges)
+    # Those farther on come first, as on one lane they are ahead.
+    for number, start in sorted(starts.items(), key=lambda item: -item[1].offset):
+        here: Hashable = joined[start.node] if start.edge is None else _lane(layout, start.edge)
+        trail = [here] if start.edge is None else [here, joined[start.node]]
+        for edge in pairwise(travel.way(start.node, homes[number])):
+            trail += [_lane(layout, edge)] if layout.length(edge) >= 2 * contact - EPS else []
+            trail.append(joined[edge[1]])
+        ways[number] = _Way(trail)
+        stands.put(number, (here,))
+        for step in trail[1:]:
+            users.setdefault(step, []).append(number)
+    left = sorted(Search(stands, sorted(starts)).left)
+    if left:
+        named = ", ".join(f"{number} {_where(starts[number])}" for number in left)
+        yield Finding(
+            "START_STUCK",
+            f"fleet.start_on_lanes.{left[0]}",
+            f"robots {named} stand in each other's way home, where lanes are two-way, and none of them can make way on "
+            "a one-way lane",
+            "start one of them elsewhere, or turned round",
         )
-    )
-    try:
-        ring = [one for one, _ in nx.find_cycle(in_the_way)]
-    except nx.NetworkXNoCycle:
-        return
-    named = ", ".join(f"{number} {_where(starts[number])}" for number in ring)
-    yield Finding(
-        "START_STUCK",
-        f"fleet.start_on_lanes.{ring[0]}",
-        f"robots {named} stand in each other's way home, where lanes are two-way, so none of them could ever move",
-        "start one of them elsewhere, or turned round",
-    )
+
+
+@dataclass(frozen=True)
+class _Way:
+    """The way home of a robot: what it stands on, and what it has still to use."""
+
+    trail: list[Hashable]
+    at: int = 0

@@ -202,11 +202,13 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
             "use auto or avoid, or side_by_side: true where there are two lanes",
         )
     else:
+        refuges = sum(not both and length >= 2 * use.contact - EPS for _, length, _, both in layout.edges)
+        make_way = f"; robots make way for others on {refuges} one-way lanes" if refuges else ""
         yield Finding(
             "TWO_WAY",
             "layout: edges",
             f"{len(lanes)} lanes are two-way, used in one direction at a time: {names}; a robot takes a step only if "
-            "nobody can be stuck afterwards (traffic.gridlock: avoid)",
+            f"nobody can be stuck afterwards (traffic.gridlock: avoid){make_way}",
         )
 
 

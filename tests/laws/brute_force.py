@@ -5,12 +5,15 @@ Shares no code with the rule but the routes that robots have declared and where 
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import networkx as nx
 
 from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.plan import Plan
+from desim_warehouse.world.traffic.zones import ZoneDirection
 
 
 class Watched(Avoidance):
@@ -25,53 +28,87 @@ class Watched(Avoidance):
 
     def watch(self, most):
         self.most, self.unsafe, self.safe, self.compared = most, [], [], 0
+        self.granted, self.number = {}, itertools.count()
         return self
+
+    @property
+    def out(self):
+        """The routes of the robots that are out."""
+        return {robot: route for robot, route in self.declared.routes.items() if route.stands is not None}
 
     def admit(self, robot, node, onward):
         stand = node if onward is None else onward.lane_of_both
         asked = robot not in self._witness  # else it is the answer that was given before
         before = self.state_after(robot, stand)
+        last, self.granted[robot] = self.granted.get(robot), next(self.number)
         answer = super().admit(robot, node, onward)
+        if not answer:
+            self.granted[robot] = last
+            self.compare()
         if asked and sum(map(len, before.values())) <= self.most:
             (self.safe if answer else self.unsafe).append(before)
         return answer
 
-    def _cycle(self, robot):
-        found = super()._cycle(robot)
-        assert (found is not None) == self.has_cycle(), "not what a search of the whole relation says"
+    def _moved(self, robot):
+        """After every grant, departure and change of a route."""
+        super()._moved(robot)
+        self.compare()
+
+    def compare(self):
+        """What the guard relies on now is true."""
         self.compared += 1
-        return found
+        if isinstance(self.test, Plan):
+            self.carry_out_plan()
+        else:
+            assert not self.has_cycle()
+
+    def carry_out_plan(self):
+        """The plan move by move, from where robots stand now, knowing nothing of how it was found."""
+        routes, lines = self.out, self.lines()
+        at = {robot: route.at for robot, route in routes.items()}
+        moves = sorted((rank, robot.number, upto, robot) for robot in at for rank, upto in self.test.moves[robot])
+        for _, _, upto, robot in moves:
+            trail = routes[robot].trail
+            line = lines[trail[at[robot]]]
+            assert line[0] is robot, "not the first of its lane"
+            del line[0]
+            for step in trail[at[robot] + 1 : upto]:
+                assert not lines.get(step), "drives over others"
+                if isinstance(step, ZoneDirection):
+                    assert all(routes[other].direction is not step.opposite for other in at if other is not robot)
+            if upto == len(trail):
+                del at[robot]
+                continue
+            onto, line = trail[upto], lines.setdefault(trail[upto], [])
+            assert isinstance(onto, Lane), "stops at a node"
+            assert onto.twin is None, "stops where others come towards it"
+            assert len(line) < math.floor(onto.length / onto.headway + 1e-9) - 1, "no room"
+            line.append(robot)
+            at[robot] = upto
+        assert not at, "some are left on the lanes"
 
     def has_cycle(self):
         """The relation from scratch: j stands on what i has still to use, or ahead of i on its lane."""
         relation = nx.DiGraph()
-        lines = self.lines()
-        for i, plan in self._plans.items():
-            if plan.stands is None:
-                continue
-            ahead = lines[plan.stands][: lines[plan.stands].index(i)]
-            for j, other in self._plans.items():
-                if j is not i and (other.stands in plan.trail[plan.at + 1 :] or j in ahead):
+        lines, out = self.lines(), self.out
+        for i, route in out.items():
+            ahead = lines[route.stands][: lines[route.stands].index(i)]
+            for j, other in out.items():
+                if j is not i and (other.stands in route.trail[route.at + 1 :] or j in ahead):
                     relation.add_edge(i, j)
         return not nx.is_directed_acyclic_graph(relation)
 
     def lines(self):
-        """The robots on every stand, those ahead first; those on their way in stand there already."""
+        """The robots on every stand in the order in which they were let onto it; none overtakes on a lane."""
         lines = {}
-        for robot, plan in self._plans.items():
-            if plan.stands is not None:
-                lines.setdefault(plan.stands, []).append(robot)
-        for stand, robots in lines.items():
-            if isinstance(stand, Lane):
-                inside = [robot for robot in robots if robot.lane is not None and robot.lane.lane_of_both is stand]
-                inside.sort(key=lambda robot: -robot.pos)
-                order = []
-                head = next((robot for robot in inside if robot.ahead is None), None)
-                while head is not None:
-                    order.append(head)
-                    head = head.behind
-                on_way = [robot for robot in robots if robot not in order]
-                lines[stand] = [robot for robot in order if robot in robots] + on_way
+        for robot in sorted(self.out, key=self.granted.__getitem__):
+            line = lines.setdefault(self.declared.routes[robot].stands, [])
+            assert (
+                robot.ahead not in self.out
+                or self.out[robot.ahead].stands is not self.out[robot].stands
+                or robot.ahead in line
+            )
+            line.append(robot)
         return lines
 
     def state_after(self, robot, stand):
@@ -84,8 +121,8 @@ class Watched(Avoidance):
         return state
 
     def rest(self, robot, mover, stand):
-        plan = self._plans[robot]
-        return plan.trail[plan.trail.index(stand, plan.at + 1) :] if robot is mover else plan.trail[plan.at :]
+        route = self.declared.routes[robot]
+        return route.trail[route.trail.index(stand, route.at + 1) :] if robot is mover else route.trail[route.at :]
 
 
 def all_come_home(state, most=30_000):

@@ -58,7 +58,21 @@ def test_on_two_way_grids_nearly_all_that_is_refused_is_dead(seeds):
     assert dead > len(seeds)
 
 
-def test_on_one_way_rings_more_is_refused_than_must_be():
-    """The price of one rule for all: whoever drives round a ring is in the way of all on it."""
-    live, dead = refused("ring", range(20))
-    assert live > dead
+@pytest.mark.parametrize("kind", ["bridges", "ring"])
+@pytest.mark.parametrize("seeds", [range(60), pytest.param(range(60, 700), marks=pytest.mark.long)])
+def test_beside_one_way_lanes_little_is_refused_needlessly(kind, seeds):
+    """Robots make way for others there. Of 700 runs 40 of 3,799 refusals with bridges, 48 of 220 on rings."""
+    live, dead = refused(kind, seeds)
+    assert live <= {"bridges": 0.05, "ring": 0.5}[kind] * dead
+    assert dead > 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(6, 60))])
+def test_the_plan_that_is_kept_takes_all_home_after_every_grant_and_change(kind, seed):
+    """Of up to 50 robots, with recalls; no state is searched here, each plan is carried out from scratch."""
+    slots = Slots(kind, seed)
+    slots.guard.__class__ = Watched
+    slots.guard.watch(most=0)
+    assert not slots.run().stalled
+    assert slots.guard.compared > 0

@@ -124,7 +124,8 @@ OTHERS = [
         with_edges(["B", "A"], ["D", "C"]),
         (
             "note: layout: edges: 2 lanes are two-way, used in one direction at a time: A-B, C-D; a robot takes a step "
-            "only if nobody can be stuck afterwards (traffic.gridlock: avoid) [TWO_WAY]"
+            "only if nobody can be stuck afterwards (traffic.gridlock: avoid); robots make way for others on 2 one-way "
+            "lanes [TWO_WAY]"
         ),
     ),
     (

@@ -122,3 +122,18 @@ def test_robots_in_each_others_way_home_are_refused():
 def test_more_places_than_robots_are_refused():
     with pytest.raises(dw.ModelError, match=r"fleet.start_on_lanes: 3 places for fleet.size, 2"):
         simulated({"node": "B"}, {"node": "C"}, {"node": "D"})
+
+
+TWO_HOMES = {
+    "layout.bays": {"home": {"at": ["A", "C"], "places": 1}},
+    "traffic.gridlock": "avoid",
+    "fleet.start_on_lanes": [on_edge("AB", 4), on_edge("CD", 4)],
+}
+"""Robot 0 has to pass C>D on its way home to A, and robot 1 A>B on its way to C."""
+
+
+def test_robots_in_each_others_way_home_may_start_where_one_can_make_way():
+    """Either follows the other on a one-way lane: full rings do not turn here, but these can go on."""
+    run = dw.simulate(dw.load(RING, TWO_HOMES))
+    assert run.kpis["tasks"] == 1
+    assert audit(run) == []

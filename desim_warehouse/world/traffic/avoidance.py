@@ -1,9 +1,9 @@
-"""Never stalled on two-way lanes: a step is granted only if afterwards no robot blocks itself through others.
+"""The guard of two-way lanes: a step is granted only if all robots that are out can come home afterwards.
 
-j *stands in i's way* if j stands on a node or lane that i has still to use, or ahead of i on i's lane. A step is safe
-if the relation has no cycle afterwards. Then there is always an order in which all could drive home one by one, and the
-first of them finds everything before it free. So as long as robots are out, one of them can move (proof: docs/why.md).
-This is the banker's algorithm on routes, but no order has to be searched for.
+What that takes is looked at by a test: `plan` where robots can make way for others on one-way lanes, `acyclic` where
+they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some robot can
+take its next step, so as long as robots are out one of them can move (proof: docs/why.md). This is the banker's
+algorithm on routes.
 
 It needs that every robot out has declared its whole route, which ends in a reserved slot off the lanes (a bay, or a
 station beside a node). And every step and every change of a route must be checked here. A robot under way counts as
@@ -13,42 +13,28 @@ standing where it is going to.
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
+from desim_warehouse.layout.way_home import room
+from desim_warehouse.world.traffic.acyclic import Acyclic
+from desim_warehouse.world.traffic.declared import Declared, DeclaredRoute, trail_of
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.plan import Plan
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.declared import Stand, Step
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
 
-    Stand: TypeAlias = Intersection | Lane
-    Step: TypeAlias = Stand | ZoneDirection | Exit
-
 DESPERATE = 5
 """A claim that is older than this many times the patience holds back every departure."""
-
-
-class DeclaredRoute:
-    """What a robot has still to use, in order, and where it stands: nowhere (-1) while it is in a bay.
-
-    A trail has a mark before the first lane of a zone of one direction, and one after the node at its end there.
-    `direction` is the one in which the robot drives a zone now.
-    """
-
-    __slots__ = ("at", "direction", "stands", "trail")
-
-    def __init__(self, trail: list[Step]) -> None:
-        self.trail = trail
-        self.at = -1
-        self.stands: Stand | None = None
-        self.direction: ZoneDirection | None = None
 
 
 class Avoidance:
@@ -64,14 +50,25 @@ class Avoidance:
         self.env = env
         self.has_zones = has_zones
         self.patience = patience
-        self._plans: dict[Body, DeclaredRoute] = {}
-        self._users: dict[Step, dict[Body, int]] = defaultdict(dict)
-        # Refused claims: the robots that made the cycle. As long as none of them has moved the answer is the same.
+        self.declared = Declared()
+        self.test: Acyclic | Plan = Acyclic(self.declared)
+        # Refused claims: the robots that made the step unsafe. While none of them moves they are not looked at again.
         self._witness: dict[Body, tuple[Stand, frozenset[Body]]] = {}
         self._asks_again: dict[Body, dict[Body, None]] = defaultdict(dict)
         self._to_serve: dict[Intersection, None] = {}
         self._woken = False
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
+
+    def rely_on(self, lanes: Iterable[Lane]) -> None:
+        """The lanes of the floor: where some are refuges, robots may make way for others on them.
+
+        Where none is, a plan is an order of drives home, and it is cheaper to see that there is one than to keep it.
+        """
+        refuges: dict[Step, int] = {
+            lane: room(lane.length, lane.headway) for lane in lanes if lane.twin is None and not lane.short
+        }
+        if refuges:
+            self.test = Plan(self.declared, refuges)
 
     # Routes
 
@@ -79,13 +76,14 @@ class Avoidance:
         """The whole route of a robot that is in a bay or station and about to set out, or on the lanes at the start."""
         lane = robot.lane
         if lane is not None:
-            plan = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
+            declared = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
         else:
-            plan = DeclaredRoute(trail_of(robot.at, route))
+            declared = DeclaredRoute(trail_of(robot.at, route))
         if robot.is_on_lanes:
-            plan.at, plan.stands = 0, robot.at if lane is None else lane.lane_of_both
-        self._plans[robot] = plan
-        self._count(robot, plan.trail[plan.at + 1 :], 1)
+            declared.at, declared.stands = 0, robot.at if lane is None else lane.lane_of_both
+        self.declared.add(robot, declared)
+        if robot.is_on_lanes:
+            self.test.starts(robot)
 
     def change(self, robot: Body, route: Sequence[Lane]) -> bool:
         """Change the route of a robot that is out, if that is safe. It begins at the node it stands on or comes to.
@@ -93,37 +91,24 @@ class Avoidance:
         It is to stand on that node first: a route that turned back into the lane it is on would wait for itself.
         Refused, the declared route stays in force, and the robot may ask again at the next node.
         """
-        plan = self._plans[robot]
+        declared = self.declared.routes[robot]
         node: Intersection = robot.held if robot.held is not None else robot.lane.end
-        rest = trail_of(node, route, plan.direction)
-        if plan.stands is node:
+        rest = trail_of(node, route, declared.direction)
+        if declared.stands is node:
             rest.remove(node)
-        old = plan.trail[plan.at + 1 :]
-        self._count(robot, old, -1)
-        self._count(robot, rest, 1)
-        if self._cycle(robot) is not None:
-            self._count(robot, rest, -1)
-            self._count(robot, old, 1)
+        old = self.declared.replace(robot, rest)
+        if self.test.after_change(robot) is not None:
+            self.declared.replace(robot, old)
             return False
-        plan.trail[plan.at + 1 :] = rest
         self._moved(robot)
         return True
 
     def left(self, robot: Body) -> None:
         """A robot is in a bay or station, and no longer in the way of others."""
-        plan = self._plans.pop(robot, None)
-        if plan is not None:
-            self._count(robot, plan.trail[plan.at + 1 :], -1)
+        if robot in self.declared.routes:
+            self.declared.drop(robot)
+            self.test.left(robot)
             self._moved(robot)
-
-    def _count(self, robot: Body, steps: Iterable[Step], change: int) -> None:
-        for step in steps:
-            users = self._users[step]
-            number = users.get(robot, 0) + change
-            if number:
-                users[robot] = number
-            else:
-                del users[robot]
 
     # Steps
 
@@ -133,25 +118,25 @@ class Avoidance:
         witness = self._witness.get(robot)
         if witness is not None and witness[0] is stand:
             return False
-        plan = self._plans[robot]
-        to = plan.trail.index(stand, plan.at + 1)
-        if plan.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
+        route = self.declared.routes[robot]
+        to = route.trail.index(stand, route.at + 1)
+        if route.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
             self._refuse(robot, stand, (oldest,))
             return False
-        before = plan.at, plan.stands, plan.direction
-        passed = plan.trail[plan.at + 1 : to + 1]
+        before = route.at, route.stands, route.direction
+        passed = route.trail[route.at + 1 : to + 1]
         if self.has_zones and not self._enter_zones(robot, stand, passed):
             return False
-        self._count(robot, passed, -1)
-        plan.at, plan.stands = to, stand
-        cycle = self._cycle(robot)
-        if cycle is not None:
-            plan.at, plan.stands, plan.direction = before
-            self._count(robot, passed, 1)
-            self._refuse(robot, stand, cycle)
+        self.declared.count(robot, passed, -1)
+        route.at, route.stands = to, stand
+        blockers = self.test.after_step(robot)
+        if blockers is not None:
+            route.at, route.stands, route.direction = before
+            self.declared.count(robot, passed, 1)
+            self._refuse(robot, stand, blockers)
             return False
-        if plan.direction is not None:
-            plan.direction.robots[robot] = None
+        if route.direction is not None:
+            route.direction.robots[robot] = None
         self._moved(robot)
         return True
 
@@ -160,7 +145,7 @@ class Avoidance:
 
         A robot that others count as beyond a zone may still be on its way out. Then it is looked at again when it is.
         """
-        direction = self._plans[robot].direction
+        direction = self.declared.routes[robot].direction
         now = self.env.now
         for step in passed:
             if isinstance(step, Exit):
@@ -168,8 +153,8 @@ class Avoidance:
             elif isinstance(step, ZoneDirection):
                 direction, against = step, step.opposite
                 for other in list(against.robots):
-                    plan = self._plans.get(other)
-                    drives = plan is not None and plan.direction is against
+                    route = self.declared.routes.get(other)
+                    drives = route is not None and route.direction is against
                     leaves_at = None if drives else against.is_in(other, now)
                     if not drives and leaves_at is None:
                         del against.robots[other]
@@ -179,42 +164,8 @@ class Avoidance:
                             again = end_of_instant(self.env, AFTER_DECISIONS, leaves_at - now)
                             again.callbacks.append(lambda _: self._look_again(robot))
                         return False
-        self._plans[robot].direction = direction
+        self.declared.routes[robot].direction = direction
         return True
-
-    def _cycle(self, robot: Body) -> list[Body] | None:
-        """The robots of a cycle through `robot`, or None.
-
-        The search goes backwards: the robots that it blocks, those that they block, and so on, until one blocks itself.
-        If no robot has still to use its stand, the search ends at once. On one-way rings this is stricter than
-        necessary, as a robot that drives round is in the way of all. There rings turn instead (`gridlock`).
-        """
-        plans = self._plans
-        stand = plans[robot].stands
-        if stand is None:
-            return None
-        in_front = _ahead(robot, stand)
-        came_from: dict[Body, Body] = {}
-        to_follow = [robot]
-        while to_follow:
-            member = to_follow.pop()
-            there = plans[member].stands
-            assert there is not None
-            users: Iterable[Body] = self._users[there]
-            if (direction := plans[member].direction) is not None:
-                users = {**self._users[there], **self._users[direction.opposite]}
-            if member is not robot and (
-                robot in users or (there is stand and (in_front is None or member in in_front))
-            ):
-                cycle = [member]
-                while cycle[-1] is not robot:
-                    cycle.append(came_from[cycle[-1]])
-                return cycle
-            for other in (*users, *_behind(member, there)):
-                if other is not robot and other not in came_from and plans[other].stands is not None:
-                    came_from[other] = member
-                    to_follow.append(other)
-        return None
 
     def _held_back_by(self, robot: Body, stand: Stand) -> Body | None:
         """The robot that has waited so long that this one may not set out now."""
@@ -224,7 +175,7 @@ class Avoidance:
                 return None
             if self._waits_for_time(other):
                 continue
-            if waited > DESPERATE * self.patience or other in self._users[stand]:
+            if waited > DESPERATE * self.patience or other in self.declared.users[stand]:
                 return other
         return None
 
@@ -258,14 +209,20 @@ class Avoidance:
         """A claim waits no longer."""
         self._claims.pop(claim.robot, None)
 
-    def _refuse(self, robot: Body, stand: Stand, cycle: Iterable[Body]) -> None:
-        others = frozenset(cycle) - {robot}
+    def _refuse(self, robot: Body, stand: Stand, blockers: Collection[Body]) -> None:
+        others = frozenset(blockers) - {robot}
         self._witness[robot] = stand, others
         for other in others:
             self._asks_again[other][robot] = None
 
     def _moved(self, robot: Body) -> None:
-        """Claims that were refused because of where it stood, or of its route, are looked at again."""
+        """Claims that were refused because of where it stood, or of its route, are looked at again.
+
+        So is the one that the plan begins with, whoever made it unsafe before: the proof rests on it.
+        """
+        first = self.test.first()
+        if first is not None:
+            self._look_again(first)
         self._look_again(robot, *self._asks_again.pop(robot, ()))
 
     def _look_again(self, *robots: Body) -> None:
@@ -282,45 +239,3 @@ class Avoidance:
         for node in nodes:
             if node.claims:
                 node.freed(self.env.now)
-
-
-def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection | None = None) -> list[Step]:
-    """The nodes and lanes on which a robot can stand along a route from a node, in order, without short lanes.
-
-    `direction` is that of a zone in which the robot comes to the node, or stands on it.
-    """
-    trail: list[Step] = [node]
-    for lane in route:
-        if lane.inside:
-            continue
-        if lane.zone_direction is not direction:
-            if direction is not None:
-                trail.append(direction.exit)
-            direction = lane.zone_direction
-            if direction is not None:
-                trail.append(direction)
-        if not lane.short:
-            trail.append(lane.lane_of_both)
-        trail.append(lane.end)
-    return trail
-
-
-def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
-    """The robot behind another on the lane where that stands, or the one on its way in."""
-    lane = member.lane
-    if lane is None or lane.lane_of_both is not stand:
-        return ()
-    if member.behind is not None:
-        return (member.behind,)
-    return () if lane.entering is None else (lane.entering,)
-
-
-def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
-    """The robots ahead of one on the lane where it stands, or None for all there if it is still on its way in."""
-    if robot.lane is None or robot.lane.lane_of_both is not stand:
-        return None
-    found, other = set(), robot.ahead
-    while other is not None:
-        found.add(other)
-        other = other.ahead
-    return found

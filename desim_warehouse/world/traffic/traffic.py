@@ -75,6 +75,8 @@ class Traffic:
         self.lanes = _lanes(
             layout, self.rules, self.nodes, lengths, closed(zones), of_zones, node_times or {}, restrictions
         )
+        if guard is not None:
+            guard.rely_on(self.lanes.values())
 
     def drive(self, robot: Body, route: Sequence[Lane], stop: float | None = None) -> Drive:
         """Drive the lanes of `route` to `stop` on the last of them (None: to its end) from wherever the robot is.

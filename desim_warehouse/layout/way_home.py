@@ -1,0 +1,232 @@
+"""How robots that stand in each other's way all come home: searched for before a run, and at steps during it.
+
+Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
+robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
+with room, where it stands clear of the nodes and robots come up behind it but never towards it. Moves after which
+no robot is out are a plan (see `world.traffic.plan`). The search never takes a move back, so it may miss a plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Mapping, Sequence
+
+R = TypeVar("R")
+"""A robot."""
+S = TypeVar("S")
+"""A stand: a node or a lane; or the mark of one direction of a zone, on which those stand that drive the other way."""
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Way(Protocol[T_co]):
+    """What a robot has still to use: its trail beyond `at`, where it stands."""
+
+    @property
+    def trail(self) -> Sequence[T_co]:
+        """The stands in order; some may be passed already."""
+
+    @property
+    def at(self) -> int:
+        """Where on it the robot stands."""
+
+
+def room(length: float, headway: float) -> int:
+    """How many robots can stand on a lane: D (`headway`) apart, and D clear of its ends."""
+    return math.floor(length / headway + 1e-9) - 1
+
+
+class Stands(Generic[R, S]):
+    """Who stands where, and who has still to use what.
+
+    `ways` has every robot with a trail. `users` are robots by what they still have to use, those in slots included.
+    `lines` are the robots out by stand, those ahead first. `held` is what a robot stands on: its stand, and after that
+    the mark of a zone's direction. `refuges` are the lanes on which robots may make way for others, with their room.
+    """
+
+    __slots__ = ("held", "lines", "refuges", "users", "ways")
+
+    def __init__(self, ways: Mapping[R, Way[S]], users: Mapping[S, Collection[R]], refuges: Mapping[S, int]) -> None:
+        self.ways = ways
+        self.users = users
+        self.refuges = refuges
+        self.lines: dict[S, list[R]] = {}
+        self.held: dict[R, tuple[S, ...]] = {}
+
+    def put(self, robot: R, held: tuple[S, ...]) -> None:
+        """A robot stands there, as the last."""
+        self.held[robot] = held
+        for stand in held:
+            self.lines.setdefault(stand, []).append(robot)
+
+    def take(self, robot: R) -> list[tuple[S, int]]:
+        """A robot stands nowhere any more. Returned is where it stood, for `put_back`."""
+        found = []
+        for stand in self.held.pop(robot):
+            line = self.lines[stand]
+            place = line.index(robot)
+            del line[place]
+            if not line:
+                del self.lines[stand]
+            found.append((stand, place))
+        return found
+
+    def put_back(self, robot: R, places: Iterable[tuple[S, int]]) -> None:
+        """A robot stands where it did before, with the same robots ahead of it."""
+        self.held[robot] = tuple(stand for stand, _ in places)
+        for stand, place in places:
+            self.lines.setdefault(stand, []).insert(place, robot)
+
+
+class Search(Generic[R, S]):
+    """A plan for some robots and for all that stand in their way, directly or through others.
+
+    `moves` are robots and positions on their trails, in order. `left` are the robots still out after them: none, if a
+    plan is found. No other is in the way of any of the group, so whatever others do it is a plan for these.
+
+    A robot that finds its whole way home free goes home. If none does, a robot in the way of others drives on to the
+    farthest refuge that it can reach, and the search goes on. Every move shortens a trail, so it ends.
+    """
+
+    __slots__ = ("at", "blocked", "free", "left", "lines", "moves", "own", "stands", "to_try", "waiting")
+
+    def __init__(self, stands: Stands[R, S], robots: Iterable[R]) -> None:
+        self.stands = stands
+        self.moves: list[tuple[R, int]] = []
+        self.lines = {stand: line.copy() for stand, line in stands.lines.items()}
+        self.at: dict[R, int] = {}
+        self.own: dict[R, S] = {}  # where a robot stands
+        self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
+        self.waiting: dict[S, dict[R, None]] = {}  # by stand, who has still to use it
+        self._gather(robots)
+        # Robots with the shortest way left come first: likely to be home first, they keep the plan valid for longer.
+        ways, at = stands.ways, self.at
+        order = sorted(self.blocked, key=lambda robot: len(ways[robot].trail) - at[robot])
+        self.left = dict.fromkeys(order)
+        self.free = deque(robot for robot in order if not self.blocked[robot])
+        self.to_try = deque(order)
+        self._go_home()
+        while self.left and self._make_way():
+            self._go_home()
+
+    def _gather(self, robots: Iterable[R]) -> None:
+        """The robots, those in their way, those in the way of these, and so on; and how many block each."""
+        lines, ways, held = self.lines, self.stands.ways, self.stands.held
+        blocked, waiting = self.blocked, self.waiting
+        to_follow = list(robots)
+        blocked.update(dict.fromkeys(to_follow, 0))
+        while to_follow:
+            member = to_follow.pop()
+            way, own = ways[member], held[member][0]
+            self.at[member], self.own[member] = way.at, own
+            number = 0
+            for step in dict.fromkeys([step for step in way.trail[way.at + 1 :] if step in lines]):
+                if step in waiting:
+                    waiting[step][member] = None
+                else:
+                    waiting[step] = {member: None}
+                for other in lines[step]:
+                    if other is not member:
+                        number += 1
+                        if other not in blocked:
+                            blocked[other] = 0
+                            to_follow.append(other)
+            for other in lines[own]:
+                if other is member:
+                    break
+                number += 1
+                if other not in blocked:
+                    blocked[other] = 0
+                    to_follow.append(other)
+            blocked[member] = number
+
+    # Moves
+
+    def _go_home(self) -> None:
+        free, ways = self.free, self.stands.ways
+        while free:
+            robot = free.popleft()
+            del self.left[robot]
+            self.moves.append((robot, len(ways[robot].trail)))
+            self._leave(robot)
+
+    def _leave(self, robot: R) -> None:
+        """A robot drives off from the head of its stand: one robot less in the way of those behind, and of users."""
+        blocked, free, left, own = self.blocked, self.free, self.left, self.own[robot]
+        held = self.stands.held[robot]
+        for stand in held if held[0] is own else (own,):  # a refuge is in no zone
+            line = self.lines[stand]
+            line.remove(robot)
+            for others in (self.waiting.get(stand, ()), line if stand is own else ()):
+                for other in others:
+                    if other is not robot and other in left:
+                        blocked[other] -= 1
+                        if not blocked[other]:
+                            free.append(other)
+
+    def _make_way(self) -> bool:
+        """Let one robot that blocks others drive on to a refuge, and return whether any could. They take turns."""
+        for _ in range(len(self.to_try)):
+            robot = self.to_try.popleft()
+            if robot not in self.left:
+                continue
+            self.to_try.append(robot)
+            if self.lines[self.own[robot]][0] is robot and self._blocks_others(robot):
+                refuge = self._refuge(robot)
+                if refuge is not None:
+                    self._move(robot, refuge)
+                    return True
+        return False
+
+    def _blocks_others(self, robot: R) -> bool:
+        own = self.own[robot]
+        if len(self.lines[own]) > 1:
+            return True
+        return any(other is not robot and other in self.left for other in self.waiting.get(own, ()))
+
+    def _refuge(self, robot: R) -> int | None:
+        """The farthest refuge that the first robot of a stand can drive to, as a position on its trail."""
+        lines, refuges, trail, found = self.lines, self.stands.refuges, self.stands.ways[robot].trail, None
+        for index in range(self.at[robot] + 1, len(trail)):
+            step = trail[index]
+            line = lines.get(step, ())
+            if step in refuges and len(line) < refuges[step]:
+                found = index
+            if line and (len(line) > 1 or line[0] is not robot):
+                break
+        return found
+
+    def _move(self, robot: R, index: int) -> None:
+        """To a refuge, behind those that are there. They are as many in its way as before."""
+        self.moves.append((robot, index))
+        trail = self.stands.ways[robot].trail
+        passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]
+        # There before it has left: none may come free that it blocks again.
+        line = self.lines.setdefault(refuge, [])
+        waiting = self._waiting_for(refuge)
+        for other in waiting:
+            if other is not robot and other in self.left:
+                self.blocked[other] += 1
+        if refuge in trail[index + 1 :]:  # to be used once more: those ahead are in its way twice
+            self.blocked[robot] += sum(other is not robot for other in line)
+        line.append(robot)
+        for step in passed:
+            if step in self.waiting and robot in self.waiting[step] and step not in trail[index + 1 :]:
+                del self.waiting[step][robot]
+        self._leave(robot)
+        self.at[robot], self.own[robot] = index, refuge
+
+    def _waiting_for(self, refuge: S) -> dict[R, None]:
+        """Who has still to use a refuge, also if no robot has stood there up to now."""
+        found = self.waiting.get(refuge)
+        if found is None:
+            found = self.waiting[refuge] = {}
+            for user in self.stands.users.get(refuge, ()):
+                if user in self.left:
+                    way, at = self.stands.ways[user], self.at[user]
+                    if at == way.at or refuge in way.trail[at + 1 :]:
+                        found[user] = None
+        return found

@@ -1,0 +1,261 @@
+"""The plan by which all robots that are out come home, kept while they drive (proof: docs/why.md, Two-way lanes).
+
+A plan is a list of moves (`layout.way_home`), each with a rank, by which they are ordered. A step is safe if there is a
+plan for the state after it. Three ways to find one, the cheapest first:
+
+- *Put first*: the step, and then the plan as it was. From now to the robot's move beyond its new stand only its own
+  place is another, so only those matter who use the new stand before that move.
+- *Goes on earlier*: the robot leaves the new stand just before the first that would meet it there.
+- *Search*, for the robot and for all that stand in its way, directly or through others. As no other is in the way of
+  any of them, their plan followed by the old one of all others is a plan.
+
+What these miss is refused needlessly, and no more: the step that the first move of the plan begins with is always safe.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, insort
+from typing import TYPE_CHECKING, TypeAlias
+
+from desim_warehouse.layout.way_home import Search, Stands
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.declared import Declared, DeclaredRoute, Step
+
+    Move: TypeAlias = tuple[float, int]
+    """Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""
+
+
+class Plan:
+    """Whether a state is safe, where robots can make way for others on one-way lanes (a `Test` of the guard).
+
+    `moves` are those of every robot that is out, the last of them home. A robot under way stands where it is going to.
+    """
+
+    __slots__ = ("_at_refuges", "_by_rank", "_ranks", "declared", "moves", "stands")
+
+    def __init__(self, declared: Declared, refuges: Mapping[Step, int]) -> None:
+        self.declared = declared
+        self.stands: Stands[Body, Step] = Stands(declared.routes, declared.users, refuges)
+        self.moves: dict[Body, list[Move]] = {}
+        self._by_rank: dict[float, Body] = {}
+        self._ranks: list[float] = []  # in order, some of moves that were made or given up
+        self._at_refuges: dict[Body, None] = {}  # robots with a move to a refuge; some had one
+
+    # What happens on the lanes
+
+    def starts(self, robot: Body) -> None:
+        """A robot stands on the lanes at the start of a run: `check` has seen that all there can come home."""
+        self.stands.put(robot, _held(self.declared.routes[robot]))
+        self._search([*self.stands.held])
+
+    def left(self, robot: Body) -> None:
+        """A robot is off the lanes."""
+        if robot in self.stands.held:
+            self.stands.take(robot)
+            self._drop(robot)
+
+    def first(self) -> Body | None:
+        """Whose move is the first: no other robot has to move before it, so its claim must not go unheard."""
+        ranks, by_rank = self._ranks, self._by_rank
+        while ranks and ranks[0] not in by_rank:
+            del ranks[0]
+        return by_rank[ranks[0]] if ranks else None
+
+    def after_step(self, robot: Body) -> Collection[Body] | None:
+        """The robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
+        route = self.declared.routes[robot]
+        before = self.stands.take(robot) if robot in self.stands.held else None
+        self.stands.put(robot, _held(route))
+        if (before is not None and self._put_first(robot, route)) or self._goes_on_earlier(robot, route):
+            return None
+        blockers = self._search([robot])
+        if blockers is not None:
+            self.stands.take(robot)
+            if before is not None:
+                self.stands.put_back(robot, before)
+        return blockers
+
+    def after_change(self, robot: Body) -> Collection[Body] | None:
+        """The same of a robot that has taken another route: its old moves say nothing of that."""
+        return self._search([robot])
+
+    # Put first
+
+    def _put_first(self, robot: Body, route: DeclaredRoute) -> bool:
+        """Whether the plan holds with the step, just taken, before it."""
+        moves, to = self.moves[robot], route.at
+        done = 0
+        while moves[done][1] < to:
+            done += 1
+        leaves = moves[done][0]  # from then on the robot is where the plan has it
+        for stand in self.stands.held[robot]:
+            if self._is_used(stand, robot, leaves):
+                return False
+        if moves[done][1] == to:
+            done += 1
+        if done:
+            for rank, _ in moves[:done]:
+                del self._by_rank[rank]
+            del moves[:done]
+        return True
+
+    def _is_used(self, stand: Step, robot: Body, before: float) -> bool:
+        """Whether another robot stops at a stand or passes it before some move of the plan."""
+        for other in self.declared.users.get(stand, ()):
+            moves = self.moves.get(other)
+            if moves is not None and moves[0][0] < before and other is not robot:
+                route = self.declared.routes[other]
+                index = route.trail.index(stand, route.at + 1)
+                for rank, upto in moves:
+                    if upto >= index:
+                        if rank < before:
+                            return True
+                        break
+        return False
+
+    # Goes on earlier
+
+    def _goes_on_earlier(self, robot: Body, route: DeclaredRoute) -> bool:
+        """Whether the plan holds if the robot leaves its new stand before the first that would meet it there.
+
+        It goes home then, or to a refuge where none comes before it leaves that by the plan. One that was in a slot
+        has a single move to make: home after all others.
+        """
+        end = len(route.trail)
+        later = [move for move in self.moves.get(robot, ()) if move[1] > route.at] or [(self._after_all(), end)]
+        held = self.stands.held[robot]
+        until = min((rank for stand in held for rank in self._uses(stand, robot)), default=math.inf)
+        if until == math.inf:
+            self._set(robot, later)
+            return True
+        for other in self.stands.lines[held[0]]:
+            if other is robot:
+                break
+            if self.moves[other][0][0] >= until:
+                return False
+        rank = self._just_before(until)
+        if rank is None:
+            return False
+        moves = self._from_then(robot, route, later, until, rank)
+        if moves is None:
+            return False
+        self._set(robot, moves)
+        return True
+
+    def _from_then(
+        self, robot: Body, route: DeclaredRoute, later: list[Move], when: float, rank: float
+    ) -> list[Move] | None:
+        """The moves of a robot that drives on just before some move of the plan, as far as its way is free then."""
+        trail, refuges = route.trail, self.stands.refuges
+        taken = self._refuges_taken(robot, when)
+        found = []
+        for index in range(route.at + 1, len(trail)):
+            step = trail[index]
+            if step in taken or self._is_there(step, robot, when):
+                break
+            if step in refuges:
+                found.append(index)
+        else:
+            return [(rank, len(trail))]
+        for index in reversed(found):
+            rest = [move for move in later if move[1] > index]
+            leaves = rest[0][0]
+            if not any(when <= used < leaves for used in self._uses(trail[index], robot)):
+                return [(rank, index), *rest]
+        return None
+
+    def _uses(self, stand: Step, robot: Body) -> Iterator[float]:
+        """The ranks of moves by which other robots come to a stand or pass it."""
+        for other in self.declared.users.get(stand, ()):
+            moves = self.moves.get(other)
+            if moves is not None and other is not robot:
+                route = self.declared.routes[other]
+                at = route.at
+                for rank, upto in moves:
+                    if stand in route.trail[at + 1 : upto + 1]:
+                        yield rank
+                    at = upto
+
+    def _is_there(self, step: Step, robot: Body, when: float) -> bool:
+        """Whether another robot stands on a stand now and has not left it before some move of the plan."""
+        line = self.stands.lines.get(step, ())
+        return any(other is not robot and self.moves[other][0][0] >= when for other in line)
+
+    def _refuges_taken(self, robot: Body, when: float) -> set[Step]:
+        """The refuges to which other robots have made way just before some move of the plan."""
+        taken = set()
+        for other in list(self._at_refuges):
+            moves = self.moves.get(other, ())
+            if len(moves) <= 1:
+                del self._at_refuges[other]
+            elif other is not robot and moves[0][0] < when:
+                last = max(upto for rank, upto in moves if rank < when)
+                trail = self.declared.routes[other].trail
+                if last < len(trail):
+                    taken.add(trail[last])
+        return taken
+
+    # Search
+
+    def _search(self, robots: list[Body]) -> Collection[Body] | None:
+        """Take a new plan for robots and all that are in their way; or the robots that none was found for."""
+        search = Search(self.stands, robots)
+        if search.left:
+            return search.left
+        moves: dict[Body, list[Move]] = {}
+        first = (self._ranks[0] if self._ranks else 0.0) - len(search.moves)
+        for number, (robot, upto) in enumerate(search.moves):
+            moves.setdefault(robot, []).append((first + number, upto))
+        for robot, own in moves.items():
+            self._drop(robot)
+            self.moves[robot] = own
+            if len(own) > 1:
+                self._at_refuges[robot] = None
+        self._ranks[:0] = [first + number for number in range(len(search.moves))]
+        self._by_rank.update((first + number, robot) for number, (robot, _) in enumerate(search.moves))
+        self._forget_old_ranks()
+        return None
+
+    # Ranks
+
+    def _set(self, robot: Body, moves: list[Move]) -> None:
+        """Other moves for a robot."""
+        self._drop(robot)
+        self.moves[robot] = moves
+        for rank, _ in moves:
+            self._by_rank[rank] = robot
+            insort(self._ranks, rank)
+        if len(moves) > 1:
+            self._at_refuges[robot] = None
+        self._forget_old_ranks()
+
+    def _drop(self, robot: Body) -> None:
+        for rank, _ in self.moves.pop(robot, ()):
+            del self._by_rank[rank]
+
+    def _after_all(self) -> float:
+        return self._ranks[-1] + 1 if self._ranks else 0.0
+
+    def _just_before(self, rank: float) -> float | None:
+        """A rank below another and above all that are below that; None if numbers are too coarse for one more."""
+        index = bisect_left(self._ranks, rank)
+        if not index:
+            return rank - 1
+        below = self._ranks[index - 1]
+        between = (below + rank) / 2
+        return between if below < between < rank else None
+
+    def _forget_old_ranks(self) -> None:
+        if len(self._ranks) > 4 * len(self._by_rank) + 16:
+            self._ranks = sorted(self._by_rank)
+
+
+def _held(route: DeclaredRoute) -> tuple[Step, ...]:
+    """What a robot stands on: its stand, and the mark of the direction that it keeps others from in a zone."""
+    assert route.stands is not None
+    return (route.stands,) if route.direction is None else (route.stands, route.direction.opposite)

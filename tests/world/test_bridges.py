@@ -1,0 +1,63 @@
+"""Two-way bridges between one-way streets: robots make way for others on the streets, so the bridges carry."""
+
+import pytest
+
+import desim_warehouse as dw
+from benchmarks.two_way import core_model
+from desim_warehouse.run import check
+from tests.auditor import audit
+
+
+def halls(robots):
+    """Two one-way triangles joined by one two-way bridge of 20 m; work is behind it."""
+    return {
+        "layout": {
+            "nodes": {"A": [0, 0], "B": [20, 0], "A1": [-20, -10], "A2": [-20, 10], "B1": [40, -10], "B2": [40, 10]},
+            "edges": [
+                {"from": "A", "to": "B", "two_way": True},
+                *(
+                    list(edge)
+                    for edge in (("A", "A1"), ("A1", "A2"), ("A2", "A"), ("B", "B1"), ("B1", "B2"), ("B2", "B"))
+                ),
+            ],
+            "storage": [{"edge": ["B1", "B2"], "offset": 10}],
+            "bays": {"bay": {"at": ["A1"], "places": robots}},
+            "stations": {"st": {"at": ["A2"], "places": robots, "servers": robots}},
+        },
+        "fleet": {"size": robots, "robot": {"radius": 0.5, "speed": 1}},
+        "tasks": {"goods": {"saturated": 60}, "unload_at": ["st"], "load_time": 0, "unload_time": 0},
+        "policies": {"routing": "shortest"},
+        "run": {"length": 6000, "warm_up": 2000},
+        "log": "all",
+    }
+
+
+@pytest.mark.parametrize(("robots", "least"), [(2, 43), (4, 86), (8, 165), (24, 500)])
+def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wait(robots, least):
+    """A round takes 167 s: two robots do 43 an hour, eight 172. One at a time on the bridge they would do 33 in all."""
+    run = dw.simulate(dw.load(halls(robots)), 0)
+    assert run.kpis["throughput_per_hour"] >= least
+    assert audit(run) == []
+
+
+def test_check_says_on_how_many_lanes_robots_make_way():
+    notes = [item.text for item in check(dw.load(halls(2))).findings if item.code == "TWO_WAY"]
+    assert notes[0].endswith("(traffic.gridlock: avoid); robots make way for others on 6 one-way lanes")
+
+
+def core(robots, length, seed=0):
+    model = dw.load(core_model("one-way core, two-way bridges", robots))
+    return dw.simulate(model.replace({"run.length": length, "run.warm_up": length / 3}), seed)
+
+
+@pytest.mark.parametrize("length", [1800.0, pytest.param(5400.0, marks=pytest.mark.long)])
+def test_a_one_way_core_with_twenty_bridges_has_no_knee_at_a_hundred_robots(length):
+    run = core(100, length)
+    assert run.kpis["throughput_per_hour"] >= 1450
+    assert run.kpis["share_waiting"] < 0.1
+
+
+@pytest.mark.long
+def test_two_hundred_robots_on_the_core_go_on_working():
+    run = core(200, 3600.0)
+    assert run.kpis["throughput_per_hour"] >= 1450
