@@ -324,7 +324,9 @@ class Reach:
             travel = self.travel(speed)
             driven[these] = travel.half_turn + travel.to_edges([robots[i].node for i in these], edges)
         driven += np.array([robot.free_in for robot in robots])[:, None]
-        low, least = np.array([(level.critical, EPS * one.capacity) for one, level in zip(robots, levels, strict=True)]).T
+        low, least = np.array(
+            [(level.critical, EPS * one.capacity) for one, level in zip(robots, levels, strict=True)]
+        ).T
         table = low[:, None] + empty * driven + least[:, None]
         rest: dict[tuple[Any, ...], Any] = {}
         for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
