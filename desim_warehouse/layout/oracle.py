@@ -218,13 +218,12 @@ class RouteOracle:
         hub = np.array([self._forward(name, "") for name in starts])
         plain = np.array([self._from_origin or name not in self._hubs for name in ends])
         for i in np.flatnonzero(hub) if plain.any() else ():
-            row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
-            table[i, plain] = row[end[plain]]
+            table[i, plain] = np.frombuffer(self._row(int(start[i]), forward=True)[part])[end[plain]]
         for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
             if some.any() and others.any():
                 there, to = start[others], np.flatnonzero(some)
-                for i, goal in zip(to.tolist(), end[some].tolist(), strict=True):
-                    table[others, i] = np.frombuffer(self._row(goal, forward=False)[part])[there]
+                for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
+                    table[others, column] = np.frombuffer(self._row(goal, forward=False)[part])[there]
         return table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
