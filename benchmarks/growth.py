@@ -208,7 +208,7 @@ PARTS = {
     "stations": GrowingPart("decision", (25, 50, 100, 200, 400), stations),
     "bays": GrowingPart("decision", (25, 50, 100, 200, 400), bays),
     "nodes": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes),
-    "nodes, routed by hops": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes_by_hops, bound=0.7),
+    "nodes, routed by hops": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes_by_hops, bound=0.5),
     "storage places": GrowingPart("place", (4000, 8000, 16_000, 32_000), places),
     "log rows": GrowingPart("row", (10_000, 20_000, 40_000, 80_000), log_rows),
 }
