@@ -9,10 +9,23 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parents[1]
-RUNS = {
+DRAFT = "benchmarks/models_0_2/draft.yaml"
+OVERLOADED = {"tasks.goods": {"poisson": "800 / h"}}
+FULL = {
+    "fleet.size": 40,
+    "layout.bays.parking.places": 8,
+    "tasks.goods": {"poisson": "600 / h"},
+    "run.length": 3600,
+    "run.warm_up": 0,
+}
+RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "a cell: 6 robots of models/multibots.yaml": ("models/multibots.yaml", {"fleet.size": 6}),
+    "draft: 2 h of 12 robots, 200 orders an hour": (DRAFT, {"run.length": 7200}),
+    "draft: the same with 800 orders an hour": (DRAFT, {**OVERLOADED, "run.length": 7200}),
+    "draft: 1 h of 40 robots, all stations full": (DRAFT, FULL),
     "medium: 900 s of models/medium.yaml": ("models/medium.yaml", {"run.length": 900, "run.warm_up": 200}),
 }
 COUNT = """

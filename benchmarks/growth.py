@@ -154,6 +154,12 @@ def nodes(size: int) -> float:
     return _checked(warehouse(round(math.sqrt(size)), 20, {"layout.blocks.block_depth": 1})) / size
 
 
+def nodes_by_hops(size: int) -> float:
+    """The same with the default routing."""
+    changes = {"layout.blocks.block_depth": 1, "policies.routing": "highways"}
+    return _checked(warehouse(round(math.sqrt(size)), 20, changes)) / size
+
+
 def places(size: int) -> float:
     """Building and checking a floor of 400 blocks."""
     return _checked(warehouse(20, 20, {"layout.blocks.block_depth": size // 800})) / size
@@ -202,6 +208,7 @@ PARTS = {
     "stations": GrowingPart("decision", (25, 50, 100, 200, 400), stations),
     "bays": GrowingPart("decision", (25, 50, 100, 200, 400), bays),
     "nodes": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes),
+    "nodes, routed by hops": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes_by_hops, bound=0.5),
     "storage places": GrowingPart("place", (4000, 8000, 16_000, 32_000), places),
     "log rows": GrowingPart("row", (10_000, 20_000, 40_000, 80_000), log_rows),
 }

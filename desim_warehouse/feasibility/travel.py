@@ -19,4 +19,5 @@ def free_travel(model: Model, layout: Layout, speed: float, slowness: float) -> 
     policy, traffic = model.policies.routing, model.traffic
     cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
     hubs = (*layout.bays, *layout.stations, *destinations(model, layout))
-    return travel_on(layout, speed, traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness)
+    times = traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
+    return travel_on(layout, speed, *times, estimate=cost == "hops")

@@ -1,7 +1,7 @@
 """The distance oracle: directed distances and driving times between nodes, computed on demand.
 
 Each row is one search: scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
-search from an origin. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
+search either way. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
 nodes. Routes that end at a hub (a station, a bay) are searched towards it, and routes that only begin at one from it.
 Robots drive between hubs and storage, so a row for each hub serves nearly all routes.
 """
@@ -11,8 +11,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections import OrderedDict, deque
-from functools import lru_cache
-from operator import itemgetter
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.layout.turning import Turns, last_steps, sums_along
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 Cost = Literal["hops", "length", "time"]
 Row = tuple[Any, Any, Any, Any]
+Found = tuple["array[float]", "array[float]", "array[int]"]
 KEPT = 24_000_000
 """Numbers of each kind that an oracle keeps: rows times nodes (192 MB of times, as much of lengths).
 
@@ -32,6 +32,8 @@ all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 o
 """
 WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
+FEW = 24
+"""Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
 TIE = 1e-9
 """Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
@@ -43,6 +45,9 @@ class RouteOracle:
     `length` is in length units. `time` includes node times and edge speed limits, but no waiting. Times of a route are
     at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are compared
     by length or time. The lengths and times given are those driven.
+
+    Routes by hops are searched from each origin, which on large floors takes minutes for all goods. For an `estimate`
+    they are searched towards goals: the same routes, but sums of lengths and times may differ in their last bit.
     """
 
     def __init__(
@@ -55,9 +60,12 @@ class RouteOracle:
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
         stop_time: float = 0.0,
+        *,
+        estimate: bool = False,
     ) -> None:
         own = node_times or {}
         self.cost = cost
+        self._from_origin = cost == "hops" and not estimate
         self.names = list(highways)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._next: list[list[tuple[int, float, float]]] = [
@@ -197,6 +205,9 @@ class RouteOracle:
         """Lengths or times from every origin (rows) to every goal (columns), a numpy array."""
         import numpy as np
 
+        if len(origins) * len(goals) <= FEW:
+            look = self.length if what == "length" else self.time
+            return np.array([[look(origin, goal) for goal in goals] for origin in origins])
         part = 0 if what == "length" else 1
         starts: dict[str, int] = {}
         ends: dict[str, int] = {}
@@ -205,20 +216,19 @@ class RouteOracle:
         start, end = (np.array([self.index[name] for name in names], dtype=np.intp) for names in (starts, ends))
         table = np.empty((len(starts), len(ends)))
         hub = np.array([self._forward(name, "") for name in starts])
-        plain = np.array([self.cost == "hops" or name not in self._hubs for name in ends])
+        plain = np.array([self._from_origin or name not in self._hubs for name in ends])
         for i in np.flatnonzero(hub) if plain.any() else ():
-            row = np.frombuffer(self._row(int(start[i]), forward=True)[part])
-            table[i, plain] = row[end[plain]]
+            table[i, plain] = np.frombuffer(self._row(int(start[i]), forward=True)[part])[end[plain]]
         for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
             if some.any() and others.any():
-                there = itemgetter(*start[others].tolist())
-                found = [there(self._row(goal, forward=False)[part]) for goal in end[some].tolist()]
-                table[np.ix_(others, some)] = np.array(found).reshape(len(found), -1).T
-        return table[rows][:, columns]
+                there, to = start[others], np.flatnonzero(some)
+                for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
+                    table[others, column] = np.frombuffer(self._row(goal, forward=False)[part])[there]
+        return table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
         """Whether a route is searched from its origin."""
-        return self.cost == "hops" or (origin in self._hubs and goal not in self._hubs)
+        return self._from_origin or (origin in self._hubs and goal not in self._hubs)
 
     def _row_of(self, origin: str, goal: str) -> tuple[Row, int]:
         if self._forward(origin, goal):
@@ -230,7 +240,7 @@ class RouteOracle:
         key = root, forward
         row = self._rows.get(key)
         if row is None:
-            row = self._breadth_first(root) if self.cost == "hops" else self._dijkstra(root, forward=forward)
+            row = (self._breadth_first if self.cost == "hops" else self._dijkstra)(root, forward=forward)
             self._rows[key] = row
             if len(self._rows) > self._keep:
                 self._beside.pop(self._rows.popitem(last=False)[0], None)
@@ -238,7 +248,18 @@ class RouteOracle:
             self._rows.move_to_end(key)
         return row
 
-    def _breadth_first(self, root: int) -> Row:
+    def _breadth_first(self, root: int, *, forward: bool) -> Row:
+        lengths, times, before = self._from(root) if forward else self._to(root)
+        if self._turns is not None:
+            import numpy as np
+
+            first = self._turns.between(np.frombuffer(before, dtype=np.intc))
+            turned = sums_along(np.frombuffer(before, dtype=np.intc), first)
+            times = array("d", (np.frombuffer(times) + turned).tobytes())
+        return lengths, times, before, lengths
+
+    def _from(self, root: int) -> Found:
+        """Algorithm 1: every node is reached from the first of those found before it that lead there."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))
@@ -255,13 +276,58 @@ class RouteOracle:
                     lengths[there] = lengths[here] + length
                     times[there] = times[here] + time
                     line.append(there)
-        if self._turns is not None:
-            import numpy as np
+        return lengths, times, before
 
-            first = self._turns.between(np.frombuffer(before, dtype=np.intc))
-            turned = sums_along(np.frombuffer(before, dtype=np.intc), first)
-            times = array("d", (np.frombuffer(times) + turned).tobytes())
-        return lengths, times, before, lengths
+    def _to(self, root: int) -> Found:
+        """The same routes from the goal: every node goes on to its first successor that is a hop nearer.
+
+        Of all routes with the fewest hops, a breadth-first search from the origin finds the one that takes the earliest
+        successor at the first node where they part.
+        """
+        import numpy as np
+
+        hops, (source, target, length, time) = np.array(self._hops_to(root)), self._columns
+        nearer = (hops[source] == hops[target] + 1) & np.isfinite(hops[source])
+        if self._closed:
+            nearer &= (target == root) | ~np.isin(target, list(self._closed))
+        chosen = np.flatnonzero(nearer)[::-1]  # of several assignments the last holds: the first successor
+        before = np.arange(len(hops), dtype=np.intc)
+        before[source[chosen]] = target[chosen]
+        found = []
+        for column in (length, time):
+            step = np.where(np.isfinite(hops), 0.0, np.inf)
+            step[source[chosen]] = column[chosen]
+            found.append(array("d", sums_along(before, step).tobytes()))
+        return found[0], found[1], array("i", before.tobytes())
+
+    def _hops_to(self, root: int) -> list[float]:
+        """For every node the number of edges to a goal; inf where nothing leads there."""
+        hops = [math.inf] * len(self.names)
+        hops[root] = 0
+        line, predecessors = [root], self._predecessors
+        for here in line:
+            if here == root or here not in self._closed:
+                for there in predecessors[here]:
+                    if hops[there] == math.inf:
+                        hops[there] = hops[here] + 1
+                        line.append(there)
+        return hops
+
+    @cached_property
+    def _predecessors(self) -> list[list[int]]:
+        found: list[list[int]] = [[] for _ in self.names]
+        for source, edges in enumerate(self._next):
+            for target, _, _ in edges:
+                found[target].append(source)
+        return found
+
+    @cached_property
+    def _columns(self) -> tuple[Any, ...]:
+        """From, to, length and time of every edge, in the order of the successors."""
+        import numpy as np
+
+        edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
+        return tuple(np.array(column) for column in zip(*edges, strict=True))
 
     def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
@@ -323,8 +389,7 @@ class RouteOracle:
         from scipy.sparse import csr_array
 
         size = len(self.names)
-        edges = [(i, *edge) for i, row in enumerate(self._next) for edge in row]
-        source, target, length, time = (np.array(column) for column in zip(*edges, strict=True))
+        source, target, length, time = self._columns
         columns = {"length": length, "time": time}
         cost = columns[self.cost]
         if self._counted:

@@ -30,9 +30,12 @@ def travel_on(
     turn_time: float = 0.0,
     node_times: tuple[tuple[str, float], ...] = (),
     slowness: float = 0.0,
+    *,
+    estimate: bool = False,
 ) -> FreeTravel:
     """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
-    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, dict(node_times), slowness)
+    times = dict(node_times)
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness, estimate=estimate)
 
 
 class FreeTravel:
@@ -43,7 +46,8 @@ class FreeTravel:
 
     Where robots gather speed and brake, `slowness` is how long a stop takes them for each unit of speed. A stop counts
     in full (`stop_time`): at every node where time is spent or a robot turns, and as a part of `half_turn` where a
-    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted.
+    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted. `estimate` as
+    for `RouteOracle`.
     """
 
     def __init__(
@@ -56,8 +60,11 @@ class FreeTravel:
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
         slowness: float = 0.0,
+        *,
+        estimate: bool = False,
     ) -> None:
         self.highways = highways
+        self.estimate = estimate
         self.speed = speed
         self.stop_time = speed * slowness
         self.node_time = self._with_stop(node_time)
@@ -76,7 +83,8 @@ class FreeTravel:
     def at(self, speed: float) -> FreeTravel:
         """The same at another speed."""
         node_time, node_times, slowness = self._given
-        return FreeTravel(self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness)
+        ways = self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness
+        return FreeTravel(*ways, estimate=self.estimate)
 
     def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for routes that are cheapest by a cost."""
@@ -91,6 +99,7 @@ class FreeTravel:
                 self.turn_time,
                 self.node_times,
                 self.stop_time,
+                estimate=self.estimate,
             )
         return found
 

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
+    from desim_warehouse.policies.protocols import Task
     from desim_warehouse.policies.situation import Situation
 
 CANDIDATES = 1000
 """Open tasks that a decision considers, from the front of the list; more if more robots are free."""
+MISSES = 8
+"""Pairs that are looked at one by one and may not be given, until all are looked at together."""
 
 
 @dataclass(frozen=True)
@@ -117,32 +120,37 @@ class EarliestDue:
                 yield situation.robots[robot].number, tasks[rank].number
 
 
-def greedy(situation: Situation, tasks: list[Any], costs: Any) -> Iterable[tuple[int, int]]:
-    """The cheapest allowed pair, then the cheapest of those left, and so on.
+def greedy(
+    situation: Situation, tasks: Sequence[Task], costs: Any, *, asked: bool = False
+) -> Iterable[tuple[int, int]]:
+    """The cheapest allowed pair, then the cheapest of those left; ties to the earlier task, the lower robot number.
 
-    Each robot's cheapest task is kept and looked up anew only when that task has gone to another.
+    Whether a pair is allowed is asked when its turn comes, so of few; after `MISSES` that are not, of all at once.
+    `asked`: that is done, and pairs that are not allowed cost inf.
     """
     import numpy as np
 
-    costs = np.where(situation.allowed(situation.robots, tasks), costs, np.inf).T
-    best = costs.argmin(axis=0)
-    least = costs[best, np.arange(costs.shape[1])]
-    for _ in range(min(costs.shape)):
-        robot = int(least.argmin())
-        task = int(best[robot])
-        if not math.isfinite(least[robot]):
+    robots, misses = situation.robots, 0
+    free, left = set(range(len(robots))), set(range(len(tasks)))
+    pairs = costs.T.ravel()
+    for pair in pairs.argsort(kind="stable").tolist():
+        if pairs[pair] == np.inf:
             return
-        ties = np.flatnonzero(least == least[robot])
-        if len(ties) > 1:
-            robot = int(ties[best[ties].argmin()])
-            task = int(best[robot])
-        yield situation.robots[robot].number, tasks[task].number
-        costs[task] = np.inf
-        costs[:, robot] = np.inf
-        least[robot] = np.inf
-        others = np.flatnonzero((best == task) & np.isfinite(least))
-        best[others] = costs[:, others].argmin(axis=0)
-        least[others] = costs[best[others], others]
+        task, robot = divmod(pair, len(robots))
+        if robot not in free or task not in left:
+            continue
+        if asked or situation.may(robots[robot], tasks[task]):
+            yield robots[robot].number, tasks[task].number
+            free.remove(robot)
+            left.remove(task)
+            if not (free and left):
+                return
+        elif (misses := misses + 1) == MISSES:
+            rest = np.ix_(sorted(free), sorted(left))
+            known = np.full(costs.shape, np.inf)
+            known[rest] = np.where(situation.allowed(robots, tasks), costs, np.inf)[rest]
+            yield from greedy(situation, tasks, known, asked=True)
+            return
 
 
 def _at_least_one(candidates: int) -> None:

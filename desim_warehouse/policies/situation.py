@@ -58,11 +58,10 @@ class Situation:
     travel: Travel
     station: Callable[[RobotView, Task], str]
     feasible: Callable[[RobotView, Task], bool]
+    may: Callable[[RobotView, Task], bool]
+    """Whether a pair is feasible and, driving freely, the robot will not have to give the task back."""
     allowed: Callable[[Sequence[RobotView], Sequence[Task]], Any]
-    """For all pairs, whether it is feasible and, driving freely, the robot will not have to give the task back.
-
-    A boolean numpy array with a row for each robot, a column for each task.
-    """
+    """`may` for all pairs: a boolean numpy array with a row for each robot, a column for each task."""
     fleet: Callable[[], Sequence[RobotView]]
     waits: Callable[[], Mapping[tuple[str, str], float]]
     collisions: Callable[[], Mapping[tuple[str, str], float]]

@@ -12,6 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.report.plot import floor
 from desim_warehouse.run import check
 from tests.docs import pages
 
@@ -125,6 +126,17 @@ def test_a_floor_is_drawn_with_all_its_names(tmp_path):
 
     assert set(build(model.layout).graph) <= words
     assert {"MiR250", "charging", "parking", "packing", "charger", "bay slot", "station slot"} <= words
+
+
+@pytest.mark.parametrize(("columns", "named"), [(40, True), (90, False)])
+def test_nodes_have_names_where_they_can_be_read(tmp_path, columns, named):
+    goal = {"layout.stations.packing.at": ["r1c1"], "tasks.unload_at": ["packing"]}
+    model = dw.load("models/tutorial.yaml").replace({"layout.blocks.columns": columns, **goal})
+    path = tmp_path / "floor.svg"
+    floor.save(model, path)
+    words = {text.text for text in ET.parse(path).iter("{http://www.w3.org/2000/svg}text")}  # noqa: S314 - our own
+    assert (set(model.floor.graph) <= words) == named
+    assert set(model.layout.bays) <= words
 
 
 def test_a_picture_of_no_known_kind_is_refused(tmp_path):

@@ -48,6 +48,7 @@ def situation(robots, tasks, times, *, forbidden=(), busy=(), station="S", waits
         travel=Table(times),
         station=lambda *_: station,
         feasible=may,
+        may=may,
         allowed=lambda some, others: np.array([[may(r, t) for t in others] for r in some]),
         fleet=lambda: [*robots, *busy],
         waits=lambda: waits or {},

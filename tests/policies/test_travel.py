@@ -48,18 +48,33 @@ def test_ways_are_the_cheapest_and_lengths_and_times_are_those_of_the_way(seed, 
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed):
+@pytest.mark.parametrize("estimate", [False, True])
+def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed, estimate):
     made = graph(seed)
-    oracle = RouteOracle(made, "hops", SPEED, NODE_TIME)
+    oracle = RouteOracle(made, "hops", SPEED, NODE_TIME, estimate=estimate)
     for origin in made:
         before = dict(nx.bfs_predecessors(made, origin))
         for goal in made:
             way = [goal]
             while way[-1] != origin:
                 way.append(before[way[-1]])
-            assert oracle.way(origin, goal) == way[::-1]
-            assert oracle.length(origin, goal) == pytest.approx(total(made, way[::-1], "length"))
-            assert oracle.time(origin, goal) == pytest.approx(total(made, way[::-1], "time"))
+            way.reverse()
+            assert oracle.way(origin, goal) == way
+            assert oracle.length(origin, goal) == pytest.approx(total(made, way, "length"))
+            assert oracle.time(origin, goal) == pytest.approx(total(made, way, "time"))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_an_estimate_takes_the_same_ways_past_bays_in_lanes_and_where_nothing_leads(seed):
+    made = graph(seed, 30)
+    rng = random.Random(seed)
+    made.remove_edges_from(rng.sample(sorted(made.edges), 30))
+    for name in rng.sample(sorted(made), 6):
+        made.nodes[name]["in_lane"] = True
+    driven, estimated = (RouteOracle(made, "hops", SPEED, NODE_TIME, estimate=backwards) for backwards in (False, True))
+    ways = {(a, b): driven.way(a, b) for a in made for b in made}
+    assert {(a, b): estimated.way(a, b) for a in made for b in made} == ways
+    assert [] in ways.values()
 
 
 @pytest.mark.parametrize("cost", ["hops", "length", "time"])

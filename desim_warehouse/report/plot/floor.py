@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
@@ -54,6 +55,8 @@ def layout(
 def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> Path:
     """Write the floor of a model to a PNG, SVG or PDF file: so large that the names of nodes can be read, or as a map.
 
+    Where they could not be read even at the greatest width, nodes have no names.
+
     Raises:
         ReportError: another ending, or a file that cannot be written.
     """
@@ -67,10 +70,12 @@ def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> 
         size = across, across * (height - 1.2) / width + 1.2
         return _written(_drawn(model, floor, title or model.name, "light", None, size, named=False), path)
     xs = [data["x"] for _, data in floor.graph.nodes(data=True)]
-    needed = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs)) / step_of(floor)
+    names = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs))
+    needed = names / step_of(floor)
     larger = min(max(needed / width, 1.4), _WIDEST / width)
     size = width * larger, (height - 1.2) * larger + 1.2
-    return _written(_drawn(model, floor, title or model.name, "light", None, size, named=True), path)
+    readable = names / median(_lengths(floor)) <= _WIDEST  # names on top of each other would only take time
+    return _written(_drawn(model, floor, title or model.name, "light", None, size, named=readable), path)
 
 
 def _written(axes: Axes, path: Path) -> Path:
@@ -116,8 +121,13 @@ def _drawn(
 
 def step_of(floor: Layout) -> float:
     """How large things are on this floor: the length of its shortest edge as drawn."""
+    return min(_lengths(floor))
+
+
+def _lengths(floor: Layout) -> list[float]:
+    """The lengths of all edges as drawn; of a floor without any, 1."""
     lengths = [math.dist(_at(floor, a), _at(floor, b)) for a, b in floor.graph.edges]
-    return min((length for length in lengths if length > 0), default=1.0)
+    return [length for length in lengths if length > 0] or [1.0]
 
 
 def size_of(floor: Layout) -> tuple[float, float]:

@@ -54,6 +54,7 @@ class Situations:
             travel=self.travel,
             station=reach.stations.choose,
             feasible=reach.feasible,
+            may=reach.may,
             allowed=reach.allowed,
             fleet=fleet,
             waits=lambda: routes.waits,

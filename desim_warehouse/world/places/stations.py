@@ -121,6 +121,10 @@ class Stations:
         """The station beside `node` in which a task is unloaded, or None in the lane."""
         return self.by_node.get(node) if task.drop is None else None
 
+    def holding(self, robot: int) -> str:
+        """The node of the station in which a robot is; empty: in none."""
+        return next((node for node, station in self.by_node.items() if robot in station.inside), "")
+
     def has_room(self, robot: RobotView, task: Task, node: str) -> bool:
         """Whether a robot may set out for a task to `node`. One that stands in a station leaves its slot first.
 

@@ -102,7 +102,8 @@ class Reach:
         self._travel = {travel.speed: travel}
         self._given_back: Counter[int] = Counter()
         self._to_charger: dict[tuple[str, str, float], float] = {}
-        self._onward: dict[int, dict[tuple[str, float, float, str, str], float]] = {}
+        self._out_of: dict[tuple[str, float], float] = {}
+        self._onward: dict[int, dict[tuple[str, float, float, str, str], tuple[float, float]]] = {}
 
     def why_flat(self, started: float | None = None) -> str:
         """Why a battery ran flat in this model, and what helps (`started` as in `cause`)."""
@@ -131,12 +132,23 @@ class Reach:
 
     def feasible(self, robot: RobotView, task: Task) -> bool:
         """Whether the station has room and is open in time, and the charging policy lets the robot take the task."""
+        station = self._station_for(robot, task)
+        return station is not None and self.may_take(robot, task, station)
+
+    def may(self, robot: RobotView, task: Task) -> bool:
+        """Whether a pair is `allowed`."""
+        station = self._station_for(robot, task)
+        if station is None or not self.batteries:
+            return station is not None
+        return robot.energy >= self.enough(robot, task, station, self.levels(robot))
+
+    def _station_for(self, robot: RobotView, task: Task) -> str | None:
+        """Where a robot would unload a task that it can do; None where that has no room or is not open in time."""
         if not may_do(robot, task):
-            return False
+            return None
         station = self.stations.choose(robot, task)
-        if not self.stations.has_room(robot, task, station) or not self.openings.admit(robot, task, station):
-            return False
-        return self.may_take(robot, task, station)
+        room = self.stations.has_room(robot, task, station) and self.openings.admit(robot, task, station)
+        return station if room else None
 
     def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
         """Whether the charging policy lets the robot take the task and bring it to a station.
@@ -173,11 +185,15 @@ class Reach:
             chosen = self._stations_of(robots, tasks)
         else:
             chosen = [[]] * len(robots)  # not read then
+        rooms: dict[tuple[int, str], list[bool]] = {}
         for i, robot in enumerate(robots if stations.full else ()):
-            table[i] &= self._have_room(robot, tasks, chosen[i])
+            key = id(chosen[i]), stations.holding(robot.number)
+            if key not in rooms:
+                rooms[key] = self._have_room(robot, tasks, chosen[i])
+            table[i] &= rooms[key]
         for i, robot in enumerate(robots if stations.close else ()):
             table[i] &= [self.openings.admit(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
-        if not self.batteries:
+        if not (self.batteries and table.any()):
             return table
         above = [i for i, level in enumerate(levels) if robots[i].energy > level.critical]
         if len(above) < len(robots):
@@ -271,9 +287,11 @@ class Reach:
         """Energy with which a robot, driving freely, does not have to give the task back on the way."""
         travel = self.travel(robot.speed)
         driven = robot.free_in + (travel.half_turn + travel.to_edge(robot.node, task.edge))
-        least = levels.critical + self.consumption.empty * driven + EPS * robot.capacity
+        empty = self.consumption.empty
+        least = levels.critical + empty * driven + EPS * robot.capacity
         if levels.margin is not None:
-            least = max(least, self.need(robot, task, station, levels.charger) + levels.margin)
+            way, drawn = self._from_edge_on(robot, task, station, levels.charger)
+            least = max(least, empty * (driven + way) + drawn + levels.margin)
         return self._with_more(least, robot, task, levels)
 
     def _with_more(self, least: float, robot: RobotView, task: Task, levels: Levels) -> float:
@@ -306,8 +324,10 @@ class Reach:
             travel = self.travel(speed)
             driven[these] = travel.half_turn + travel.to_edges([robots[i].node for i in these], edges)
         driven += np.array([robot.free_in for robot in robots])[:, None]
-        low = np.array([level.critical + EPS * robot.capacity for robot, level in zip(robots, levels, strict=True)])
-        table = empty * driven + low[:, None]
+        low, least = np.array(
+            [(level.critical, EPS * one.capacity) for one, level in zip(robots, levels, strict=True)]
+        ).T
+        table = low[:, None] + empty * driven + least[:, None]
         rest: dict[tuple[Any, ...], Any] = {}
         for i, (robot, nodes, level) in enumerate(zip(robots, stations, levels, strict=True)):
             if level.margin is None:
@@ -320,27 +340,28 @@ class Reach:
                         self._from_edge_on(robot, task, node, level.charger)
                         for task, node in zip(tasks, nodes, strict=True)
                     ]
-                )
-            table[i] = np.maximum(table[i], empty * driven[i] + rest[key] + level.margin)
+                ).T
+            way, drawn = rest[key]
+            table[i] = np.maximum(table[i], empty * (driven[i] + way) + drawn + level.margin)
         for j, task in enumerate(tasks if self._given_back else ()):
             if self._given_back[task.number] > 1:
                 column = zip(table[:, j], robots, levels, strict=True)
                 table[:, j] = [self._with_more(least, robot, task, level) for least, robot, level in column]
         return table
 
-    def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> float:
-        """Energy from the start of the good's edge to a charger after the task, kept while the task is open.
+    def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> tuple[float, float]:
+        """Driving time to a charger after a task, and energy from the start of the good's edge until that begins.
 
-        Not of a tour with a choice of stops, which may be others the next time.
+        Kept while the task is open, but not of a tour with a choice of stops, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
         if key not in known:
             way = self.to_charger(station, robot, choice)
-            energy = self._from_edge(robot, task, station) + self.consumption.empty * way
+            drawn = self._from_edge(robot, task, station)
             if task.is_tour and not self.stations.is_settled(task):
-                return energy
-            known[key] = energy
+                return way, drawn
+            known[key] = way, drawn
         return known[key]
 
     def taken(self, task: Task) -> None:
@@ -412,5 +433,9 @@ class Reach:
 
     def out_of(self, bay: str, robot: RobotView) -> float:
         """Time from resting in a parking slot to the charger that is farthest from it."""
-        travel = self.travel(robot.speed)
-        return self.exit_time + max(travel.ways.time(bay, charger) for charger in self.chargers) + travel.stop_time
+        key = bay, robot.speed
+        if key not in self._out_of:
+            travel = self.travel(robot.speed)
+            farthest = max(travel.ways.time(bay, charger) for charger in self.chargers)
+            self._out_of[key] = self.exit_time + farthest + travel.stop_time
+        return self._out_of[key]
