@@ -146,6 +146,7 @@ class Study:
         workers: int | str = 1,
         cluster: str | None = None,
         out: str | Path | None = None,
+        cache: bool = False,
         progress: bool = False,
     ) -> Study:
         """Do the missing runs, with the same results for any number of workers.
@@ -154,6 +155,7 @@ class Study:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
             out: the study folder. Runs there are reused, whichever study did them.
+            cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
             progress: show progress on standard error.
 
         Returns:
@@ -163,7 +165,7 @@ class Study:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
-        with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:
+        with self.session(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress) as runner:
             runner.recall()
             runner.replicate()
         return self
@@ -179,7 +181,7 @@ class Study:
         """Carry out a sequential procedure (`statistics`), which asks for the runs it needs.
 
         The runs become part of the study: `table` and `summary` have them. `make`, `indicator` and
-        `failed` are as of `StudyRunner.follow`, `where` is as in `run`.
+        `failed` are as of `StudyRunner.follow`, `where` is as in `run`, with `cache` unless it says otherwise.
 
         Raises:
             StudyError: a run that was asked for failed.
@@ -197,13 +199,15 @@ class Study:
         workers: int | str = 1,
         cluster: str | None = None,
         out: str | Path | None = None,
+        cache: bool = True,
         progress: bool = False,
     ) -> Iterator[StudyRunner]:
         """The runner of this study, for procedures that choose runs, with arguments as in `run`.
 
-        However the block ends, finished runs are in the folder and in `results`.
+        However the block ends, finished runs are in the folder, or in the user's cache, and in `results`.
         """
         from desim_warehouse.study.execution import make_executor
+        from desim_warehouse.study.execution.cache import Cache
         from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
@@ -211,7 +215,9 @@ class Study:
         with (
             Interrupts() as interrupts,
             Progress(self.plan.name, shown=progress) as shown,
-            Store(self.folder, self._say(shown)) as store,
+            Store(
+                self.folder, self._say(shown), cache=Cache(self._say(shown)) if cache and out is None else None
+            ) as store,
             closing(
                 make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
             ) as executor,
@@ -259,7 +265,7 @@ class Study:
 
     def _write(self, rows: list[Row]) -> None:
         """Store the results as they are now."""
-        from desim_warehouse.study.record import versions
+        from desim_warehouse.study.execution.versions import versions
 
         self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
         if self.folder is not None:

@@ -1,7 +1,8 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
 The results are the same. `work` simulates runs in any process. `pool` has the worker processes, whose own code is
-`worker`. `batches` says which runs are handed out next. `signals` makes Ctrl-C safe.
+`worker`. `auto` says when they are worth it, `batches` which runs are handed out next. `signals` makes Ctrl-C safe.
+`store` keeps finished runs in a folder, or in the user's `cache`.
 """
 
 from __future__ import annotations
@@ -54,12 +55,17 @@ def make_executor(
         from desim_warehouse.study.execution.cluster import Cluster
 
         return Cluster(base, cluster, count, timeout, say)
+    from desim_warehouse.study.execution.work import Serial
+
     if count > 1:
         from desim_warehouse.study.execution.pool import Pool
 
-        return Pool(base, count, timeout, say, interrupts)
-    from desim_warehouse.study.execution.work import Serial
+        pool = Pool(base, count, timeout, say, interrupts)
+        if workers == "auto":
+            from desim_warehouse.study.execution.auto import Auto
 
+            return Auto(Serial(base, timeout, interrupts), pool)
+        return pool
     return Serial(base, timeout, interrupts)
 
 
