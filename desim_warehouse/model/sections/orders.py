@@ -237,7 +237,7 @@ def _present(path: Path, names: Collection[str], theirs: dict[str, str], spec: O
         if name not in names and (ours == "release" or ours in spec.columns):
             near = nearest(name, names)
             hint = f"; did you mean '{near}'?" if near else ""
-            raise ModelError([f"{path}: no column '{name}' (it has {spoken(names) if names else 'none'}){hint}"])
+            raise ModelError([f"{path}: no column '{name}' (it has {len(names) or 'none'}){hint}"])
     return {name: ours for ours, name in theirs.items() if name in names}
 
 
