@@ -15,13 +15,12 @@ if TYPE_CHECKING:
 
 
 class Unset(Enum):
-    """The kind of `UNSET`."""
+    """As the value of an override, `UNSET` removes its key, as if the model file had never said it."""
 
     UNSET = "!unset"
 
 
 UNSET = Unset.UNSET
-"""As the value of an override: its key is removed, as if the model file had never said it."""
 
 
 def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
