@@ -16,7 +16,7 @@ from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     import pandas as pd
 
@@ -167,8 +167,26 @@ class Study:
         """
         with self.session(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress) as runner:
             runner.recall()
-            runner.replicate()
+            for _ in runner.replicate():
+                pass
         return self
+
+    def stream(self, **where: Any) -> Generator[Row]:
+        """The rows of the study as they end, those first that are there: `run()`, for who shows or judges them at once.
+
+        Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
+
+            for row in study.stream(workers=2):
+                print(row.point, row.value("T"))
+
+        Args:
+            where: as in `run`.
+
+        Raises:
+            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
+        """
+        with self.session(**{"cache": False, **where}) as runner:
+            yield from runner.replicate()
 
     def follow(
         self,
@@ -249,7 +267,7 @@ class Study:
         if times is None:
             shown.want(PILOT * len(self.points), 0)
             times, remarks = settle_designs(
-                self.plan, self.points, executor, lambda _, outcome: shown.step(failed=outcome.error is not None)
+                self.plan, self.points, executor, lambda outcome: shown.step(failed=outcome.error is not None)
             )
             for remark in remarks:
                 self._say(shown)(remark)

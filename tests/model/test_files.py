@@ -1,4 +1,4 @@
-"""Models and overrides that come from elsewhere: which files they may name, and that no message shows what is in them."""
+"""Models and overrides from elsewhere: which files they may name, and that no message shows what is in them."""
 
 import json
 
@@ -7,7 +7,7 @@ from ruamel.yaml import YAML
 
 import desim_warehouse as dw
 
-SECRET = "root:x:0:0:very secret:/root"
+INSIDE = "root:x:0:0:very secret:/root"
 POLICY = "from desim_warehouse.policies.parking import Home\n\nclass Mine(Home):\n    pass\n"
 NAMED = {
     "tasks.popularity": lambda name: {"file": name, "column": "weight"},
@@ -26,7 +26,7 @@ def at(tmp_path):
     folder = tmp_path / "model"
     (folder / "below").mkdir(parents=True)
     for place in (tmp_path, folder / "below"):
-        (place / "secret.csv").write_text(f"{SECRET}\n1,2\n")
+        (place / "secret.csv").write_text(f"{INSIDE}\n1,2\n")
         (place / "weights.csv").write_text("weight\n" + "1\n" * 8)
         (place / "mine.py").write_text(POLICY)
     (folder / "link.csv").symlink_to(tmp_path / "secret.csv")

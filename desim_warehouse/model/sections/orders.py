@@ -15,7 +15,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
 from desim_warehouse.values.fields import LIMITS
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
@@ -26,8 +26,11 @@ MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no mo
 class Executor(Protocol):
     """Simulates runs, in any order. Processes and connections are made when the first run is wanted."""
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run. `done` gets the run's position and its outcome as soon as it is finished."""
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
+        """Simulate every wanted run: the position of each and its outcome, as soon as it is finished.
+
+        Closing the generator cancels what is not finished.
+        """
         ...
 
     def close(self) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from time import monotonic
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Generator, Sequence
 
     from desim_warehouse.study.execution.pool import Pool
     from desim_warehouse.study.execution.work import Outcome, Serial, Wanted
@@ -23,16 +22,16 @@ class Auto:
         self.pool = pool
         self.left = ALONE if pool.timeout is None else 0.0  # a pool can kill what runs too long
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
         """Simulate every wanted run; raises as `Pool.run`."""
         first = 0
         while first < len(wanted) and self.left > 0:
-            began = monotonic()
-            self.alone.run([wanted[first]], lambda _, outcome, at=first: done(at, outcome))  # type: ignore[misc]
-            self.left -= monotonic() - began
+            for _, outcome in self.alone.run([wanted[first]]):
+                self.left -= outcome.run_time
+                yield first, outcome
             first += 1
-        if first < len(wanted):
-            self.pool.run(wanted[first:], lambda position, outcome: done(first + position, outcome))
+        for position, outcome in self.pool.run(wanted[first:]):
+            yield first + position, outcome
 
     def close(self) -> None:
         """End all processes."""
