@@ -26,13 +26,18 @@ if TYPE_CHECKING:
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.oriented import orient
+    from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.report import plot
-    from desim_warehouse.run import Run, simulate
+    from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
+    from desim_warehouse.study.file import schema
+    from desim_warehouse.study.fleet import plan_fleet as plan
+    from desim_warehouse.study.procedures import best, size
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
+    from desim_warehouse.study.why import why
 
 _HOME = {
     "errors": (
@@ -51,18 +56,26 @@ _HOME = {
     "learn.asktell": ("steps",),
     "model": ("Model", "load"),
     "model.oriented": ("orient",),
+    "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
-    "run": ("Run", "simulate"),
+    "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
+    "study.file": ("schema",),
+    "study.fleet": ("plan_fleet",),
+    "study.procedures": ("best", "size"),
     "study.results": ("Results",),
     "study.study": ("Study",),
+    "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+_CALLED = {"plan": "plan_fleet"}
+"""Public names of what has another name in its module."""
 _PACKAGES = {"plot": "report.plot"}
 """Public modules by name."""
 
 __all__ = [
+    "UNSET",
     "BatteryError",
     "CheckError",
     "GridlockError",
@@ -79,13 +92,19 @@ __all__ = [
     "StudyError",
     "WarehouseError",
     "__version__",
+    "best",
+    "check",
     "load",
     "load_run",
     "orient",
+    "plan",
     "plot",
     "read_layout",
+    "schema",
     "simulate",
+    "size",
     "steps",
+    "why",
     "write_layout",
 ]
 
@@ -96,8 +115,8 @@ def __getattr__(name: str) -> Any:
 
     if name in _PACKAGES:
         value: Any = import_module(f"{__name__}.{_PACKAGES[name]}")
-    elif name in _MODULE_OF:
-        value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    elif (there := _CALLED.get(name, name)) in _MODULE_OF:
+        value = getattr(import_module(f"{__name__}.{_MODULE_OF[there]}"), there)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

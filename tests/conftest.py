@@ -5,11 +5,18 @@ from __future__ import annotations
 import os
 from collections import Counter
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("fast", max_examples=60, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory, monkeypatch):
+    """No test finds the runs of another, nor those of the user."""
+    monkeypatch.setenv("DESIM_CACHE", str(tmp_path_factory.mktemp("cache")))
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -73,7 +73,7 @@ def command(
         execution = execution.at_home(model)
     warn(study.plan.base, model if vary else None, question.assignments)
     more = None if sense is None else sense == "maximise"
-    with interruptible(study, execution.out):
+    with interruptible(study, execution.kept):
         found = best(
             study,
             indicator,

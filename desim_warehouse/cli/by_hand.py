@@ -26,10 +26,11 @@ def warn(
     Returns:
         The warnings as JSON has them, None where the hand calculation takes too long.
     """
+    from desim_warehouse.model import options_of
+
     found = _warnings(model)
     if not as_json and found != []:
-        sets = [part for text in assignments for part in ("--set", text)]
-        more = "" if source is None else f" ({shlex.join(['desim', 'check', source, *sets])})"
+        more = "" if source is None else f" ({shlex.join(['desim', 'check', source, *options_of(assignments)])})"
         click.echo(f"{_line(found)}{more}", err=True)
     return None if found is None else [{"code": item.code, "text": item.problem} for item in found]
 

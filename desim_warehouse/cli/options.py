@@ -24,6 +24,13 @@ _set = click.option(
     metavar="KEY=VALUE",
     help="Change a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
 )
+_unset = click.option(
+    "--unset",
+    "removed",
+    multiple=True,
+    metavar="KEY",
+    help="Remove a key of the model, such as tasks.goods, as if the file did not have it; may be repeated.",
+)
 _accept = click.option(
     "--accept",
     "accepted",
@@ -35,14 +42,17 @@ _accept = click.option(
 
 
 def with_overrides(command: F) -> F:
-    """Add `--set` and `--accept`; the command is called with both as `assignments`."""
+    """Add `--set`, `--unset` and `--accept`; the command is called with all as `assignments`."""
 
     @wraps(command)
-    def call(*, assignments: tuple[str, ...], accepted: tuple[str, ...], **given: Any) -> Any:
-        accept = (f"accept=[{', '.join(accepted)}]",) if accepted else ()
-        return command(assignments=(*assignments, *accept), **given)
+    def call(*, assignments: tuple[str, ...], removed: tuple[str, ...], accepted: tuple[str, ...], **given: Any) -> Any:
+        from desim_warehouse.model import UNSET
 
-    return cast("F", _set(_accept(call)))
+        accept = (f"accept=[{', '.join(accepted)}]",) if accepted else ()
+        gone = (f"{key}={UNSET.value}" for key in removed)
+        return command(assignments=(*assignments, *gone, *accept), **given)
+
+    return cast("F", _set(_unset(_accept(call))))
 
 
 def _usual(

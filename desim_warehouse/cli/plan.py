@@ -88,7 +88,7 @@ def command(
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
     began = monotonic()
-    with interruptible(None, execution.out):
+    with interruptible(None, execution.kept):
         found = plan_fleet(
             loaded,
             target,

@@ -11,7 +11,6 @@ import click
 @click.option("--study", is_flag=True, help="That of study files.")
 def command(study: bool) -> None:
     """Print the JSON Schema of model files, or of study files, for editors."""
-    from desim_warehouse.model import json_schema
-    from desim_warehouse.study.file import study_schema
+    from desim_warehouse.study.file import schema
 
-    click.echo(json.dumps(study_schema() if study else json_schema(), indent=2))
+    click.echo(json.dumps(schema(study=study), indent=2))

@@ -79,7 +79,7 @@ def command(
         raise click.UsageError("--search is for a --target: without one every value is looked at")
     warn(study.plan.base, model, question.assignments)
     if target is None:
-        with interruptible(study, execution.out):
+        with interruptible(study, execution.kept):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
         smallest = best.first.labels[key]
         show_best(
@@ -87,7 +87,7 @@ def command(
         )
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
-    with interruptible(study, execution.out):
+    with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     show_verdicts(study.results)
     click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")

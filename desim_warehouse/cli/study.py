@@ -65,7 +65,7 @@ def command(
     results = None if execution.out else _as_saved(study)
     if results is None:
         execution = execution.at_home(study)
-        with interruptible(whole, execution.out):
+        with interruptible(whole, execution.kept):
             whole.run(**execution.where())
         results = whole.results
     if share is None:

@@ -52,11 +52,18 @@ class ExecutionOptions:
     cluster: str | None
     timeout: float | None
     out: str | None
+    no_cache: bool
     quiet: bool
 
     def where(self) -> dict[str, Any]:
         """The arguments of `Study.run` and of the procedures."""
-        return {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
+        where = {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
+        return {**where, "cache": not self.no_cache}
+
+    @property
+    def kept(self) -> str | None:
+        """Where finished runs are kept, in words; None: nowhere."""
+        return self.out or (None if self.no_cache else "the cache")
 
     def at_home(self, study: str) -> ExecutionOptions:
         """The same; a study that is a folder is resumed there."""
@@ -158,10 +165,10 @@ with_execution = _gathered(
     [
         click.option(
             "--workers",
-            default="1",
+            default="auto",
             show_default=True,
             metavar="N|auto",
-            help="Processes on this machine, at most 256; auto: one for each processor.",
+            help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
         ),
         click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
         click.option(
@@ -171,6 +178,11 @@ with_execution = _gathered(
             help="Time that a run may take: seconds, or with a unit such as 5min.",
         ),
         click.option("--out", metavar="DIR", help="Study folder; runs that are already there are reused."),
+        click.option(
+            "--no-cache",
+            is_flag=True,
+            help="Without --out, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse those there.",
+        ),
         click.option("--quiet", is_flag=True, help="Do not show progress."),
     ],
 )
@@ -258,10 +270,10 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 
 
 @contextmanager
-def interruptible(study: Study | None, out: str | None) -> Iterator[None]:
+def interruptible(study: Study | None, kept: str | None) -> Iterator[None]:
     """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143.
 
-    `study` None: there are several, in folders below `out`.
+    `study` None: there are several. `kept`: see `ExecutionOptions.kept`.
     """
     from desim_warehouse.study.execution.signals import interrupt
 
@@ -270,18 +282,14 @@ def interruptible(study: Study | None, out: str | None) -> Iterator[None]:
         yield
     except KeyboardInterrupt as stop:
         number = "" if study is None else f"{len(study.rows)} "
-        kept = (
-            f"{number}finished runs are kept in {out}; the same command resumes"
-            if out
-            else ("nothing is kept without --out DIR")
-        )
-        click.echo(f"stopped: {kept}", err=True)
+        resumes = f"{number}finished runs are kept in {kept}; the same command resumes"
+        click.echo(f"stopped: {resumes if kept else 'nothing is kept without --out DIR'}", err=True)
         sys.exit(128 + (stop.args[0] if stop.args else signal.SIGINT))
     finally:
         signal.signal(signal.SIGTERM, before)
 
 
-_NO_MATTER = {"workers", "cluster", "timeout", "out", "quiet"}
+_NO_MATTER = {"workers", "cluster", "timeout", "out", "no_cache", "quiet"}
 """Parameters that say how runs are carried out, not what comes out."""
 
 

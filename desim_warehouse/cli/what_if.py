@@ -82,7 +82,7 @@ def command(
     )
     refuse_page(page, study.plan)
     warn(study.plan.base, model, question.assignments)
-    with interruptible(study, execution.out):
+    with interruptible(study, execution.kept):
         study.run(**execution.where())
     show_summary(study.results)
     write_page(page, study.results)

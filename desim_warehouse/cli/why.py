@@ -53,7 +53,7 @@ def command(
     looked_at = start.model if isinstance(start, Done) else start
     model = source if not Path(source).is_dir() else "MODEL"
     warnings = warn(looked_at, None if model == "MODEL" else model, question.assignments, as_json=as_json)
-    with interruptible(None, execution.out):
+    with interruptible(None, execution.kept):
         found = why(
             start,
             indicator=indicator,

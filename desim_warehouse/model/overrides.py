@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
@@ -10,11 +11,22 @@ from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
+
+
+class Unset(Enum):
+    """As the value of an override, `UNSET` removes its key, as if the model file had never said it."""
+
+    UNSET = "!unset"
+
+
+UNSET = Unset.UNSET
 
 
 def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
     """Split `KEY=VALUE` of a command-line option, where the value is YAML, such as `3`, `[11, 8]` or `{random: 20}`.
+
+    The value `!unset`, as which `--unset` is passed on, is `UNSET`.
 
     Raises:
         ModelError: where there is no key or no value, or the value is not YAML.
@@ -23,12 +35,21 @@ def parse_assignment(text: str, option: str = "--set") -> tuple[str, Any]:
     key = key.strip()
     if not equals or not key:
         raise ModelError([f"{option} {text}: no assignment, expected KEY=VALUE such as fleet.size=3"])
+    if written == UNSET.value:
+        return key, UNSET
     document = read_yaml(written, f"{option} {key}")
     if document.data is None and not written.strip():
         raise ModelError([f"{option} {key}: no value after '=', expected one (null leaves the key out)"])
     if document.problems:
         raise ModelError([f"{option} {key}: {problem.text}" for problem in document.problems])
     return key, document.data
+
+
+def options_of(assignments: Iterable[str]) -> list[str]:
+    """The options of a command line that give these assignments."""
+    end = f"={UNSET.value}"
+    split = [("--unset", text.removesuffix(end)) if text.endswith(end) else ("--set", text) for text in assignments]
+    return [part for option in split for part in option]
 
 
 def override(document: Document, overrides: Mapping[str, Any], outline: Outline, named: str) -> None:
@@ -46,6 +67,9 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
             positions.overridden((str(text),), f"{named} {text}")
+        elif outline.known(keys) and overrides[text] is UNSET:
+            positions.overridden(keys, f"{named} {text}")
+            problems += _remove(document.data, keys)
         elif outline.known(keys):
             problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
         else:
@@ -63,7 +87,7 @@ def _put(section: Any, path: Keys, value: Any, positions: Positions, said: str) 
     keys: Keys = ()
     problems: list[Problem] = []
     for key in path:
-        if isinstance(section, list) and str(key).isdecimal() and int(key) < len(section):
+        if _is_entry(section, key):
             step: Any = int(key)
         elif isinstance(section, dict):
             step = key
@@ -77,6 +101,23 @@ def _put(section: Any, path: Keys, value: Any, positions: Positions, said: str) 
             section[step] = section = _opened(section, keys, positions, said)
     positions.overridden(keys, said)
     return problems
+
+
+def _remove(section: Any, path: Keys) -> list[Problem]:
+    """Take a key away, if it is there, and return why it cannot be."""
+    for key in path[:-1]:
+        section = (
+            section[int(key)] if _is_entry(section, key) else section.get(key) if isinstance(section, dict) else None
+        )
+    if _is_entry(section, path[-1]):
+        return [Problem(path, "an entry of a list, which cannot be left out, expected the list as a whole")]
+    if isinstance(section, dict):
+        section.pop(path[-1], None)
+    return []
+
+
+def _is_entry(section: Any, key: str | int) -> bool:
+    return isinstance(section, list) and str(key).isdecimal() and int(key) < len(section)
 
 
 def _opened(section: Any, keys: Keys, positions: Positions, said: str) -> Any:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.messages import Keys, Outline, Position, Positions, Problem
@@ -19,18 +19,23 @@ _LARGE = 200_000  # characters of a text whose keys are looked at while it is re
 _NESTED = re.compile(rf"(?:[\[{{]\s*){{{_DEEPEST + 1}}}")
 _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST} at most"
 
+Files = Literal["any", "beside", "none"]
+"""Which files a document may name: any, those below its folder, or none."""
+
 
 @dataclass
 class Document:
     """What a YAML text says: plain values, where each stands, and what is wrong with them.
 
-    `folder`: where the relative names of files in it start. `unread`: keys of which the file could not be read.
+    `folder`: where the relative names of files in it start. `files`: which of them may be read. `unread`: keys of which
+    the file could not be read.
     """
 
     data: Any
     positions: Positions
     problems: list[Problem] = field(default_factory=list)
     folder: Path = Path()
+    files: Files = "any"
     unread: set[Keys] = field(default_factory=set)
 
     @property

@@ -5,10 +5,10 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from desim_warehouse.errors import ModelError
-from desim_warehouse.model.parse import from_file, from_mapping
+from desim_warehouse.errors import ModelError, spoken
+from desim_warehouse.model.parse import Files, from_file, from_mapping
 from desim_warehouse.model.schema import OUTLINE, Model, model_of
 
 
@@ -18,6 +18,7 @@ def load(
     *,
     named: str = "override",
     run_code: bool = False,
+    files: Files = "any",
 ) -> Model:
     """Read a model and check it.
 
@@ -29,6 +30,9 @@ def load(
         named: how messages call an override. The command line says `--set`.
         run_code: import the user's own policies as well and ask them about their parameters. Without it none of
             their code is run, and what is wrong with them is found when they are made: by `simulate` or `check`.
+        files: which files the model and the overrides may name: any of this machine; `beside`, those below the folder
+            of the model file, links followed, for what comes from elsewhere; or none. It holds for tables, layouts,
+            orders and policies of the user's own. Content given as a mapping has no folder: beside is none there.
 
     Returns:
         The model, complete by itself: tables it names are read here, relative to the model file.
@@ -36,12 +40,16 @@ def load(
     Raises:
         ModelError: with every problem of the file and the overrides, in the order of the file.
     """
+    if files not in get_args(Files):
+        raise ModelError([f"files {files!r:.60}: expected one of {spoken(get_args(Files), 'or')}"])
     if isinstance(source, Mapping):
         document = from_mapping(source, "<mapping>")
+        document.files = "none" if files == "beside" else files
     else:
         document = from_file(Path(source), str(source), "a model with layout, fleet and tasks", OUTLINE)
         if document.kind == "study":
             raise ModelError([f"{source}: a study file, expected a model file; desim study {source} runs it"])
+        document.files = files
     return model_of(document, overrides or {}, named, run_code=run_code)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from desim_warehouse.errors import ModelError, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.messages import Keys, Position, Positions, Problem, from_pydantic
@@ -23,13 +24,10 @@ from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from desim_warehouse.model.messages import Outline
     from desim_warehouse.model.parse import Document
 
-_LISTED = 12
-"""Columns named in a message."""
 STORAGE: Keys = ("layout", "storage")
 
 
@@ -43,9 +41,10 @@ def resolve(document: Document, outline: Outline) -> None:
         outline: the keys that it can have.
     """
     data, folder, positions = document.data, document.folder, document.positions
-    problems = _layout(data.get("layout"), folder, positions)
+    problems = _layout(data.get("layout"), document)
     for section, keys, read in _named(data):
         try:
+            _refuse(section[str(keys[-1])]["file"], (*keys, "file"), document)
             section[str(keys[-1])] = read(section[str(keys[-1])], keys, folder, positions)
         except ValidationError as error:
             problems += from_pydantic(error, outline, keys)
@@ -53,32 +52,62 @@ def resolve(document: Document, outline: Outline) -> None:
         except _RefusedError as refused:
             problems += refused.problems
             del section[str(keys[-1])]
-    document.problems += problems
+    document.problems += [*problems, *_policies(data.get("policies"), document)]
     document.unread |= {problem.keys[:2] for problem in problems}
     if LAYOUT in document.unread:
         document.unread.add(("layout",))
-    _policies(data.get("policies"), folder)
 
 
-def _policies(section: Any, folder: Path) -> None:
+def _policies(section: Any, document: Document) -> list[Problem]:
+    problems: list[Problem] = []
     for kind in KINDS if isinstance(section, dict) else ():
-        named = section.get(kind)
-        if isinstance(named, str):
-            section[kind] = catalogue.resolved(named, folder)
-        elif isinstance(named, dict) and isinstance(named.get("name"), str):
-            named["name"] = catalogue.resolved(named["name"], folder)
+        holder, key = (section[kind], "name") if isinstance(section.get(kind), dict) else (section, kind)
+        name = holder.get(key)
+        if not isinstance(name, str):
+            continue
+        place, own, _ = name.rpartition(":")
+        try:
+            if own:  # a module may lie anywhere
+                _refuse(place if place.endswith(".py") else None, ("policies", kind), document)
+            holder[key] = catalogue.resolved(name, document.folder)
+        except _RefusedError as refused:
+            problems += refused.problems
+            del section[kind]
+    return problems
+
+
+def _refuse(name: Any, keys: Keys, document: Document) -> None:
+    """Refuse a file that the document may not name. Nothing is said of the file, not even whether there is one."""
+    if document.files == "none":
+        raise _RefusedError(Problem(keys, "names a file, expected none here (files: none)"))
+    if document.files == "beside" and not _is_below(document.folder, name):
+        raise _RefusedError(
+            Problem(keys, f"not a file below the folder of the model (got {got(name)}), expected one (files: beside)")
+        )
+
+
+def _is_below(folder: Path, name: Any) -> bool:
+    """Whether a file lies below a folder, when all links are followed."""
+    try:
+        return Path(folder, name).resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, TypeError, RuntimeError):  # no name of a file; a ring of links
+        return False
 
 
 LAYOUT: Keys = ("layout", "file")
 
 
-def _layout(section: Any, folder: Path, positions: Positions) -> list[Problem]:
+def _layout(section: Any, document: Document) -> list[Problem]:
     """Put the keys of a layout file into the section that names it."""
     if not isinstance(section, dict) or not isinstance(section.get("file"), str):
         return []
-    path = folder / section.pop("file")
+    positions, name = document.positions, section.pop("file")
+    path = document.folder / name
     try:
+        _refuse(name, LAYOUT, document)
         there = layout_file.read(path)
+    except _RefusedError as refused:
+        return list(refused.problems)
     except ModelError as error:
         return [Problem(LAYOUT, problem) for problem in error.problems]
     here = Position(next(positions.ranks), 0, 0, str(path))
@@ -250,7 +279,7 @@ class _Table:
             if row.width != len(header):
                 where = next(iter(row.at.values())).text
                 wrong = "a row without all columns" if row.width < len(header) else "a row with more cells than columns"
-                text = f"{wrong} (got {where}), expected {_listed(header)} in every row"
+                text = f"{wrong} (got {where}), expected {_columns(header)} in every row"
                 raise _RefusedError(Problem(keys, text))
         return cls(str(path), header, rows)
 
@@ -260,14 +289,13 @@ class _Table:
             return
         near = nearest(column, self.header)
         hint = f"; did you mean '{near}'?" if near else ""
-        have = _listed([f"'{name}'" for name in self.header]) if self.header else "no columns"
-        text = f"no column '{column}' in '{self.name}' (got {have}), expected it in line 1{hint}"
+        text = f"no column '{column}' in '{self.name}' (got {_columns(self.header)}), expected it in line 1{hint}"
         raise _RefusedError(Problem(keys, text))
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Columns in words, of many only the first."""
-    return spoken(names) if len(names) <= _LISTED else f"{', '.join(names[:_LISTED])} and {len(names) - _LISTED:,} more"
+def _columns(header: Sequence[str]) -> str:
+    """Columns in words; not by name, as the file may be one that whoever reads the message must not see."""
+    return f"{len(header) or 'no'} column{'s' * (len(header) != 1)}"
 
 
 def _check_size(path: Path) -> None:

@@ -107,7 +107,7 @@ def need_all(history: History) -> None:
     """Refuse a run whose log does not hold where its robots drove."""
     if history.log.level != "all":
         raise ReportError(
-            f"a replay needs log: all (now log: {history.log.level}), run with --set log=all to record "
+            f"where robots are needs log: all (now log: {history.log.level}), run with --set log=all to record "
             "where the robots drive"
         )
 

@@ -15,7 +15,7 @@ from desim_warehouse.outcome.history import History
 from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     import pandas as pd
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.account import By
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.outcome.verdicts import Verdict
+    from desim_warehouse.report.positions import Positions
     from desim_warehouse.report.replay import Replay
 
 
@@ -154,6 +155,40 @@ class Run:
         import pandas as pd
 
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
+
+    def positions(self, times: Iterable[float]) -> pd.DataFrame:
+        """Where every robot is at some times: time, robot, x, y and heading, a row for each; needs `log: all`.
+
+        Args:
+            times: in the model's time unit, in any order; before and after the run robots stand.
+
+        Returns:
+            x and y in the units of the layout, the heading in radians from x towards y. A robot in a slot of a bay or
+            station is drawn beside its node.
+
+        Raises:
+            ReportError: a run without `log: all`.
+        """
+        import numpy as np
+        import pandas as pd
+
+        found, asked = self._positions, np.fromiter(times, dtype=float)
+        robots = len(found.legs.first) - 1
+        points = np.concatenate([np.empty((0, 2)), *map(found.points, asked)])
+        columns: dict[str, Any] = {
+            "time": np.repeat(asked, robots),
+            "robot": np.tile(np.arange(robots), len(asked)),
+            "x": points[:, 0],
+            "y": points[:, 1],
+            "heading": np.concatenate([np.empty(0), *map(found.headings, asked)]),
+        }
+        return pd.DataFrame(columns)
+
+    @cached_property
+    def _positions(self) -> Positions:
+        from desim_warehouse.report.positions import Positions
+
+        return Positions(self.history)
 
     def replay(
         self,

@@ -53,7 +53,7 @@ from pydantic import (
 )
 
 from desim_warehouse.errors import StudyError, got, nearest, spoken
-from desim_warehouse.model import Model
+from desim_warehouse.model import Model, json_schema
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.outcome.indicators import INDICATORS, look_up
 from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
@@ -274,6 +274,11 @@ def study_schema() -> dict[str, Any]:
     schema = StudyFile.model_json_schema()
     title = "desim-warehouse study"
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}
+
+
+def schema(*, study: bool = False) -> dict[str, Any]:
+    """The JSON Schema of model files, or of study files, for editors and forms."""
+    return study_schema() if study else json_schema()
 
 
 def labels(baseline: Mapping[str, Any]) -> dict[str, Label]:

@@ -63,7 +63,7 @@ def best(
         maximise: whether more is better (default: as usual for the indicator).
         first: replications of every design before any drops out.
         cap: most replications of a design.
-        where: workers, cluster, out, progress, as of `Study.run`.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
@@ -96,7 +96,7 @@ def most(
         share: a smaller difference, as a part of the largest mean, does not matter.
         first: replications of every design before any drops out.
         cap: most replications of a design.
-        where: workers, cluster, out, progress, as of `Study.run`.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
@@ -149,7 +149,7 @@ def size(
         first: replications at the first look at a value.
         cap: most replications of a value.
         search: bisection, or scan through all values from the first.
-        where: workers, cluster, out, progress, as of `Study.run`.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
         StudyError: not one factor, a bad target, or a run that failed.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, StudyError
-from desim_warehouse.model import Model, load
+from desim_warehouse.model import UNSET, Model, load
 from desim_warehouse.model.messages import Positions, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.policies.catalogue import resolved_in
@@ -67,7 +67,13 @@ def plan_of(
         ModelError: with every problem of the study, its model and its designs.
     """
     problems: list[Problem] = []
-    data = plain({key: value for key, value in content.items() if value is not None}, (), problems)
+    given = content.get("set")
+    changes = dict(given) if isinstance(given, Mapping) else {}
+    gone = {key: changes.pop(key) for key, value in list(changes.items()) if value is UNSET}
+    stated = {**content, "set": changes} if gone else content
+    data = plain({key: value for key, value in stated.items() if value is not None}, (), problems)
+    if gone:
+        data["set"] |= gone
     positions = Positions(str(data.get("name", "study")) if options else "study")
     for keys, option in (options or {}).items():
         positions.given(keys, option)

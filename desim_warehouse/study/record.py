@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import platform
 from dataclasses import replace
-from importlib import metadata
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse._version import __version__
 from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
 from desim_warehouse.run.folder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
+from desim_warehouse.study.execution.versions import versions
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
 
 FORMAT = 1
-_VERSIONS = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 
 
 class Record(NamedTuple):
@@ -34,15 +31,6 @@ class Record(NamedTuple):
     plan: StudyPlan
     keys: Mapping[int, str]
     versions: Mapping[str, str]
-
-
-def versions() -> dict[str, str]:
-    """The versions that results depend on: ours, Python's and those of packages."""
-    return {
-        "desim-warehouse": __version__,
-        "python": platform.python_version(),
-        **{name: metadata.version(name) for name in _VERSIONS},
-    }
 
 
 def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, str], folder: Path) -> None:

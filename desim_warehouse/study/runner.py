@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from time import monotonic
 from typing import TYPE_CHECKING, TypeVar, cast
 
@@ -13,12 +14,11 @@ from desim_warehouse.study.plan import models, run_seed
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.execution.store import Store
-    from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Procedure
 
@@ -71,20 +71,21 @@ class StudyRunner:
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 
-    def replicate(self) -> None:
-        """Do all replications of all points."""
+    def replicate(self) -> Iterator[Row]:
+        """Do all replications of all points: their rows as they end, first those that are there."""
         rule = self.plan.replications
         if isinstance(rule, Until):
-            self._until(rule)
+            yield from self._until(rule)
             return
         counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
-        self.ask([(point.number, r) for point in self.points for r in range(counts[point.number])])
+        yield from self.each([(point.number, r) for point in self.points for r in range(counts[point.number])])
 
     def recall(self) -> bool:
         """Replay the study as far as its runs are there, so that `finished` has them; whether none is missing."""
         executor, self.executor = self.executor, None
         try:
-            self.replicate()
+            for _ in self.replicate():
+                pass
         except _MissingError:
             return False
         finally:
@@ -142,30 +143,36 @@ class StudyRunner:
 
     def ask(self, runs: Iterable[tuple[int, int]]) -> None:
         """Do those of these runs (point, replication) that are missing."""
-        asked = list(runs)
-        missing: dict[tuple[str, int], Wanted] = {}
-        for number, replication in asked:
+        for _ in self.each(runs):
+            pass
+
+    def each(self, runs: Iterable[tuple[int, int]]) -> Iterator[Row]:
+        """Do those of these runs (point, replication) that are missing: all rows, first those that are there."""
+        there: list[tuple[int, int]] = []
+        missing: dict[tuple[str, int], list[tuple[int, int]]] = {}  # the same run may be asked for at several points
+        for number, replication in runs:
             self.replications[number] = max(self.replications[number], replication + 1)
-            key, seed = self.keys[number], run_seed(self.plan.seed, replication)
-            if (key, seed) not in missing and self.store.missing(key, seed):
-                missing[key, seed] = Wanted(number, self.points[number].overrides, seed)
+            name = self.keys[number], run_seed(self.plan.seed, replication)
+            lacks = name in missing or self.store.missing(*name)
+            (missing.setdefault(name, []) if lacks else there).append((number, replication))
         if self.executor is None:
             if missing:
                 raise _MissingError
             return
-        there = {(self.keys[n], run_seed(self.plan.seed, r)) for n, r in asked} - missing.keys()
-        self.progress.want(len(missing), len(there))
+        self.progress.want(len(missing), len({(self.keys[n], r) for n, r in there}))
+        yield from (self.row(*one) for one in there)
         names = list(missing)
-
-        def done(position: int, outcome: Outcome) -> None:
-            self.store.add(*names[position], outcome)
-            self.progress.step(failed=outcome.error is not None)
-            if monotonic() - self.written > _WRITE_EVERY:
-                self.write(self.finished())
-                self.written = monotonic()
-
-        if missing:
-            self.executor.run(list(missing.values()), done)
+        wanted = [Wanted(of[0][0], self.points[of[0][0]].overrides, seed) for (_, seed), of in missing.items()]
+        if not wanted:
+            return
+        with closing(self.executor.run(wanted)) as outcomes:
+            for position, outcome in outcomes:
+                self.store.add(*names[position], outcome)
+                self.progress.step(failed=outcome.error is not None)
+                if monotonic() - self.written > _WRITE_EVERY:
+                    self.write(self.finished())
+                    self.written = monotonic()
+                yield from (self.row(*one) for one in missing[names[position]])
 
     def found(self, number: int, replication: int) -> Row | None:
         """A run if it is finished."""
@@ -184,7 +191,7 @@ class StudyRunner:
         runs = (self.found(number, r) for number, many in self.replications.items() for r in range(many))
         return [row for row in runs if row is not None]
 
-    def _until(self, rule: Until) -> None:
+    def _until(self, rule: Until) -> Iterator[Row]:
         """Replicate each point until its mean is known well enough, or its cap is reached."""
         from desim_warehouse.study.statistics import PrecisionRule, check_precision
 
@@ -192,7 +199,7 @@ class StudyRunner:
         have = dict.fromkeys(self.keys, 0)
         more = dict.fromkeys(self.keys, rule.minimum)
         while more:
-            self.ask([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
+            yield from self.each([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
             for number, count in list(more.items()):
                 have[number] += count
                 rows = [self.row(number, r) for r in range(have[number])]

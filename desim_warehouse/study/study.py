@@ -16,7 +16,7 @@ from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     import pandas as pd
 
@@ -146,6 +146,7 @@ class Study:
         workers: int | str = 1,
         cluster: str | None = None,
         out: str | Path | None = None,
+        cache: bool = False,
         progress: bool = False,
     ) -> Study:
         """Do the missing runs, with the same results for any number of workers.
@@ -154,6 +155,7 @@ class Study:
             workers: processes on this machine, at most 256, or `auto`: one for each processor.
             cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
             out: the study folder. Runs there are reused, whichever study did them.
+            cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
             progress: show progress on standard error.
 
         Returns:
@@ -163,10 +165,28 @@ class Study:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
-        with self.session(workers=workers, cluster=cluster, out=out, progress=progress) as runner:
+        with self.session(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress) as runner:
             runner.recall()
-            runner.replicate()
+            for _ in runner.replicate():
+                pass
         return self
+
+    def stream(self, **where: Any) -> Generator[Row]:
+        """The rows of the study as they end, those first that are there: `run()`, for who shows or judges them at once.
+
+        Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
+
+            for row in study.stream(workers=2):
+                print(row.point, row.value("T"))
+
+        Args:
+            where: as in `run`.
+
+        Raises:
+            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
+        """
+        with self.session(**{"cache": False, **where}) as runner:
+            yield from runner.replicate()
 
     def follow(
         self,
@@ -179,7 +199,7 @@ class Study:
         """Carry out a sequential procedure (`statistics`), which asks for the runs it needs.
 
         The runs become part of the study: `table` and `summary` have them. `make`, `indicator` and
-        `failed` are as of `StudyRunner.follow`, `where` is as in `run`.
+        `failed` are as of `StudyRunner.follow`, `where` is as in `run`, with `cache` unless it says otherwise.
 
         Raises:
             StudyError: a run that was asked for failed.
@@ -201,13 +221,15 @@ class Study:
         workers: int | str = 1,
         cluster: str | None = None,
         out: str | Path | None = None,
+        cache: bool = True,
         progress: bool = False,
     ) -> Iterator[StudyRunner]:
         """The runner of this study, for procedures that choose runs, with arguments as in `run`.
 
-        However the block ends, finished runs are in the folder and in `results`.
+        However the block ends, finished runs are in the folder, or in the user's cache, and in `results`.
         """
         from desim_warehouse.study.execution import make_executor
+        from desim_warehouse.study.execution.cache import Cache
         from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
@@ -215,7 +237,9 @@ class Study:
         with (
             Interrupts() as interrupts,
             Progress(self.plan.name, shown=progress) as shown,
-            Store(self.folder, self._say(shown)) as store,
+            Store(
+                self.folder, self._say(shown), cache=Cache(self._say(shown)) if cache and out is None else None
+            ) as store,
             closing(
                 make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
             ) as executor,
@@ -247,7 +271,7 @@ class Study:
         if times is None:
             shown.want(PILOT * len(self.points), 0)
             times, remarks = settle_designs(
-                self.plan, self.points, executor, lambda _, outcome: shown.step(failed=outcome.error is not None)
+                self.plan, self.points, executor, lambda outcome: shown.step(failed=outcome.error is not None)
             )
             for remark in remarks:
                 self._say(shown)(remark)
@@ -263,7 +287,7 @@ class Study:
 
     def _write(self, rows: list[Row]) -> None:
         """Store the results as they are now."""
-        from desim_warehouse.study.record import versions
+        from desim_warehouse.study.execution.versions import versions
 
         self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
         if self.folder is not None:

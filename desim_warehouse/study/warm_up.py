@@ -100,7 +100,7 @@ def settle(
 
 
 def settle_designs(
-    plan: StudyPlan, designs: Sequence[Point], executor: Executor, done: Callable[[int, Outcome], None]
+    plan: StudyPlan, designs: Sequence[Point], executor: Executor, done: Callable[[Outcome], None]
 ) -> tuple[tuple[float, ...], list[str]]:
     """The warm-up of each design from five pilot runs of it, and remarks on those of which none is finished.
 
@@ -122,12 +122,9 @@ def settle_designs(
         for r in range(PILOT)
     ]
     outcomes: dict[int, Outcome] = {}
-
-    def finished(position: int, outcome: Outcome) -> None:
+    for position, outcome in executor.run(wanted):
         outcomes[position] = outcome
-        done(position, outcome)
-
-    executor.run(wanted, finished)
+        done(outcome)
     times, remarks = [], []
     for number, point in enumerate(designs):
         model = plan.base.replace(point.overrides)

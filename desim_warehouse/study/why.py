@@ -130,7 +130,7 @@ def why(
         first: replications before anything is decided.
         cap: most replications.
         timeout: seconds that a run may take.
-        where: workers, cluster, out, progress, as of `Study.run`.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.

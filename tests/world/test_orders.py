@@ -117,7 +117,7 @@ def test_what_is_wrong_is_said_by_row_and_column_at_most_20_of_them(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("relase\n1\n", "no column 'release' .it has relase.; did you mean 'relase'"),
+        ("relase\n1\n", "no column 'release' .it has 1.; did you mean 'relase'"),
         ("release\n", "no rows, expected at least one order"),
     ],
 )

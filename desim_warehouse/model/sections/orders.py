@@ -15,7 +15,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
+from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
 from desim_warehouse.values.fields import LIMITS
 
@@ -237,7 +237,7 @@ def _present(path: Path, names: Collection[str], theirs: dict[str, str], spec: O
         if name not in names and (ours == "release" or ours in spec.columns):
             near = nearest(name, names)
             hint = f"; did you mean '{near}'?" if near else ""
-            raise ModelError([f"{path}: no column '{name}' (it has {spoken(names) if names else 'none'}){hint}"])
+            raise ModelError([f"{path}: no column '{name}' (it has {len(names) or 'none'}){hint}"])
     return {name: ours for ours, name in theirs.items() if name in names}
 
 

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
+from desim_warehouse.model import options_of
 from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
@@ -242,7 +243,7 @@ def command_line(
 ) -> str:
     """The line that shows a number and its interval again."""
     sets = [*assignments, *(f"{key}={_value(value)}" for key, value in overrides.items())]
-    parts = ["desim", "what-if", model, *(part for text in sets for part in ("--set", text))]
+    parts = ["desim", "what-if", model, *options_of(sets)]
     parts += ["--replications", str(runs), *(part for name in indicators for part in ("--indicator", name))]
     parts += ["--seed", str(seed)] if seed else []
     return " ".join(shlex.quote(part) for part in parts)

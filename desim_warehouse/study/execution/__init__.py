@@ -1,7 +1,8 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
 The results are the same. `work` simulates runs in any process. `pool` has the worker processes, whose own code is
-`worker`. `batches` says which runs are handed out next. `signals` makes Ctrl-C safe.
+`worker`. `auto` says when they are worth it, `batches` which runs are handed out next. `signals` makes Ctrl-C safe.
+`store` keeps finished runs in a folder, or in the user's `cache`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
@@ -25,8 +26,11 @@ MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no mo
 class Executor(Protocol):
     """Simulates runs, in any order. Processes and connections are made when the first run is wanted."""
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
-        """Simulate every wanted run. `done` gets the run's position and its outcome as soon as it is finished."""
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
+        """Simulate every wanted run: the position of each and its outcome, as soon as it is finished.
+
+        Closing the generator cancels what is not finished.
+        """
         ...
 
     def close(self) -> None:
@@ -54,12 +58,17 @@ def make_executor(
         from desim_warehouse.study.execution.cluster import Cluster
 
         return Cluster(base, cluster, count, timeout, say)
+    from desim_warehouse.study.execution.work import Serial
+
     if count > 1:
         from desim_warehouse.study.execution.pool import Pool
 
-        return Pool(base, count, timeout, say, interrupts)
-    from desim_warehouse.study.execution.work import Serial
+        pool = Pool(base, count, timeout, say, interrupts)
+        if workers == "auto":
+            from desim_warehouse.study.execution.auto import Auto
 
+            return Auto(Serial(base, timeout, interrupts), pool)
+        return pool
     return Serial(base, timeout, interrupts)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pickle
 import queue
+from collections import deque
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.work import Outcome, Simulator, Wanted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.model import Model
 
@@ -56,7 +57,7 @@ class Cluster:
         self.run_time: float | None = None
         self._children = ExitStack()
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
         """Simulate every wanted run.
 
         Raises:
@@ -64,7 +65,8 @@ class Cluster:
         """
         if self.client is None:
             self._connect()
-        batches = Batches(wanted, done, self.run_time)
+        ended: deque[tuple[int, Outcome]] = deque()
+        batches = Batches(wanted, lambda *one: ended.append(one), self.run_time)
         finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
         handed_out: dict[str, tuple[Any, list[int]]] = {}
         simulator = self.client.submit(make_simulator, pickle.dumps(self.base), __version__)
@@ -87,6 +89,8 @@ class Cluster:
                     continue
                 _, positions = handed_out.pop(future.key)
                 self._finish(future, positions, batches)
+                while ended:
+                    yield ended.popleft()
         finally:
             self.client.cancel([future for future, _ in handed_out.values()])
         self.run_time = batches.run_time

@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import threading
+from collections import deque
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
@@ -27,7 +28,7 @@ from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.work import ENOUGH, Outcome, Wanted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
@@ -108,15 +109,16 @@ class Pool:
         self.run_time: float | None = None
         self.false_starts = 0  # processes that ended before they were ready, since the last that was
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
         """Simulate every wanted run.
 
         Raises:
             StudyError: where worker processes cannot be started.
-            KeyboardInterrupt: on Ctrl-C, between two calls of `done`.
+            KeyboardInterrupt: on Ctrl-C, between two outcomes.
         """
-        batches = Batches(wanted, done, self.run_time)
-        with self.interrupts.held():
+        finished: deque[tuple[int, Outcome]] = deque()
+        batches = Batches(wanted, lambda *one: finished.append(one), self.run_time)
+        with self.interrupts.held(), self._cancelling():
             while batches.open:
                 self._start(min(self.count, batches.open))
                 for worker in self.workers:
@@ -130,7 +132,20 @@ class Pool:
                         self._replace(worker, batches)
                     elif worker.late(self.timeout):
                         self._replace(worker, batches, stuck=True)
+                while finished:
+                    yield finished.popleft()
         self.run_time = batches.run_time
+
+    @contextmanager
+    def _cancelling(self) -> Iterator[None]:
+        """However the block ends, no process is left at work: what it would say next is not for those who ask next."""
+        try:
+            yield
+        finally:
+            for worker in [worker for worker in self.workers if worker.positions]:
+                self.workers.remove(worker)
+                worker.kill()
+                worker.close()
 
     def close(self) -> None:
         """End all processes."""

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
+    from desim_warehouse.study.execution.cache import Cache
+
 JOURNAL = "runs.jsonl"
 _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
@@ -55,18 +57,28 @@ class Entry(BaseModel, strict=True):
 
 
 class Store:
-    """The finished runs of a folder or, without a folder, of this process only."""
+    """The finished runs of a folder, of the user's cache, or, without either, of this process only."""
 
     def __init__(
-        self, folder: Path | None, say: Callable[[str], None], *, read_only: bool = False, version: str | None = None
+        self,
+        folder: Path | None,
+        say: Callable[[str], None],
+        *,
+        cache: Cache | None = None,
+        read_only: bool = False,
+        version: str | None = None,
     ) -> None:
         """Open a folder, made if need be, and read its journal: the runs of this version, or of the given one.
+
+        Without a folder, runs are read from the cache, model by model as they are asked for, and kept there.
 
         Raises:
             StudyError: where another study is running there, or the folder cannot be used.
         """
         self.folder = folder
         self.say = say
+        self.cache = cache
+        self.recalled: set[str] = set()  # models whose runs were read from the cache
         self.version = version or __version__
         self.runs: dict[tuple[str, int], Outcome] = {}
         self.again: set[tuple[str, int]] = set()  # runs whose error may not happen again
@@ -88,10 +100,12 @@ class Store:
 
     def get(self, model: str, seed: int) -> Outcome | None:
         """The outcome of a run, if there is one."""
+        self._recall(model)
         return self.runs.get((model, seed))
 
     def missing(self, model: str, seed: int) -> bool:
         """Whether a run is still to be done: there is none, or it failed in a way that may not happen again."""
+        self._recall(model)
         return (model, seed) not in self.runs or (model, seed) in self.again
 
     def add(self, model: str, seed: int, outcome: Outcome) -> None:
@@ -102,6 +116,8 @@ class Store:
         """
         if self.file is not None:
             self._write(_line(model, seed, outcome))
+        elif self.cache is not None and outcome.final:
+            self.cache.keep(model, _line(model, seed, outcome))
         self.runs[model, seed] = outcome
         self.again.discard((model, seed))
 
@@ -115,6 +131,8 @@ class Store:
 
     def close(self) -> None:
         """Flush everything to disk and release the lock."""
+        if self.cache is not None:
+            self.cache.close()
         if self.file is not None:
             os.fsync(self.file)
             os.close(self.file)
@@ -124,6 +142,13 @@ class Store:
             self.lock = None
 
     # The journal
+
+    def _recall(self, model: str) -> None:
+        """Read what the cache has of a model, once. Lines that are damaged are not used."""
+        if self.cache is not None and model not in self.recalled:
+            self.recalled.add(model)
+            for line in self.cache.lines(model):
+                self._take(line)
 
     def _open(self, folder: Path, *, read_only: bool) -> None:
         if not read_only and (folder / RUN).exists():

@@ -11,7 +11,7 @@ from desim_warehouse.run import simulate
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Generator, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import Spans
@@ -115,14 +115,14 @@ class Serial:
         self.interrupts = interrupts
         self.simulator: Simulator | None = None
 
-    def run(self, wanted: Sequence[Wanted], done: Callable[[int, Outcome], None]) -> None:
+    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
         """Simulate every wanted run, in this order."""
         if self.simulator is None:
             with self.interrupts.held():
                 self.simulator = Simulator(self.base)
             self.interrupts.heed()
         for position, one in enumerate(wanted):
-            done(position, self.simulator.run(one, self.timeout))
+            yield position, self.simulator.run(one, self.timeout)
             self.interrupts.heed()
 
     def close(self) -> None:

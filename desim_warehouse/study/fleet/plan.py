@@ -246,7 +246,7 @@ def plan_fleet(
         first: replications at the first look at a design.
         cap: most replications of a design.
         timeout: seconds that a run may take.
-        where: workers, cluster, out, progress, as of `Study.run`.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
         StudyError: a bad target, demand that cannot grow, a run that failed, too few runs to search.

@@ -1,0 +1,142 @@
+"""Finished runs in a folder of the user's cache, so that the next question costs only what is new.
+
+The folder is named by the variable DESIM_CACHE, else it is `desim-warehouse` where the system has caches. In it
+
+    runs-PROGRAM/MODEL.jsonl    the finished runs of a model, each a line of a journal (see `journal`)
+
+PROGRAM is the digest of our code and of the packages that results depend on, MODEL that of a model and the code of its
+own policies. Files are only appended to, a whole line at a time, so commands may share the folder, and a kill loses
+nothing. They take 1 GB at most: those that were not used for longest go first. Whatever goes wrong here costs time, and
+never an answer: runs that cannot be read are simulated again.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import reason
+from desim_warehouse.folders import make_folder
+from desim_warehouse.study.execution.versions import program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+MOST = 1_000_000_000
+"""Bytes of all files."""
+_SWEEP = 1 / 64
+"""Part of `MOST` that is written between two looks at how much there is."""
+_LEFT = 7 / 8
+"""Part of `MOST` that is left by a sweep: room for several commands that write at once."""
+
+
+def cache_folder() -> Path:
+    """Where runs of the user are kept: DESIM_CACHE, or below the caches of the system."""
+    given = os.environ.get("DESIM_CACHE")
+    if given:
+        return Path(given).absolute()
+    if sys.platform == "win32":
+        usual = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        usual = Path.home() / "Library" / "Caches"
+    else:
+        usual = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(usual).absolute() / "desim-warehouse"
+
+
+class Cache:
+    """The runs that the user's cache has of each model. It says once where it cannot be used, and is then empty."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self.say = say
+        self.written = 0  # bytes since the last sweep
+        self.folder: Path | None = None
+        try:
+            root = cache_folder()
+            make_folder(root, mode=0o700)
+            _refuse_foreign(root)
+            make_folder(root / f"runs-{program()}", mode=0o700)
+        except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
+            self._give_up("used", error)
+        else:
+            self.folder = root / f"runs-{program()}"
+
+    def lines(self, model: str) -> list[bytes]:
+        """The whole lines of a model's journal, which is then the one used last."""
+        if self.folder is None:
+            return []
+        path = self.folder / f"{model}.jsonl"
+        try:
+            content = path.read_bytes()
+            os.utime(path)
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            self._give_up("read", error)
+            return []
+        return content[: content.rfind(b"\n") + 1].split(b"\n")
+
+    def keep(self, model: str, line: bytes) -> None:
+        """Append a line to a model's journal."""
+        if self.folder is None:
+            return
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+        whole = b"\n" + line  # on a line of its own, even after one that was cut short by a full disk
+        try:
+            file = os.open(self.folder / f"{model}.jsonl", flags, 0o600)
+            try:
+                if os.write(file, whole) < len(whole):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            finally:
+                os.close(file)
+        except OSError as error:
+            self._give_up("written", error)
+            return
+        self.written += len(whole)
+        if self.written > _SWEEP * MOST:
+            self.sweep()
+
+    def close(self) -> None:
+        """Make room, if anything was written."""
+        if self.written and self.folder is not None:
+            self.sweep()
+
+    def sweep(self) -> None:
+        """Delete what was not used for longest where there is too much."""
+        assert self.folder is not None
+        self.written = 0
+        found = []
+        for path in self.folder.parent.glob("runs-*/*.jsonl"):
+            try:
+                is_ = path.lstat()
+            except OSError:  # another command made room
+                continue
+            found.append((is_.st_mtime_ns, is_.st_size, path))
+        total = sum(size for _, size, _ in found)
+        if total <= (1 - _SWEEP) * MOST:
+            return
+        for _, size, path in sorted(found):
+            if total <= _LEFT * MOST:
+                return
+            path.unlink(missing_ok=True)
+            total -= size
+
+    def _give_up(self, verb: str, error: Exception) -> None:
+        self.folder = None
+        self.say(
+            f"the cache of finished runs cannot be {verb} ({reason(error)}): the answer is the same, but runs are not "
+            "kept; DESIM_CACHE names another folder, --out DIR keeps them in DIR, --no-cache does without"
+        )
+
+
+def _refuse_foreign(folder: Path) -> None:
+    """Others could lay results into a folder of theirs."""
+    if not hasattr(os, "getuid"):
+        return
+    found = folder.stat()
+    if found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise PermissionError(errno.EACCES, "others may write there, expected a folder of your own (chmod 700)")
