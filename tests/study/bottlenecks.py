@@ -7,6 +7,7 @@ else, or nobody waits for what is scarce.
 
 from __future__ import annotations
 
+import math
 import random
 import sys
 from dataclasses import dataclass
@@ -44,20 +45,22 @@ def planted(number):
     size = draw.randint(14, 30), draw.randint(14, 30)
     robots = draw.randint(9, 14) if plant is _node_and_chargers else draw.randint(4, 8)
     drafted = draft(Draft(size, orders=60, stations=1, robots=robots, chargers=robots))
+    whole = dw.Model.model_validate(read_yaml(drafted, "draft").data)
     changes = {
         **AS_DRAFTED_BEFORE,
         "tasks.goods": {"saturated": 3 * robots},
         "battery.consumption": CONSUMPTION,
         "battery.charge_rate": 0.5,
         "battery.reserve": 100,  # nobody runs flat, however scarce chargers are
-        "layout.bays.charging.places": robots,  # slots to wait in, where chargers are scarce
+        # Slots to wait in where chargers are scarce: as many as robots, over all nodes.
+        "layout.bays.charging.places": math.ceil(robots / len(whole.layout.bays["charging"].at)),
         "layout.stations.packing.servers": robots,
         "tasks.load_time": draw.randint(5, 15),
         "run.length": 3000,
         "run.warm_up": 600,
         "log": "all",
     }
-    whole = dw.Model.model_validate(read_yaml(drafted, "draft").data).replace(changes)
+    whole = whole.replace(changes)
     changes, name = plant(whole, dw.simulate(whole, number), draw)
     return whole.replace(changes), name
 
