@@ -35,7 +35,7 @@ def dotted(keys: Keys) -> str:
 
 @dataclass(frozen=True, order=True)
 class Position:
-    """A position that a message points to. Positions are ordered as a reader meets them."""
+    """A position that a message points to. FilePositions are ordered as a reader meets them."""
 
     rank: int  # the file first, then overrides and the tables it names
     line: int
@@ -53,7 +53,7 @@ _PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A,
 
 
 @dataclass
-class Positions:
+class FilePositions:
     """Where the keys and values of one file were written: at a line and column, or in an override."""
 
     source: str
@@ -111,7 +111,7 @@ class Problem:
         return cls(keys, f"{wrong} (got {got(value)}), expected {expected}")
 
 
-def report(problems: Iterable[Problem], positions: Positions) -> list[str]:
+def report(problems: Iterable[Problem], positions: FilePositions) -> list[str]:
     """One line for each key with a problem, in the order of the file."""
     found = list(problems)
     meant = {problem.meant for problem in found}

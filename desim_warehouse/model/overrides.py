@@ -6,7 +6,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.model.messages import Keys, Outline, Positions, Problem, dotted
+from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
 
@@ -82,7 +82,7 @@ def _rank(text: Any) -> list[tuple[int, str]]:
     return [(int(key) if key.isdecimal() else -1, key) for key in str(text).split(".")]
 
 
-def _put(section: Any, path: Keys, value: Any, positions: Positions, said: str) -> list[Problem]:
+def _put(section: Any, path: Keys, value: Any, positions: FilePositions, said: str) -> list[Problem]:
     """Set one value, and return what is wrong with it or why it cannot be set."""
     keys: Keys = ()
     problems: list[Problem] = []
@@ -120,7 +120,7 @@ def _is_entry(section: Any, key: str | int) -> bool:
     return isinstance(section, list) and str(key).isdecimal() and int(key) < len(section)
 
 
-def _opened(section: Any, keys: Keys, positions: Positions, said: str) -> Any:
+def _opened(section: Any, keys: Keys, positions: FilePositions, said: str) -> Any:
     """What lies below a key. A policy given by its name becomes a section, and a missing section is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.messages import Keys, Outline, Position, Positions, Problem
+from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem
 from desim_warehouse.values.fields import LIMITS, Part
 
 _TAG = "tag:yaml.org,2002:"
@@ -32,7 +32,7 @@ class Document:
     """
 
     data: Any
-    positions: Positions
+    positions: FilePositions
     problems: list[Problem] = field(default_factory=list)
     folder: Path = Path()
     files: Files = "any"
@@ -48,7 +48,7 @@ class Document:
 def from_mapping(source: Mapping[str, Any], name: str) -> Document:
     """A mapping of Python as a document; `name`: what messages call it."""
     problems: list[Problem] = []
-    return Document(plain(source, (), problems), Positions(name), problems)
+    return Document(plain(source, (), problems), FilePositions(name), problems)
 
 
 def from_file(path: Path, name: str, whole: str, outline: Outline) -> Document:
@@ -149,7 +149,7 @@ class _Reader:
     """Turns the nodes of one document into plain values."""
 
     def __init__(self, source: str, constructor: Any, most: int) -> None:
-        self.positions = Positions(source)
+        self.positions = FilePositions(source)
         self.constructor = constructor
         self.most = most
         self.problems: list[Problem] = []

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.layout.spec import StorageFile
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.messages import Keys, Position, Positions, Problem, from_pydantic
+from desim_warehouse.model.messages import FilePositions, Keys, Position, Problem, from_pydantic
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.orders import sha256
 from desim_warehouse.model.sections.policy import KINDS
@@ -151,7 +151,7 @@ class _RefusedError(Exception):
         self.problems = problems
 
 
-def _weights(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> dict[str, Any]:
+def _weights(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
     form = WeightsFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     table.require(form.column, (*keys, "column" if "column" in named else "file"))
@@ -160,7 +160,7 @@ def _weights(named: dict[str, Any], keys: Keys, folder: Path, positions: Positio
     return {"weights": [row.number(form.column) for row in table.rows]}
 
 
-def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> dict[str, Any]:
+def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
     form = ObservedFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
     table.require(form.column, (*keys, "column"))
@@ -170,7 +170,7 @@ def _times(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions
     return {"values": [row.number(form.column) for row in rows]}
 
 
-def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions) -> list[dict[str, Any]]:
+def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> list[dict[str, Any]]:
     """A from-to matrix: origins in the first column, destinations in the first line."""
     form = MatrixFile.model_validate(named)
     table = _Table.read(folder / form.file, (*keys, "file"), positions)
@@ -189,7 +189,7 @@ def _pairs(named: dict[str, Any], keys: Keys, folder: Path, positions: Positions
     return made
 
 
-def _storage(named: dict[str, Any], _: Keys, folder: Path, positions: Positions) -> list[dict[str, Any]]:
+def _storage(named: dict[str, Any], _: Keys, folder: Path, positions: FilePositions) -> list[dict[str, Any]]:
     form = StorageFile.model_validate(named)
     table = _Table.read(folder / form.file, (*STORAGE, "file"), positions)
     if "node" not in table.header or {"from", "to", "offset"} & set(table.header):
@@ -212,7 +212,7 @@ def _storage(named: dict[str, Any], _: Keys, folder: Path, positions: Positions)
     return made
 
 
-def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Positions) -> dict[str, Any]:
+def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) -> dict[str, Any]:
     """Orders stay in their file, which is read while the run goes on. The model keeps its full path and its digest."""
     if not isinstance(named["file"], str):
         return named
@@ -226,7 +226,7 @@ def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: Positions) -> d
         raise _RefusedError(Problem((*keys, "file"), text)) from None
 
 
-Reader = Callable[[dict[str, Any], Keys, "Path", Positions], Any]
+Reader = Callable[[dict[str, Any], Keys, "Path", FilePositions], Any]
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
 """How tables are read that are named below tasks, by their key."""
 
@@ -252,7 +252,7 @@ class _Table:
     rows: tuple[_Row, ...]
 
     @classmethod
-    def read(cls, path: Path, keys: Keys, positions: Positions) -> _Table:
+    def read(cls, path: Path, keys: Keys, positions: FilePositions) -> _Table:
         """Read a CSV file with a header, which is named at `keys`."""
         import csv
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.messages import Positions
+    from desim_warehouse.model.messages import FilePositions
     from desim_warehouse.study.factors import Factor, Label
 
 
@@ -75,7 +75,7 @@ def run_seed(seed: int, replication: int) -> int:
 
 
 def models(
-    plan: StudyPlan, among: Iterable[Point], positions: Positions | None = None, *, run_code: bool = False
+    plan: StudyPlan, among: Iterable[Point], positions: FilePositions | None = None, *, run_code: bool = False
 ) -> dict[int, Model]:
     """The model of every point, by its number.
 
@@ -100,7 +100,7 @@ def models(
     return made
 
 
-def _at_position(text: str, point: Point, positions: Positions | None) -> str:
+def _at_position(text: str, point: Point, positions: FilePositions | None) -> str:
     """A problem of a changed model, reported at the value of the study that causes it."""
     for key in sorted(point.overrides, key=len, reverse=True):
         begin = f"override {key}: "

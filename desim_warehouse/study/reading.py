@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import UNSET, Model, load
-from desim_warehouse.model.messages import Positions, Problem, from_pydantic, report
+from desim_warehouse.model.messages import FilePositions, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import OUTLINE, StudyFile, labels
@@ -74,7 +74,7 @@ def plan_of(
     data = plain({key: value for key, value in stated.items() if value is not None}, (), problems)
     if gone:
         data["set"] |= gone
-    positions = Positions(str(data.get("name", "study")) if options else "study")
+    positions = FilePositions(str(data.get("name", "study")) if options else "study")
     for keys, option in (options or {}).items():
         positions.given(keys, option)
     return _plan(Document({"name": "study", **data, "model": base}, positions, problems))
@@ -120,7 +120,7 @@ def _plan(document: Document) -> StudyPlan:
     return plan
 
 
-def _has_steady_state(model: Model, positions: Positions) -> None:
+def _has_steady_state(model: Model, positions: FilePositions) -> None:
     try:
         steady_length(model)
     except StudyError as error:
@@ -135,7 +135,7 @@ def _base(given: str | Path | Mapping[str, Any] | Model, changes: Mapping[str, A
     return load(given, changes, named="set", run_code=True)
 
 
-def _in_set(text: str, changes: Mapping[str, Any], positions: Positions) -> str:
+def _in_set(text: str, changes: Mapping[str, Any], positions: FilePositions) -> str:
     """A problem of the model, reported at the key of `set` that causes it, if one does."""
     for key in sorted(changes, key=len, reverse=True):
         begin = f"set {key}: "

@@ -10,7 +10,7 @@ from desim_warehouse.values.units import UnitNames
 
 from .conftest import MULTIBOTS
 
-LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 8000}
+LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 8000, "fleet.start_energy": "settled"}
 
 
 def study(factors, changes=None, **more):
