@@ -243,12 +243,6 @@ class Body:
         """Where it wants to go on its lane."""
         self.goal = goal
 
-    def commit(self, target: float, since: float, until: float) -> None:
-        """It sets off for a further target."""
-        self.since = since
-        self.until = until
-        self.target = target
-
     def drive_on(self, target: float, until: float) -> None:
         """Under way it goes on to a further target, without a stop."""
         self.target = target
@@ -422,11 +416,6 @@ class Body:
         """An episode of waiting before an intersection is over."""
         self.waited += duration
         self.crossings += 1
-
-    def count_wait_behind(self, duration: float) -> None:
-        """An episode of waiting behind another robot is over, or known."""
-        self.waited += duration
-        self.rear_ends += 1
 
     def cut_wait_behind(self, left: float, *, begun: bool) -> None:
         """The run ends before an episode does that was known: what is left of it does not count."""
