@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import zones
+from desim_warehouse.layout import way_home, zones
 from desim_warehouse.layout.near import EPS, Near
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
             "use auto or avoid, or side_by_side: true where there are two lanes",
         )
     else:
-        refuges = sum(not both and length >= 2 * use.contact - EPS for _, length, _, both in layout.edges)
+        refuges = sum(not both and way_home.room(length, use.contact) > 0 for _, length, _, both in layout.edges)
         make_way = f"; robots make way for others on {refuges} one-way lanes" if refuges else ""
         yield Finding(
             "TWO_WAY",
@@ -334,7 +334,7 @@ def _side_by_side(use: Use, near: Near) -> Iterator[Finding]:
 def capacity(layout: Layout, contact: float, closed: Container[Edge] = ()) -> int:
     """Robots that can stand in the lanes at once, clear of the nodes; a two-way lane counts once, `closed` ones not."""
     return sum(
-        max(math.floor((layout.length(lane) + EPS) / contact) - 1, 0)  # the first stands at the stop line
+        max(way_home.room(layout.length(lane), contact), 0)  # the first stands at the stop line
         for lane in layout.lanes
         if lane not in closed
     )
