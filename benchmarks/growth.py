@@ -105,7 +105,7 @@ def robots_at_work(size: int) -> float:
 
 
 def robots_at_rest(size: int) -> float:
-    """Ten of them would be enough for the work that there is."""
+    """A fleet for which ten robots would be enough."""
     return running(warehouse(20, size, {"tasks.goods": {"poisson": 400}}), 1500, decisions)
 
 
@@ -133,17 +133,17 @@ def _flows(side: int, robots: int, flow: dict[str, Any], changes: dict[str, Any]
 
 
 def stations(size: int) -> float:
-    """All over a floor of 1,681 nodes; a task goes to that with the fewest robots on their way to it."""
+    """Stations all over a floor of 1,681 nodes; a task goes to the one that the fewest robots are heading for."""
     return running(_with("stations", size, {"policies.allocation": "in-order"}), 1200, decisions)
 
 
 def bays(size: int) -> float:
-    """All over a floor of 1,681 nodes; a robot rests after nearly every task."""
+    """Bays all over a floor of 1,681 nodes; a robot rests after nearly every task."""
     return running(_with("bays", size, {"tasks.goods": {"poisson": 400}}), 3000, decisions)
 
 
 def _with(what: str, size: int, changes: dict[str, Any]) -> dw.Model:
-    """Twenty robots on a floor with so many stations or bays, as far from each other as may be."""
+    """Twenty robots on a floor with a number of stations or bays, as far apart as possible."""
     at = [f"r{rank // 41}c{rank % 41}" for rank in range(0, 1681, 1681 // size)][:size]
     name = {"stations": "packing", "bays": "parking"}[what]
     return warehouse(40, 20, {f"layout.{what}.{name}": {"at": at, "places": 2}, **changes})

@@ -2,7 +2,7 @@
 
 Every pair runs the rows in a process of the other checkout and in one of this; both use this interpreter. A row's cost
 is in bare SimPy timeouts of its own process, so that a clock that drifts disturbs little. The interval of the median
-ratio is that of order statistics: it promises 95 % whatever the distribution (David and Nagaraja, Order Statistics,
+ratio is that of order statistics: with 95 % for any distribution (David and Nagaraja, Order Statistics,
 section 7.1).
 """
 
@@ -45,7 +45,7 @@ def interval(ratios: list[float]) -> tuple[float, float]:
     """The order statistics that enclose the median with at least 95 %."""
     from scipy.stats import binom
 
-    first = int(binom.ppf(0.025, len(ratios), 0.5))  # so many of them are below the interval, and above it
+    first = int(binom.ppf(0.025, len(ratios), 0.5))  # the number of ratios below the interval, and above it
     ordered = sorted(ratios)
     return ordered[first - 1], ordered[-first]
 

@@ -1,4 +1,4 @@
-"""Are one-way streets more predictable with people? `python -m benchmarks.people [FOLDER]` says so of a study.
+"""Are one-way streets more predictable with people? `python -m benchmarks.people [FOLDER]` reads it from a study.
 
 First `desim study studies/people.yaml --workers 2 --out reports/out/people`. Every day is driven on both kinds of
 streets, with the same tasks and the same people, so they are compared day by day.

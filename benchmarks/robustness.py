@@ -1,4 +1,4 @@
-"""Do the paper's three findings hold elsewhere? `python -m benchmarks.robustness [FOLDER]` says so of a study.
+"""Do the paper's three findings hold elsewhere? `python -m benchmarks.robustness [FOLDER]` reads it from a study.
 
 First `desim study studies/paper_robustness.yaml --workers 2 --out reports/out/paper_robustness`. A robot more is
 compared with a robot fewer list by list; a difference counts where its 95 % interval excludes 0. Fleets of which a

@@ -52,7 +52,7 @@ def loop(replications: int) -> None:
 
 
 def loops(count: int, replications: int) -> float:
-    """Seconds until so many processes, side by side, have each done so many runs; their start is not counted."""
+    """Seconds until every one of several processes, side by side, has done its runs; their start is not counted."""
     command = [sys.executable, "-m", "benchmarks.studies", str(replications)]
     processes = [
         subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)  # noqa: S603 - our own

@@ -56,7 +56,7 @@ def bare_timeouts(processes: int = 100, each: int = 1000) -> float:
 
 
 class Core:
-    """Robots that drive between storage places and the bottom row for ever: traffic alone, nothing decided or logged.
+    """Robots that drive between storage places and the bottom row: traffic alone, nothing decided or logged.
 
     A block grid of `columns` x `rows` nodes in MultiBots' measures; ways are worked out beforehand.
     """
@@ -111,7 +111,7 @@ class Core:
         return sum(robot.moves for robot in self.robots)
 
     def measure(self, warm_up: float, until: float, processes: int = 100) -> tuple[float, float]:
-        """Moves per second between two times of the run, and those of bare timeouts beside it, in so many processes."""
+        """Moves per second between two times of the run, and those of as many processes of bare timeouts beside it."""
         up_to(self.env, warm_up)
         before, bare = self.moves, bare_timeouts(processes, 100_000 // processes)
         gc.collect()

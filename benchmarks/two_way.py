@@ -45,7 +45,7 @@ PLANTS = {
 
 
 class Tenant(NoDriver):
-    """Gives its slot back as it leaves it."""
+    """A robot that gives its slot back when it leaves."""
 
     def __init__(self, free: dict[str, int]) -> None:
         self.free = free
@@ -56,9 +56,9 @@ class Tenant(NoDriver):
 
 
 class Trips:
-    """Robots that drive from slot to slot for ever: traffic alone. `slots`: how many are beside a node.
+    """Robots that drive from slot to slot without end: traffic alone. `slots`: how many are beside a node.
 
-    `rule` is that of `Traffic`; `stalled` says that robots are out and nobody will ever move.
+    `rule` is that of `Traffic`; `stalled` says that robots are out and none of them will ever move.
     """
 
     def __init__(self, graph: nx.DiGraph, slots: dict[str, int], robots: int, seed: int, rule: str = "avoid") -> None:
@@ -186,7 +186,7 @@ def _lane(graph: nx.DiGraph, a: str, b: str, length: float, *, two_way: bool = T
 
 
 def _placed(graph: nx.DiGraph) -> nx.DiGraph:
-    """Somewhere for every node: right angles count, not where they are."""
+    """A position for every node: only right angles matter, not distances."""
     for number, data in enumerate(graph.nodes.values()):
         data.update(x=float(number % 20), y=float(number // 20))
     return graph

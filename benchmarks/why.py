@@ -1,4 +1,4 @@
-"""The figures of docs/why.md that no test holds: `python -m benchmarks.why`, about three minutes.
+"""The figures of docs/why.md that no test checks: `python -m benchmarks.why`, about three minutes.
 
 How well the event model agrees with the stepped reference in 400 random settings.
 What common random numbers gain: the variance of a difference of T between independent runs over that between runs

@@ -13,7 +13,7 @@ TOL = 1e-6
 
 @dataclass
 class Shut:
-    """Edges that nobody enters from `begin` to `end`, unless from one of them."""
+    """Edges that no robot enters from `begin` to `end`, unless from one of them."""
 
     edges: frozenset
     begin: float
@@ -61,7 +61,7 @@ class Closures:
         yield from people.values()
 
     def check_closures(self):
-        """Nobody enters what is closed but from within, or who was let in before: past its stop line as it closed."""
+        """No robot enters what is closed, except from within or past its stop line when it closed."""
         by_edge = defaultdict(list)
         for shut in self.shut():
             for edge in shut.edges:

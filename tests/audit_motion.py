@@ -1,4 +1,4 @@
-"""The part of the auditor that looks at speeds: nobody is faster than its own speed, or than it can gather and brake.
+"""The part of the auditor that looks at speeds: no robot exceeds what it can reach by accelerating and braking.
 
 Between two instants at which a robot stands for certain (it loads, unloads, is in a bay or station) it takes at least
 the time of the fastest drive over what it has driven, from a stand to a stand.

@@ -44,7 +44,7 @@ class Nodes:
     """Checks of intersections, for `Audit`, which knows where robots were."""
 
     def check_nodes(self):
-        """Whoever comes through an intersection keeps away from all that have left it."""
+        """A robot that crosses an intersection keeps its distance from all that have left it."""
         for node, stays in self.stays().items():
             near = []
             for stay in sorted(stays, key=lambda stay: (stay.left, stay.begin)):
@@ -70,7 +70,7 @@ class Nodes:
         return length < exact and abs(length - exact) > TOL
 
     def closed(self):
-        """Edges in a zone of one robot, which nobody leaves the intersection by."""
+        """Edges in a zone of one robot, by which no robot leaves the intersection."""
         zones = self.run.model.traffic.zones.values()
         drawn = [one for zone in zones if zone.rule == "one-robot" for one in zone.members if not isinstance(one, str)]
         return {edge for a, b in drawn for edge in ((a, b), (b, a))}
@@ -151,7 +151,7 @@ class Nodes:
         return away.leave
 
     def check_passage(self, node, stay, other):
-        """The robot of `other` has left before that of `stay` does."""
+        """Whether the robot of `other` has left before that of `stay`."""
         robot, leaver = stay.robot, other.robot
         away = other.away
         if stay.via is None:
@@ -203,7 +203,7 @@ class Nodes:
             )
 
     def is_straight(self, visit):
-        """Whether its edge is as long as it is drawn; on another one nobody knows where in the plane a robot is."""
+        """Whether its edge is as long as it is drawn; on others a robot's position in the plane is unknown."""
         ends = [self.run.layout.position(visit.edge, along) for along in (0.0, self.length(visit))]
         return abs(math.dist(*ends) - self.length(visit)) <= TOL
 

@@ -101,7 +101,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
         self.delays = {(row[2], row[5], row[0]): row[6] for row in rows if row[1] == "collision" and row[5] is not None}
         where = {}
         for robot, place in enumerate(self.run.model.fleet.start_on_lanes):
-            if hasattr(place, "edge"):  # it has been there for ever
+            if hasattr(place, "edge"):  # it has been there from the beginning
                 where[robot] = Visit(robot, place.edge, -math.inf, times=[0.0], places=[place.offset])
                 self.visits[robot].append(where[robot])
         for time, kind, robot, _, node, edge, value, until, _ in rows:
@@ -218,7 +218,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
                     self.fault(visit.enter, f"robot {visit.robot} spends {spent:g} of {least:g} at {visit.edge[0]}")
 
     def check_two_way(self, edges):
-        """A two-way lane is used in one direction at a time, and nobody stands on it nearer than D to a node.
+        """A two-way lane is used in one direction at a time, and no robot stands on it nearer than D to a node.
 
         As robots are D apart there, too, it never holds more than floor(length / D) - 1 that stand.
         """
@@ -242,7 +242,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
                 self.fault(begin, f"robot {visit.robot} stands on {visit.edge}, {near:g} from a node")
 
     def check_zones(self, edges):
-        """In a zone of one robot there is one, in a zone of one direction nobody comes towards another."""
+        """In a zone of one robot there is one, in a zone of one direction no two face each other."""
         for name, zone in self.run.model.traffic.zones.items():
             drawn = [tuple(member) for member in zone.members if not isinstance(member, str)]
             both = [edge for a, b in drawn for edge in ((a, b), (b, a))]

@@ -147,7 +147,7 @@ class Recount:
         tally["energy"] += worked * self.rate(state, where) + waited * self.rate("idle", None)
 
     def measure_people(self):
-        """Who is where, from row to row: whom a person meets on coming in, and how long they share an aisle."""
+        """Where robots and people are, from row to row: those that a person meets, and for how long."""
         edges = {}
         for robot, place in enumerate(self.model.fleet.start_on_lanes):
             edges[robot] = getattr(place, "edge", None)

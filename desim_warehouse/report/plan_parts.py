@@ -86,7 +86,7 @@ def _small(folder: Path) -> PlanFolder:
     from desim_warehouse.study.fleet import plan_fleet
 
     model = pages.example()
-    found = plan_fleet(model, "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=folder)
+    found = plan_fleet(model, "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=folder)
     save(found, model, [], folder)
     return read(folder)
 

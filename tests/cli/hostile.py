@@ -471,7 +471,7 @@ def policies(folder):
 
 
 def folders(folder):
-    """Folders of runs and studies with files that were damaged, or made by somebody else."""
+    """Folders of runs and studies with files that were damaged, or made by an attacker."""
     import desim_warehouse as dw
 
     run = dw.simulate(dw.load(TUTORIAL)).save(folder / "run")

@@ -25,10 +25,10 @@ def with_breakdowns(mapping, number):
                 "repair": varying(draw, draw.choice((5, 50))),
             }
     battery = mapping.get("battery")
-    if battery:  # what repairs and delays draw is in nobody's plan
+    if battery:  # no estimate includes what repairs and delays draw
         battery = {**battery, "reserve": 1e12}
         if any("outages" in bay for bay in layout["bays"].values()):
-            fleet["start_energy"] = 1  # far in the red, a fleet whose chargers fail would need for ever
+            fleet["start_energy"] = 1  # deep in reserve, a fleet whose chargers fail would never recover
     return {**mapping, "fleet": fleet, "layout": layout, "battery": battery}
 
 

@@ -1,4 +1,4 @@
-"""Every state of a small fleet on two-way lanes searched: whether all can still come home, by any moves whatever.
+"""Every state of a small fleet on two-way lanes searched: whether all can still come home, by any moves.
 
 Shares no code with the rule but the routes that robots have declared and where they stand.
 """
@@ -180,7 +180,7 @@ def may_stand(route, at):
 
 
 def has_room(stand, line, mover, at, done, routes):
-    """Whether a robot may follow others onto a lane: in their direction, while it holds so many."""
+    """Whether a robot may follow others onto a lane: in their direction, while it has room."""
     if not isinstance(stand, Lane):
         return False
     room = math.floor(stand.length / stand.headway + 1e-9) - 1

@@ -58,7 +58,7 @@ def with_closures(mapping, seed, contact=1.0):
     made = {**mapping, "calendars": calendars, "traffic": traffic, "people": people}
     if made.get("battery"):
         last = {key: 20 * made["battery"][key] for key in ("capacity", "threshold", "charge_rate", "reserve")}
-        made["battery"] = {**made["battery"], **last}  # for waits that nobody foresees
+        made["battery"] = {**made["battery"], **last}  # for waits that no estimate includes
     return {**made, "traffic": {**traffic, "closures": {}}} if refused(made, "CUT_OFF") else made
 
 

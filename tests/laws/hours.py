@@ -47,7 +47,7 @@ def with_hours(mapping, seed):
         }
     layout = {**layout, "stations": stations}
     battery = mapping.get("battery")
-    if battery:  # robots draw while they wait: a fleet far in the red would charge for ever
+    if battery:  # robots draw while they wait: a fleet deep in reserve would only charge
         battery = {**battery, "charge_rate": 20 * battery["charge_rate"]}
         mapping = {**mapping, "battery": battery}
     calendars = {**mapping.get("calendars", {}), **calendars}

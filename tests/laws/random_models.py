@@ -4,7 +4,7 @@
 of traffic takes over from another; batteries come with few chargers, robots with several speeds, stations with one
 place, runs with a warm-up and an end at any instant; all policies of ours take part.
 
-A full battery always lasts for any one task, whatever the route, and `reserve` pays for waiting in traffic. So no
+A full battery lasts for any one task on any route, and `reserve` pays for waiting in traffic. So no
 robot has a reason to run flat, and no task one to be left undone.
 """
 
@@ -239,7 +239,7 @@ class Draw:
         return battery
 
     def start_energy(self, battery):
-        """Mostly full; else all alike or each its own. Far in the red a fleet with one charger would need for ever."""
+        """Mostly full, else all alike or each its own. In deep reserve, one charger is too few for a fleet."""
         if battery is None or self.some(0.7):
             return 1
         return self.random.choice((0.3, 0.5, 0.9, {"uniform": [0.2, 1]}, {"uniform": [0.3, 0.5]}))

@@ -32,7 +32,7 @@ def with_tours(mapping, number):
 
 
 def _last(mapping, times):
-    """Batteries that last for a tour of so many drives."""
+    """Batteries that last for a tour of a number of drives."""
     battery = mapping.get("battery")
     if battery:
         for key in ("capacity", "threshold", "charge_rate", "reserve"):

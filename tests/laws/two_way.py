@@ -85,7 +85,7 @@ def network(kind, draw):
 
 
 class Tenant(NoDriver):
-    """Gives its slot back as it leaves it."""
+    """A robot that gives its slot back when it leaves."""
 
     def __init__(self, free):
         self.free = free

@@ -30,12 +30,12 @@ def wider(mapping, seed):
 
 
 def with_bay_in_lane(draw, mapping):
-    """One more bay, on a node by which nobody has to pass, if the first that is tried is such a node."""
+    """One more bay, if the first node that is tried is one which no robot has to pass."""
     layout = mapping["layout"]
     taken = {node for zone in layout["bays"].values() for node in zone["at"]}
     node = draw.choice(sorted(layout["nodes"]))
     bays = {**layout["bays"], "lane": {"at": [node], "in_lane": True, "chargers": draw.randint(0, 1)}}
-    fleet = {"start": list(layout["bays"]), **mapping["fleet"]}  # nobody starts there
+    fleet = {"start": list(layout["bays"]), **mapping["fleet"]}  # no robot starts in the new bay
     made = {**mapping, "layout": {**layout, "bays": bays}, "fleet": fleet}
     return mapping if node in taken or refused(made, "BAY_IN_LANE") else made
 

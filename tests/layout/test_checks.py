@@ -240,11 +240,6 @@ def test_capacity_counts_places_d_apart_and_d_clear_of_both_ends():
     assert holds(4, 6) == 3
 
 
-def test_the_models_that_we_ship_have_no_errors():
-    for name in ("multibots", "tutorial", "medium", "large", "mir250"):
-        assert not [finding for finding in check(dw.load(f"models/{name}.yaml")).findings if finding.level == "error"]
-
-
 def test_two_lanes_drawn_on_one_aisle():
     # an edge from A past B to E on the same line; one beside A > B, 1.5 off it; one 2 off it, which is D
     def said(*edges, **nodes):

@@ -1,4 +1,4 @@
-"""Files that somebody damaged: each is read, or is one message."""
+"""Damaged files: each is read, or refused with one message."""
 
 import random
 import time
@@ -62,7 +62,7 @@ def damaged(content, draw):
 
 
 def refused_at_random(path, content, *, seed, files):
-    """How many of so many files with random damage are refused."""
+    """How many of a number of randomly damaged files are refused."""
     draw, refused = random.Random(seed), 0
     for _ in range(files):
         path.write_bytes(damaged(content, draw))

@@ -36,6 +36,6 @@ def changes(setting):
         "tasks.unload_at": [setting.unload_at],
         "battery.threshold": setting.threshold,
         "battery.consumption": setting.consumption,
-        "battery.reserve": 100,  # in the reference nobody runs flat
+        "battery.reserve": 100,  # in the reference no battery runs flat
         "fleet.robot.margin": setting.margin,
     }

@@ -130,7 +130,7 @@ class Robot:
     point: Point = (0.0, 0.0)
     heading: Point = (0.0, 1.0)
     battery: float = 0.0
-    inside: bool = True  # in the charging zone, where it disturbs nobody
+    inside: bool = True  # in the charging zone, where it is in no robot's way
     ready: bool = False  # in the zone, waiting to come out
     idle: bool = False  # in the zone, full, nothing to fetch
     charged: bool = False  # has charged before: going out again counts for C
@@ -201,7 +201,7 @@ class Warehouse:
                 robot.good = None
 
     def open_door(self, robot: Robot) -> None:
-        """Put a robot on its letter as soon as nobody is within the stopping distance of it."""
+        """Put a robot on its letter as soon as no other is within the stopping distance of it."""
         door = PLACES[robot.home]
         near = (r for r in self.robots if not r.inside and math.dist(r.point, door) <= self.reach + TINY)
         self.wait_for(robot, next(near, None))
@@ -234,7 +234,7 @@ class Warehouse:
         """Test all other robots: whether the robot has to stop, or stay where it is, in this step.
 
         A robot that has stopped waits until the other is away, whatever the angle by then. It never stops for
-        one that is waiting for it, directly or through others: so no ring of robots waits for ever.
+        one that is waiting for it, directly or through others: so no ring of robots waits without end.
         """
         candidates = self.in_way(robot, self.reach)
         before = robot.waits_for
@@ -265,7 +265,7 @@ class Warehouse:
             yield from self.rest(TURN_STEPS + (ROUNDED if self.setting.finer > 1 else 0))
 
     def life(self, robot: Robot) -> Iterator[None]:
-        """Go in and out of the charging zone for ever: it is `run` that ends when the work is done."""
+        """Go in and out of the charging zone without end: `run` stops when the work is done."""
         steps = START_STEPS
         while True:
             if robot.good is None:

@@ -364,13 +364,13 @@ def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_pat
     from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
 
-    found = plan_fleet(example(), "on_time >= 90 %", growth=1.3, strategies={}, robots=range(1, 5), out=tmp_path)
+    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=tmp_path)
     shown = fleet_words.evidence(found, "w.yaml", (), 0)
     fleet_words.save(found, example(), shown, tmp_path)
     source = report(tmp_path).read_text(encoding="utf-8")
     page = needs_nothing_from_outside(source)
     assert (
-        "How many robots and chargers does it take for on_time >= 90 %, today and with 30 % more orders?" in page.text
+        "How many robots and chargers does it take for on_time >= 75 %, today and with 100 % more orders?" in page.text
     )
     for line in fleet_words.sentences(found):
         assert line in page.text
@@ -379,9 +379,9 @@ def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_pat
         assert one.command in page.text
     plan = plan_parts.read(tmp_path)
     best = found.grown.best
-    assert (plan.model.fleet.size, plan.model.tasks.demand) == (best.robots, 1.3)
+    assert (plan.model.fleet.size, plan.model.tasks.demand) == (best.robots, 2)
     today, grown = plan_parts.first_figure(plan).figure.axes
-    assert [line.get_ydata()[0] for line in today.lines if len(set(line.get_ydata())) == 1][-1] == 0.9
+    assert [line.get_ydata()[0] for line in today.lines if len(set(line.get_ydata())) == 1][-1] == 0.75
     drawn = {(x, round(y, 9)) for box in grown.containers for x, y in zip(*box.lines[0].get_data(), strict=True)}
     assert (best.robots, round(best.estimate.mean, 9)) in drawn
 

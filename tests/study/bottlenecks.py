@@ -2,7 +2,7 @@
 
 `python -m tests.study.bottlenecks 0 10` prints what it says of ten of them, and what carrying out the advice gains on
 other days. From number 100 on they are such that plain waiting misleads: most of it is the consequence of something
-else, or nobody waits for what is scarce.
+else, or no robot waits for what is scarce.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def planted(number):
         "tasks.goods": {"saturated": 3 * robots},
         "battery.consumption": CONSUMPTION,
         "battery.charge_rate": 0.5,
-        "battery.reserve": 100,  # nobody runs flat, however scarce chargers are
+        "battery.reserve": 100,  # no battery runs flat, however scarce chargers are
         # Slots to wait in where chargers are scarce: as many as robots, over all nodes.
         "layout.bays.charging.places": math.ceil(robots / len(whole.layout.bays["charging"].at)),
         "layout.stations.packing.servers": robots,
@@ -104,13 +104,13 @@ def _places(whole, _, __):
 
 
 def _robots(whole, run, draw):
-    """Half the robots, for whom nobody waits; they wait at a slow intersection, which could do more."""
+    """Half the robots: scarce, though nothing waits for them; they wait at a slow node with capacity to spare."""
     return {**_node(whole, run, draw, BUSY)[0], "fleet.size": whole.fleet.size // 2}, "the number of robots"
 
 
 @dataclass
 class Blame:
-    """Who was planted, who is blamed, whom plain waiting blames, and the gain promised and had."""
+    """What was planted, what is blamed, what plain waiting blames, and the gain promised and achieved."""
 
     number: int
     planted: str

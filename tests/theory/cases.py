@@ -143,7 +143,7 @@ def queues() -> Iterator[Case]:
         model = partial(models.station_that_serves, load, 1000.0, servers, tasks)
         wait = m_d_c_wait(load * servers / 1000, 1000.0, servers)
         yield queue(f"M/D/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
-    for servers, load, tasks, long in ((1, 0.2, 2400, False), (1, 0.5, 9000, True), (3, 0.6, 6000, True)):
+    for servers, load, tasks, long in ((1, 0.2, 2400, True), (1, 0.5, 9000, True), (3, 0.6, 6000, True)):
         model = partial(models.station_that_serves, load, 1000.0, servers, tasks, unload={"exponential": 1000})
         wait = m_m_c_wait(load * servers / 1000, 1000.0, servers)
         yield queue(f"M/M/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
@@ -393,7 +393,7 @@ def hours_and_buffers() -> Iterator[Case]:
             f"M/M/1 in open hours, {100 * share:g} % of the time, load {load}",
             partial(hours.queue_in_open_hours, load, share, tasks),
             (Quantity(CYCLE, wait, "cycle_time_mean"),),
-            long=tasks > 3000,
+            long=True,
         )
     for where in ("robots", "the station"):
         yield Case(
@@ -423,6 +423,7 @@ def hours_and_buffers() -> Iterator[Case]:
                     "throughput_per_hour",
                 ),
             ),
+            long=places > 1,
         )
 
 

@@ -34,7 +34,7 @@ def on_and_off(up, every, repair):
 
 
 def m_d_c_wait(rate, service, servers):
-    """Mean wait of M/D/c, exactly: whoever is served now is gone one service time later (Crommelin 1932)."""
+    """Mean wait of M/D/c, exactly: every customer in service now is gone one service time later (Crommelin 1932)."""
     most = servers + 400
     arrivals = np.array(
         [math.exp(n * math.log(rate * service) - rate * service - math.lgamma(n + 1)) for n in range(most)]

@@ -58,7 +58,7 @@ def station_that_serves(load, service, servers, tasks, robots=15, unload=None):
 
 
 def robot_before_people(rate, stay, away, rounds):
-    """A robot that goes round for ever passes an aisle that people come to; it is `away` from it for so long."""
+    """A robot that drives round passes an aisle that people visit; it is `away` from the aisle for that long."""
     return {
         "layout": TRIANGLE,
         "fleet": {"size": 1, "robot": FAST},
@@ -238,7 +238,7 @@ ROBOT = {"radius": 0.4, "margin": 0.2, "speed": SPEED}
 
 
 def oval(around, robots, *, node_time=0.0, unload_time=0.0):
-    """A closed ring of four nodes; every robot goes round it for ever, a good in each round."""
+    """A closed ring of four nodes; every robot drives round it without end, a good in each round."""
     side = around / 4
     length = 60 * around / SPEED
     return {

@@ -82,7 +82,7 @@ class Floor:
         return {">".join(row[5]): row[0] for row in self.log.rows if row[1] == "enter" and row[2] == robot.number}
 
     def waits(self, robot):
-        """Its waiting episodes: (where, begin, end, whom for), in order of time."""
+        """Its waiting episodes in order of time: (where, begin, end, the robot waited for)."""
         return [
             (row[4] or ">".join(row[5]), row[0] - row[6], row[0], row[8])
             for row in self.log.rows

@@ -157,7 +157,7 @@ class Controls {
     for (const one of this.app.sides) one.scene.following = one === side && known;
     this.choose(side, known ? robot : -1);
     if (known && scene.view.fitted) scene.view.zoom(Math.max(2, 14 / (scene.header.radii[robot] * scene.view.scale)));
-    this.say(known ? `Following robot ${robot}` : "Following nobody");
+    this.say(known ? `Following robot ${robot}` : "Following no robot");
     this.together(side);
   }
 
