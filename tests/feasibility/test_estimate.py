@@ -159,7 +159,7 @@ def test_a_station_is_as_busy_as_rate_times_unloading():
 
 
 def test_large_floors_leave_out_the_intersections_and_say_nothing_of_them():
-    found = by_hand(base="models/medium.yaml")
+    found = by_hand({"layout.stations.packing.every": 1, "tasks.unload_at": ["packing"]}, "models/medium.yaml")
     assert found.crossing is None
     assert found.crossing_capacity is None
     assert math.isfinite(found.knee)
