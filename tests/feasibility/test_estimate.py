@@ -147,6 +147,7 @@ def test_no_run_does_more_than_the_bounds_allow(base, length, robots):
         assert done >= 0.97 * found.capacity
 
 
+@pytest.mark.long
 def test_a_station_is_as_busy_as_rate_times_unloading():
     model = load("models/mir250.yaml", {"battery": None, "run": {"length": 200000, "warm_up": 7200}})
     found = estimate(model, build(model.layout))
