@@ -22,9 +22,12 @@ def warehouse(seed):
         orders=some.choice((40, 60, 90, 120)),
         due=some.choice((3, 5, 8)),
     )
-    policies = ("four-thresholds", "threshold", "reach-aware", "opportunity")
-    changes = {"policies.charging": some.choice(policies), "battery.charge_rate": some.choice((0.01, 0.02, 0.04))}
-    return dw.load(yaml.safe_load(draft(words)), changes)
+    drafted = dw.load(yaml.safe_load(draft(words)))
+    policy = some.choice(("four-thresholds", "threshold", "reach-aware", "opportunity"))
+    changes = {"policies.charging": policy, "battery.charge_rate": some.choice((0.01, 0.02, 0.04))}
+    if policy == "threshold":
+        changes["battery.threshold"] = 0.3 * drafted.battery.capacity
+    return drafted.replace(changes)
 
 
 def falls_short(seed):
