@@ -62,7 +62,15 @@ def commands(at, vary):
     yield *vary, "--replications", "6", "--workers", "2", "--out", str(at / "study")
 
 
-@pytest.mark.parametrize("within", ["", "run", "study", None], ids=["inside", "in-run", "in-study", "outside"])
+WITHIN = [
+    pytest.param("", id="inside"),
+    pytest.param("run", id="in-run", marks=pytest.mark.long),
+    pytest.param("study", id="in-study", marks=pytest.mark.long),
+    pytest.param(None, id="outside"),
+]
+
+
+@pytest.mark.parametrize("within", WITHIN)
 def test_no_file_of_a_stranger_s_folder_runs(stranger, tmp_path, within):
     folder, ran, vary = stranger
     inside = tmp_path if within is None else folder / within
