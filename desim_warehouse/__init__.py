@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     )
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
-    from desim_warehouse.model.oriented import orient
     from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
+    from desim_warehouse.study.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
     from desim_warehouse.study.procedures import best, size
@@ -55,12 +55,12 @@ _HOME = {
     ),
     "learn.asktell": ("steps",),
     "model": ("Model", "load"),
-    "model.oriented": ("orient",),
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
+    "study.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet",),
     "study.procedures": ("best", "size"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
@@ -112,11 +112,16 @@ def write_model(path: str, text: str, *, force: bool) -> None:
     write_files({Path(path): text}, force=force)
 
 
-def write_files(files: Mapping[Path, str], *, force: bool) -> None:
-    """Write a model file and what belongs to it, as `write_model`; none where one of them is there already."""
-    for path in files if not force else ():
+def refuse_files(paths: Iterable[Path], *, force: bool) -> None:
+    """Refuse to write files that are there already, unless that is forced; raises ModelError."""
+    for path in paths if not force else ():
         if path.exists():
             raise ModelError([f"{path}: the file exists; choose another name, or overwrite it with --force"])
+
+
+def write_files(files: Mapping[Path, str], *, force: bool) -> None:
+    """Write a model file and what belongs to it, as `write_model`; none where one of them is there already."""
+    refuse_files(files, force=force)
     for path, text in files.items():
         try:
             path.write_text(text, encoding="utf-8")

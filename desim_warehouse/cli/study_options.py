@@ -159,10 +159,11 @@ with_question = _gathered(
         with_study_seed,
     ],
 )
-with_execution = _gathered(
-    ExecutionOptions,
-    "execution",
-    [
+
+
+def with_execution_in(folder: str) -> Callable[[F], F]:
+    """Add the options that say how runs are carried out; `folder` is the option for where they are kept."""
+    options: list[Callable[[F], F]] = [
         click.option(
             "--workers",
             default="auto",
@@ -177,15 +178,18 @@ with_execution = _gathered(
             metavar="TIME",
             help="Time that a run may take: seconds, or with a unit such as 5min.",
         ),
-        click.option("--out", metavar="DIR", help="Study folder; runs that are already there are reused."),
+        click.option(folder, "out", metavar="DIR", help="Study folder; runs that are already there are reused."),
         click.option(
             "--no-cache",
             is_flag=True,
-            help="Without --out, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse those there.",
+            help=f"Without {folder}, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse them.",
         ),
         click.option("--quiet", is_flag=True, help="Do not show progress."),
-    ],
-)
+    ]
+    return _gathered(ExecutionOptions, "execution", options)
+
+
+with_execution = with_execution_in("--out")
 
 
 def with_first_and_cap(cap: int) -> Callable[[F], F]:

@@ -26,6 +26,13 @@ _HUBS, _TRIPS = 32, 200_000
 """On a large floor, the least number of hubs from which trips are measured, and of nodes to which they lead."""
 _WORK = 200_000_000
 """Nodes times hubs times trials: about a minute."""
+_ALL, _ANNEALED = 16, 500
+"""The most lanes of which all ways are compared, and the most of which turning is annealed."""
+_COOLING, _HEAT, _COLD, _AISLES = 4, 0.01, 0.01, 0.2
+"""Of annealing: trials in times those of the descent, the first temperature as a share of the mean trip, the last as a
+share of the first, and the share of trials that turn a whole aisle."""
+_SAME = 1e-9
+"""A mean trip that differs by less, as a share, is no shorter."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +61,8 @@ def orient_lanes(
     Trips between `hubs` (stations) and `ends` (nodes of goods, by weight) shall be short, `cost` being the time on an
     edge. Parallel aisles prefer alternating directions, and each of the four ways to begin with is tried. The best is
     improved by turning whole aisles, then single lanes, while the mean trip gets shorter and the floor stays strongly
-    connected. `trials` bounds how many turns are tried, fewer on large floors. The result is deterministic.
+    connected; below some 500 lanes simulated annealing goes on from there, and with up to 16 lanes all ways are
+    compared instead. `trials` bounds how many turns are tried, fewer on large floors. The result is deterministic.
     """
     most = max(_HUBS, _TRIPS // len(graph))
     if len(hubs) > most:
@@ -62,9 +70,9 @@ def orient_lanes(
     floor = _Floor(graph, lanes, ends, hubs, cost)
     trials = min(trials, _WORK // (len(graph) * len(hubs)))
     before = floor.mean_trip()
-    aisles = _Aisles.of(graph, lanes)
+    aisles = Aisles.of(graph, lanes)
     found = [floor.oriented(aisles.alternating(*first)) for first in itertools.product((0, 1), (0, 1))]
-    best = floor.improved(min(found, key=floor.mean_trip_of), aisles.groups(), trials)
+    best = floor.best(min(found, key=floor.mean_trip_of), aisles.groups(), trials)
     kept, bridges = [], []
     for lane, way in zip(lanes, best, strict=True):
         if way == _BOTH:
@@ -156,6 +164,73 @@ class _Floor:
                 onward[tail].add(head)
         return ways
 
+    def best(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
+        """The best ways found from those given; of a small floor the best that there are."""
+        free = np.flatnonzero(ways != _BOTH)
+        if len(free) <= _ALL:
+            return self._shortest(ways, free)
+        ways = self.improved(ways, aisles, trials)
+        if len(free) > _ANNEALED:
+            return ways
+        return self.improved(self._annealed(ways, free, aisles, _COOLING * trials), aisles, trials)
+
+    def _shortest(self, ways: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Of all ways of the lanes that can be turned, those with the shortest mean trip."""
+        found, best = ways, self.mean_trip_of(ways)
+        turned = (np.arange(2 ** len(free))[:, None] >> np.arange(len(free)) & 1).astype(bool)
+        for turns in turned[self._without_dead_ends(ways, free, turned)]:
+            other = ways.copy()
+            other[free] = np.where(turns, _TURNED, _AS_LISTED)
+            mean = self.mean_trip_of(other) if self._is_connected(other) else np.inf
+            if mean < best * (1 - _SAME):
+                found, best = other, mean
+        return found
+
+    def _without_dead_ends(self, ways: np.ndarray, free: np.ndarray, turned: np.ndarray) -> np.ndarray:
+        """Which rows of `turned` leave every node a way in and a way out: a quick look at tens of thousands."""
+        others = ways.copy()
+        others[free] = 0
+        fixed = self.network(others)
+        has_in, has_out = (np.asarray(fixed.sum(axis=axis)).ravel() > 0 for axis in (0, 1))
+        found = np.ones(len(turned), dtype=bool)
+        for node in range(self.size):
+            begins, ends = self.tails[free] == node, self.heads[free] == node
+            if not has_out[node]:
+                found &= (~turned[:, begins]).any(axis=1) | turned[:, ends].any(axis=1)
+            if not has_in[node]:
+                found &= turned[:, begins].any(axis=1) | (~turned[:, ends]).any(axis=1)
+        return found
+
+    def _annealed(self, ways: np.ndarray, free: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
+        """Ways with a short mean trip, found by turning aisles and lanes at random, less and less for the worse.
+
+        Source: Kirkpatrick, Gelatt and Vecchi (1983).
+        """
+        random = np.random.default_rng(0)
+        groups = [[lane for lane in group if ways[lane] != _BOTH] for group in aisles]
+        groups = [group for group in groups if len(group) > 1]
+        found, ways = ways.copy(), ways.copy()
+        now = best = self.mean_trip_of(ways)
+        for heat in best * _HEAT * np.geomspace(1, _COLD, trials):
+            is_aisle = groups and random.random() < _AISLES
+            lanes = groups[random.integers(len(groups))] if is_aisle else [random.choice(free)]
+            ways[lanes] ^= _BOTH
+            mean = self.mean_trip_of(ways) if self._is_connected(ways) else np.inf
+            if mean < now or random.random() < np.exp((now - mean) / heat):
+                now = mean
+                if now < best * (1 - _SAME):
+                    found, best = ways.copy(), now
+            else:
+                ways[lanes] ^= _BOTH
+        return found
+
+    def _is_connected(self, ways: np.ndarray) -> bool:
+        """Whether the floor is strongly connected, which is found sooner than that a trip is infinite."""
+        from scipy.sparse.csgraph import connected_components
+
+        parts, _ = connected_components(self.network(ways), connection="strong")
+        return bool(parts == 1)
+
     def improved(self, ways: np.ndarray, aisles: Sequence[Sequence[int]], trials: int) -> np.ndarray:
         """Turn whole aisles, then single lanes, one at a time, as long as that shortens the mean trip."""
         best = self.mean_trip_of(ways)
@@ -172,7 +247,7 @@ class _Floor:
                     trials -= 1
                     ways[lanes] ^= _BOTH
                     mean = self.mean_trip_of(ways)
-                    if mean < best * (1 - 1e-9):
+                    if mean < best * (1 - _SAME):
                         best, found = mean, True
                     else:
                         ways[lanes] ^= _BOTH
@@ -194,7 +269,7 @@ def _reaches(onward: Sequence[set[int]], start: int, goal: int) -> bool:
 
 
 @dataclass(frozen=True)
-class _Aisles:
+class Aisles:
     """By lane: whether it lies along x, the rank of its aisle among those that lie so, whether it leads to more x or y.
 
     Lanes along x whose middles have about the same y are one aisle: within half the median length of a lane.
@@ -205,7 +280,7 @@ class _Aisles:
     upwards: np.ndarray
 
     @classmethod
-    def of(cls, graph: nx.DiGraph, lanes: Sequence[Edge]) -> _Aisles:
+    def of(cls, graph: nx.DiGraph, lanes: Sequence[Edge]) -> Aisles:
         """The aisles of a floor."""
         at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
         tails = np.array([at[tail] for tail, _ in lanes], dtype=float).reshape(-1, 2)

@@ -1,7 +1,8 @@
-"""A model whose two-way lanes are made one-way where they can be: in its file, comments and all, or as a model."""
+"""A model whose lanes are driven in other ways, such as two-way ones one way: in its file, or as a model."""
 
 from __future__ import annotations
 
+import copy
 import io
 from collections import ChainMap
 from typing import TYPE_CHECKING, Any
@@ -9,17 +10,19 @@ from typing import TYPE_CHECKING, Any
 import networkx as nx
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.layout.turnable import AGAINST, mirrored
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.read import load
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, MutableMapping, MutableSequence
+    from collections.abc import Container, Mapping, MutableMapping, MutableSequence, Sequence
     from pathlib import Path
 
     from desim_warehouse.layout import Edge, Layout
+    from desim_warehouse.layout.turnable import Way
     from desim_warehouse.model.schema import Model
 
 
@@ -52,20 +55,30 @@ def orientation(model: Model) -> Orientation:
     return orient_lanes(layout.graph.subgraph(main), lanes, ends, hubs, seconds)
 
 
-def orient(model: Model) -> Model:
-    """A copy of a model with its two-way lanes made one-way. Bridges stay two-way."""
-    return oriented(model, orientation(model))
-
-
 def oriented(model: Model, found: Orientation) -> Model:
-    """A copy of a model with its two-way lanes made one-way as found."""
-    content = model.content()
-    _turn(content["layout"], model.floor, found.kept)
-    return load(content)
+    """A copy of a model with its two-way lanes made one-way as found; bridges stay two-way."""
+    return model.replace(changes(model, _one_way(found)))
 
 
 def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> dict[Path, str]:
-    """A model file with its lanes oriented, to be written to `out`: comments, order and all else stay as they are.
+    """A model file with its lanes oriented, to be written to `out` (see `turned_files`)."""
+    return turned_files(path, model, _one_way(found), out)
+
+
+def _one_way(found: Orientation) -> dict[Edge, Way]:
+    return dict.fromkeys(found.kept, "along")
+
+
+def changes(model: Model, ways: Mapping[Edge, Way]) -> dict[str, Any]:
+    """What makes a model's lanes be driven in other ways, as overrides of its keys."""
+    section = model.content()["layout"]
+    before = copy.deepcopy(section)
+    _turn(section, model.floor, ways)
+    return {f"layout.{key}": value for key, value in section.items() if value != before.get(key)}
+
+
+def turned_files(path: Path, model: Model, ways: Mapping[Edge, Way], out: Path) -> dict[Path, str]:
+    """A model file whose lanes are driven in other ways, to be written to `out`: comments, order and the rest stay.
 
     A layout file that it names is another one then, beside `out`: the last of the files.
     """
@@ -77,7 +90,7 @@ def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> d
     content = yaml.load(path.read_text(encoding="utf-8-sig"))
     section = content["layout"]
     beside = layout_file.read(path.parent / section["file"]) if "file" in section else {}
-    _turn(ChainMap(section, beside), model.floor, found.kept)
+    _turn(ChainMap(section, beside), model.floor, ways)
     files: dict[Path, str] = {}
     if beside:
         files[layout_file.beside(out)] = layout_file.text(beside)
@@ -87,24 +100,42 @@ def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> d
     return {out: text.getvalue(), **files}
 
 
-def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge]) -> None:
-    """Change a layout section in place: of each lane only the direction `kept` is left, and goods lie along it."""
-    turned = {(head, tail) for tail, head in kept}  # the directions that go
-    both = turned | {edge[::-1] for edge in turned}
+def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge, Way]) -> None:
+    """Change a layout section in place, so that lanes are driven in other ways; goods lie along what is left."""
+    if "blocks" in section:
+        _turn_blocks(section["blocks"], ways)
+        return
     edges: MutableSequence[Any] = section.get("edges", [])
+    listed = {_ends(item) for item in edges}
+    closed: set[Edge] = set()  # directions that lanes had and have no more
     for rank in range(len(edges) - 1, -1, -1):
         item = edges[rank]
         edge = _ends(item)
-        if edge not in both:
+        way = ways.get(edge) or mirrored(ways.get(edge[::-1], "both"))
+        one_way = way in {"along", "back"}
+        if way == "both" or (way == "along" and edge[::-1] not in listed and not _is_two_way(item)):
             continue
-        is_two_way = isinstance(item, dict) and item.pop("two_way", False)
+        if one_way:
+            closed.add(edge[::-1] if way == "along" else edge)
         if isinstance(item, dict):
-            item.pop("against", None)  # it is not driven that way any more
-        if edge in turned:
-            if not is_two_way:
-                del edges[rank]  # its twin stays
-            elif isinstance(item, dict):
-                item["from"], item["to"] = edge[::-1]
+            item.pop("against", None)
+            if one_way:
+                item.pop("two_way", None)
+            else:
+                item["against"] = AGAINST
+        if not way.endswith("back"):
+            continue
+        if edge[::-1] in listed:
+            del edges[rank]  # its twin stays
+        elif isinstance(item, dict):
+            item["from"], item["to"] = edge[::-1]
+        else:
+            item[0], item[1] = edge[::-1]
+    _turn_storage(section, layout, closed)
+
+
+def _turn_storage(section: MutableMapping[str, Any], layout: Layout, closed: Container[Edge]) -> None:
+    """Goods beside a direction that is closed are picked from the other one."""
     storage = section.get("storage", ())
     if isinstance(storage, dict):  # a file: its places are few words each, and other models may read it
         storage = section["storage"] = [
@@ -113,9 +144,28 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge
         ]
     for item in storage:
         edge = tuple(item.get("edge", ()))
-        if edge in turned:
+        if edge in closed:
             item["edge"] = list(edge[::-1])
             item["offset"] = layout.graph.edges[edge]["length"] - item["offset"]
+
+
+def _turn_blocks(section: MutableMapping[str, Any], ways: Mapping[Edge, Way]) -> None:
+    """Blocks have a direction for each row and column, of which every lane is one."""
+    names = block_nodes(section["columns"], section["rows"])
+
+    def led(line: Sequence[str], onward: str, backward: str) -> str:
+        first, second = line[0], line[1]
+        way = ways[first, second] if (first, second) in ways else mirrored(ways[second, first])
+        return onward if way == "along" else backward
+
+    section["directions"] = {
+        "rows": [led(row, "east", "west") for row in names],
+        "columns": [led(column, "south", "north") for column in zip(*names, strict=True)],
+    }
+
+
+def _is_two_way(item: Any) -> bool:
+    return isinstance(item, dict) and bool(item.get("two_way"))
 
 
 def _ends(item: Any) -> Edge:

@@ -299,6 +299,9 @@ class Prices(Part):
         title="price of a late order",
         description="an order delivered late, or due and not delivered; without orders from a file a task",
     )
+    turned_aisle: NotNegative = Field(
+        0.0, title="price of a turned aisle", description="an aisle turned by desim orient --indicator, once"
+    )
 
     @property
     def any(self) -> bool:

@@ -73,7 +73,7 @@ def best(
     find(indicator)
     if not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
-    more = _more_is_better(indicator) if maximise is None else maximise
+    more = more_is_better(indicator) if maximise is None else maximise
     return _race(study, indicator, more, first, cap, where, delta=delta)
 
 
@@ -101,7 +101,7 @@ def most(
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
     """
-    return _race(study, indicator, _more_is_better(indicator), first, cap, where, share=share)
+    return _race(study, indicator, more_is_better(indicator), first, cap, where, share=share)
 
 
 def _race(
@@ -190,7 +190,7 @@ def cannot_last(study: Study, runner: StudyRunner, number: int) -> str | None:
     return next((verdict.text for verdict in found if verdict.code in LASTING), None)
 
 
-def _more_is_better(name: str) -> bool:
+def more_is_better(name: str) -> bool:
     """Whether the largest mean of an indicator is the best by default."""
     better = find(name).better
     if better is None:

@@ -78,7 +78,7 @@ class Results:
             return cls(record.plan, points, rows, record.versions, folder)
         notes: list[str] = []
         with Store(folder, notes.append, read_only=True, version=record.versions["desim-warehouse"]) as store:
-            runner = StudyRunner(record.plan, store, points, record.keys)
+            runner = StudyRunner(record.plan, store, list(points), record.keys)
             is_whole = runner.recall()
             rows = tuple(runner.finished())
         return cls(record.plan, points, rows, record.versions, folder, tuple(notes), is_whole)

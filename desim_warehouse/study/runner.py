@@ -14,7 +14,7 @@ from desim_warehouse.study.plan import models, run_seed
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
@@ -50,7 +50,7 @@ class StudyRunner:
         self,
         plan: StudyPlan,
         store: Store,
-        points: Sequence[Point],
+        points: list[Point],
         keys: Mapping[int, str] | None = None,
         executor: Executor | None = None,
         progress: Progress | None = None,
@@ -67,9 +67,16 @@ class StudyRunner:
             made = models(plan, points)
             keys = {number: model.digest() for number, model in made.items()}
             self.deterministic = all(model.is_deterministic for model in made.values())
-        self.keys = keys  # what the model of a point is known by in the store
+        self.keys = dict(keys)  # what the model of a point is known by in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
+
+    def add(self, plan: StudyPlan, point: Point) -> None:
+        """Go on with a plan that has one point more, which need not have runs; raises ModelError for no model."""
+        self.keys[point.number] = models(plan, [point])[point.number].digest()
+        self.replications[point.number] = 0
+        self.plan = plan
+        self.points.append(point)
 
     def replicate(self) -> Iterator[Row]:
         """Do all replications of all points: their rows as they end, first those that are there."""

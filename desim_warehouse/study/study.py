@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.factors import Level
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
@@ -213,6 +214,21 @@ class Study:
         result = runner.follow(make, indicator, **how)
         self.plan = replace(self.plan, replications=tuple(runner.replications.values()))
         return result
+
+    def grow(self, runner: StudyRunner, label: str, overrides: Mapping[str, Any]) -> int:
+        """Give the one factor of this study another level, in a session that is open: the number of its design.
+
+        Raises:
+            ModelError: where that is no model.
+        """
+        (factor,) = self.plan.factors
+        levels = (*factor.levels, Level(label, overrides, ()))
+        counts = (*runner.replications.values(), 0)
+        plan = replace(self.plan, factors=(replace(factor, levels=levels),), replications=counts)
+        point = plan.points()[-1]
+        runner.add(plan, point)
+        self.plan = plan
+        return point.number
 
     @contextmanager
     def session(

@@ -56,7 +56,7 @@ def told(*words: str) -> str:
 
 def test_a_floor_is_oriented_and_both_are_compared(file: Path) -> None:
     out = file.with_name("one-way.yaml")
-    text = told("orient", str(file), "-o", str(out), "--runs", "3")
+    text = told("orient", str(file), "-o", str(out), "--runs", "6")
     assert "7 two-way lanes are one-way now; trips between goods and stations are 1." in text
     assert "1 stay two-way, as they alone lead to what is beyond: E-dock" in text
     assert "cycle_time_mean of 3 runs each: one-way " in text

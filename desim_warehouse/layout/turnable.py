@@ -1,0 +1,207 @@
+"""What of a floor can be turned: the lanes between junctions, one or several to a unit, and the aisles they form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from desim_warehouse.layout.blocks import highways
+from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.layout.orient import Aisles
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    import networkx as nx
+
+    from desim_warehouse.layout.layout import Edge, Layout
+    from desim_warehouse.layout.spec import Blocks
+
+Way: TypeAlias = Literal["along", "back", "both", "rather along", "rather back"]
+"""How a lane is driven: as it is listed, the other way, both ways, or both with a preferred direction."""
+AGAINST = 2.0
+"""As many times as long a lane counts where routes are chosen, driven against its preferred direction."""
+_MIRRORED: Mapping[Way, Way] = {
+    "along": "back",
+    "back": "along",
+    "both": "both",
+    "rather along": "rather back",
+    "rather back": "rather along",
+}
+
+
+def mirrored(way: Way) -> Way:
+    """The same way of a lane that is listed from its other end."""
+    return _MIRRORED[way]
+
+
+@dataclass(frozen=True)
+class Turnable:
+    """Units of a floor that can be driven another way, each by itself or with all others of its aisle.
+
+    A unit is a chain of lanes without a junction between them. `ways` has the ways possible for a unit, first the one
+    that it has. `aisles` lists the units of each aisle with the way that leads along the aisle.
+    """
+
+    units: tuple[tuple[Edge, ...], ...]
+    ways: tuple[tuple[Way, ...], ...]
+    aisles: tuple[tuple[tuple[int, Way], ...], ...]
+    fixed: tuple[Edge, ...]
+    nodes: tuple[str, ...]
+
+    @property
+    def drawn(self) -> tuple[Way, ...]:
+        """The ways that the floor has."""
+        return tuple(ways[0] for ways in self.ways)
+
+    def is_connected(self, design: Sequence[Way]) -> bool:
+        """Whether every node can still be reached from every other."""
+        import networkx as nx
+
+        graph = nx.DiGraph(self.fixed)
+        graph.add_nodes_from(self.nodes)
+        for lanes, way in zip(self.units, design, strict=True):
+            if way != "back":
+                graph.add_edges_from(lanes)
+            if way != "along":
+                graph.add_edges_from(lane[::-1] for lane in lanes)
+        return bool(nx.is_strongly_connected(graph))
+
+    def neighbours(self, design: tuple[Way, ...]) -> Iterator[tuple[Way, ...]]:
+        """Designs with a whole aisle driven another way, then those with one unit driven another way."""
+        seen = {design}
+        for aisle in self.aisles:
+            for way in dict.fromkeys(way for unit, _ in aisle for way in self.ways[unit]):
+                yield from _new(self._with(design, aisle, way), seen)
+        for unit, ways in enumerate(self.ways):
+            for way in ways:
+                yield from _new((*design[:unit], way, *design[unit + 1 :]), seen)
+
+    def _with(self, design: Sequence[Way], aisle: Iterable[tuple[int, Way]], way: Way) -> tuple[Way, ...]:
+        """A design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""
+        found = list(design)
+        for unit, along in aisle:
+            turned = way if along == "along" else mirrored(way)
+            if turned in self.ways[unit]:
+                found[unit] = turned
+        return tuple(found)
+
+    def lanes(self, design: Sequence[Way]) -> dict[Edge, Way]:
+        """The way of every lane that can be turned."""
+        return {lane: way for lanes, way in zip(self.units, design, strict=True) for lane in lanes}
+
+    def turned(self, design: Sequence[Way]) -> list[str]:
+        """The units that are driven another way than drawn, in words: `A>B>C`, `A-B-C both ways`."""
+        return [
+            _told(lanes, way) for lanes, way, drawn in zip(self.units, design, self.drawn, strict=True) if way != drawn
+        ]
+
+
+def turnable(layout: Layout) -> Turnable:
+    """What can be turned of a floor: one-way lanes without a lane beside them, and two-way lanes.
+
+    Lanes that alone lead to what is beyond (bridges) stay as they are. Only the largest part of the floor counts whose
+    nodes can reach each other.
+    """
+    import networkx as nx
+
+    graph = layout.graph.subgraph(max(nx.strongly_connected_components(layout.graph), key=len))
+    bridges = {frozenset(edge) for edge in nx.bridges(graph.to_undirected(as_view=True))}
+    free = [
+        lane
+        for lane in layout.lanes
+        if lane in graph.edges
+        and frozenset(lane) not in bridges
+        and (graph.edges[lane].get("two_way") or not graph.has_edge(*lane[::-1]))
+    ]
+    units = list(_chains(graph, free))
+    taken = {edge for lane in free for edge in (lane, lane[::-1])}
+    ways: list[tuple[Way, ...]] = [
+        ("both", "along", "back", "rather along", "rather back")
+        if graph.edges[unit[0]].get("two_way")
+        else ("along", "back")
+        for unit in units
+    ]
+    return Turnable(
+        tuple(units),
+        tuple(ways),
+        tuple(_aisles(graph, units)),
+        tuple(edge for edge in graph.edges if edge not in taken),
+        tuple(graph),
+    )
+
+
+def turnable_blocks(blocks: Blocks) -> Turnable:
+    """What can be turned of blocks: every row and every column of aisles, as a whole."""
+    graph = highways(blocks)
+    names = block_nodes(blocks.columns, blocks.rows)
+    lines = [tuple(pairwise(line)) for line in (*names, *zip(*names, strict=True))]
+    units = tuple(
+        line if graph.has_edge(*line[0]) else tuple((head, tail) for tail, head in reversed(line)) for line in lines
+    )
+    ways: tuple[Way, ...] = ("along", "back")
+    return Turnable(units, (ways,) * len(units), (), (), tuple(graph))
+
+
+def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:
+    """Lanes that follow each other through nodes without another lane, in order: they can only be turned together."""
+    at: dict[str, list[Edge]] = {}
+    for lane in lanes:
+        for node in lane:
+            at.setdefault(node, []).append(lane)
+
+    def beyond(node: str, lane: Edge) -> Edge | None:
+        """The lane that goes on at the end of another, listed in the same sense."""
+        around = {*graph.pred[node], *graph.succ[node]}
+        here = [other for other in at[node] if other != lane and other != lane[::-1]]
+        if len(around) != 2 or len(here) != 1:  # noqa: PLR2004 - one lane before and one after
+            return None
+        other = here[0]
+        if bool(graph.edges[other].get("two_way")) != bool(graph.edges[lane].get("two_way")):
+            return None
+        return other if (other[0] == node) == (lane[1] == node) else other[::-1]
+
+    done: set[frozenset[str]] = set()
+    for lane in lanes:
+        if frozenset(lane) in done:
+            continue
+        chain = [lane]
+        done.add(frozenset(lane))
+        for forward in (True, False):
+            while True:
+                end = chain[-1] if forward else chain[0]
+                following = beyond(end[1] if forward else end[0], end)
+                if following is None or frozenset(following) in done:
+                    break
+                done.add(frozenset(following))
+                chain.insert(len(chain) if forward else 0, following)
+        yield tuple(chain)
+
+
+def _aisles(graph: nx.DiGraph, units: Sequence[tuple[Edge, ...]]) -> Iterator[tuple[tuple[int, Way], ...]]:
+    """Aisles of several units, each with the way in which it leads towards larger x or y."""
+    lanes = [lane for unit in units for lane in unit]
+    if not lanes:
+        return
+    unit_of = [number for number, unit in enumerate(units) for _ in unit]
+    found = Aisles.of(graph, lanes)
+    for group in found.groups():
+        aisle: dict[int, Way] = {unit_of[lane]: "along" if found.upwards[lane] else "back" for lane in group}
+        if len(aisle) > 1:
+            yield tuple(aisle.items())
+
+
+def _new(design: tuple[Way, ...], seen: set[tuple[Way, ...]]) -> Iterator[tuple[Way, ...]]:
+    if design not in seen:
+        seen.add(design)
+        yield design
+
+
+def _told(lanes: Sequence[Edge], way: Way) -> str:
+    nodes = [lanes[0][0], *(head for _, head in lanes)]
+    if way.endswith("back"):
+        nodes.reverse()
+    if way == "both":
+        return f"{'-'.join(nodes)} both ways"
+    return f"{'rather ' if way.startswith('rather') else ''}{'>'.join(nodes)}"

@@ -1,0 +1,327 @@
+"""Better directions of aisles: a search by simulation, judged on days that it did not use."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
+
+from desim_warehouse.errors import LayoutError, ModelError, StudyError
+from desim_warehouse.layout.turnable import turnable, turnable_blocks
+from desim_warehouse.model.oriented import changes, orientation, oriented
+from desim_warehouse.outcome.indicators import find
+from desim_warehouse.study.procedures import more_is_better
+from desim_warehouse.study.search import Search
+from desim_warehouse.study.statistics import paired
+from desim_warehouse.study.study import Study
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from desim_warehouse.layout import Edge
+    from desim_warehouse.layout.turnable import Turnable, Way
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.statistics import Procedure
+
+Design: TypeAlias = "tuple[Way, ...]"
+
+FEWEST_RUNS = 50
+"""With fewer runs a search looks at little more than the floor as it is drawn."""
+_JUDGED = 5
+"""One run in five is done on days that the search did not use."""
+_PAIRS, _PAIRS_ELSEWHERE = 20, 5
+"""On those days, the most pairs that compare both floors, and those for each other fleet or demand."""
+_FLEETS, _DEMANDS = (0.5, 0.75, 1.25, 1.5), (0.8, 1.2)
+"""Fleets and demands for which the gain is looked at, too, in times those of the model."""
+_DRAWN = "as drawn"
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How much more an indicator is on the turned floor than as drawn, by pairs of runs, as a share of the latter.
+
+    `is_better`: whether that is shown to be an improvement (True) or a loss (False), or neither (None).
+    """
+
+    where: str
+    mean: float
+    low: float
+    high: float
+    pairs: int
+    is_better: bool | None
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
+
+    `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
+    and demands, `ways` the way of every lane that can be turned.
+    """
+
+    model: Model
+    ways: Mapping[Edge, Way]
+    turned: tuple[str, ...]
+    units: int
+    indicator: str
+    gain: Gain | None
+    elsewhere: tuple[Gain, ...]
+    runs: int
+
+    @property
+    def cost(self) -> float:
+        """What turning these aisles costs once, by `prices.turned_aisle`."""
+        return 0.0 if self.model.prices is None else self.model.prices.turned_aisle * len(self.turned)
+
+
+class Floor:
+    """The designs of a search: the ways of what can be turned of a model's floor."""
+
+    def __init__(self, model: Model) -> None:
+        """Find what can be turned; raises StudyError where nothing can."""
+        self.model = model
+        blocks = model.layout.blocks
+        self.turnable: Turnable = turnable(model.floor) if blocks is None else turnable_blocks(blocks)
+        if not self.turnable.units:
+            raise StudyError(f"{model.name}: no lane can be turned without cutting off a part of the floor")
+        self._allowed: dict[Design, bool] = {}
+
+    @cached_property
+    def drawn(self) -> Design:
+        """The floor as it is."""
+        return self.turnable.drawn
+
+    def changes(self, design: Design) -> dict[str, Any]:
+        """What makes the model be of a design."""
+        return changes(self.model, self.turnable.lanes(design))
+
+    def first(self) -> Iterator[Design]:
+        """The floor as it is, and with its two-way lanes made one-way so that trips are short."""
+        yield self.drawn
+        if self.model.layout.blocks is None and self.model.floor.two_way:
+            try:
+                kept = set(orientation(self.model).kept)
+            except ModelError:  # goods or stations in parts that cannot reach each other
+                return
+            short = tuple(
+                "along" if lanes[0] in kept and "both" in ways else "back" if lanes[0][::-1] in kept else ways[0]
+                for lanes, ways in zip(self.turnable.units, self.turnable.ways, strict=True)
+            )
+            if self.allows(short):
+                yield short
+
+    def sample(self, random: Random) -> Design:
+        """The end of a random walk over designs, from the floor as it is."""
+        design = self.drawn
+        for _ in range(random.randint(1, 2 * len(self.turnable.units))):
+            other = random.choice(list(self.turnable.neighbours(design)))
+            design = other if self.turnable.is_connected(other) else design
+        return design if self.allows(design) else self.drawn
+
+    def neighbours(self, design: Design) -> Iterator[Design]:
+        """Another way for a whole aisle, or for one unit."""
+        return self.turnable.neighbours(design)
+
+    def allows(self, design: Design) -> bool:
+        """Whether every node can be reached from every other, and all that the model says of its lanes still holds."""
+        if design not in self._allowed:
+            self._allowed[design] = self.turnable.is_connected(design) and self._is_model(design)
+        return self._allowed[design]
+
+    def _is_model(self, design: Design) -> bool:
+        try:
+            return self.model.replace(self.changes(design)).floor is not None
+        except (ModelError, LayoutError):  # a zone or a closure names a lane that would lead the other way
+            return False
+
+    def passes_check(self, design: Design) -> bool:
+        """Whether `desim check` finds no error that it does not find in the floor as drawn."""
+        from desim_warehouse.run import check
+
+        def errors(model: Model) -> set[str]:
+            return {item.code for item in check(model).findings if item.level == "error"}
+
+        return errors(self.model.replace(self.changes(design))) <= errors(self.model)
+
+
+@overload
+def orient(model: Model, indicator: None = None) -> Model: ...
+@overload
+def orient(model: Model, indicator: str, **search: Any) -> Directions: ...
+
+
+def orient(model: Model, indicator: str | None = None, **search: Any) -> Model | Directions:
+    """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
+
+    Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
+    searched by simulation: see `directions`, whose arguments `search` may have.
+
+    Raises:
+        ModelError: no two-way lane, or goods and stations that cannot reach each other.
+        StudyError: as of `directions`.
+    """
+    if indicator is None:
+        return oriented(model, orientation(model))
+    return directions(model, indicator, **search)
+
+
+def directions(
+    model: Model,
+    indicator: str = "throughput_per_hour",
+    *,
+    runs: int = 500,
+    seed: int = 0,
+    confidence: float = 0.95,
+    timeout: float | None = None,
+    **where: Any,
+) -> Directions:
+    """Find directions of the aisles with which an indicator is best, in at most so many runs.
+
+    Rows and columns of blocks are turned as a whole, other lanes between junctions one by one or by aisles. Two-way
+    lanes may become one-way, or prefer a direction. Every node stays within reach of every other. The search and its
+    last comparison use different days, so that the gain is not one that luck chose.
+
+    Args:
+        model: the warehouse.
+        indicator: what should be best.
+        runs: the most that may be done in all.
+        seed: of all runs.
+        confidence: of the intervals of gains.
+        timeout: seconds that a run may take.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+
+    Raises:
+        StudyError: nothing can be turned, too few runs, or an indicator of which neither more nor less is better.
+
+    Source: `study.search`.
+    """
+    find(indicator)
+    maximise = more_is_better(indicator)
+    if runs < FEWEST_RUNS:
+        raise StudyError(f"{runs} runs: too few to search directions, expected at least {FEWEST_RUNS}")
+    floor = Floor(model)
+    judged = runs // _JUDGED
+    plan = {"confidence": confidence, "timeout": timeout}
+    scout = _study(model, {_DRAWN: {}}, "search", seed + 1, plan)
+    with scout.session(**_at(where, "search")) as runner:
+        numbers = {floor.drawn: 0}
+
+        def number(design: Design) -> int:
+            if design not in numbers:
+                label = ", ".join(floor.turnable.turned(design))
+                numbers[design] = scout.grow(runner, label, floor.changes(design))
+            return numbers[design]
+
+        def steps(exact: bool) -> Procedure[list[Design]]:
+            random = Random(seed)  # noqa: S311 - a search, no secret
+            return Search(floor, number, runs - judged, random, maximise=maximise, exact=exact).steps()
+
+        ranked = scout.carry_out(runner, steps, indicator, failed=math.nan)
+    best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
+    turned = tuple(floor.turnable.turned(best))
+    if not turned:
+        return Directions(model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows))
+    made = model.replace(floor.changes(best))
+    fresh, pairs = _fresh(model, floor.changes(best), judged, seed, plan)
+    fresh.run(**_at({"cache": True, **where}, "judged"))
+    gains = [_gain(fresh, place, indicator, confidence, maximise=maximise) for place in range(0, len(pairs), 2)]
+    return Directions(
+        made,
+        floor.turnable.lanes(best),
+        turned,
+        len(floor.turnable.units),
+        indicator,
+        gains[0],
+        tuple(gain for gain in gains[1:] if gain is not None),
+        len(scout.rows) + len(fresh.rows),
+    )
+
+
+def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, plan: Mapping[str, Any]) -> Study:
+    made = Study(model, {"directions": {"cases": dict(cases)}}, name=name, seed=seed, **plan)
+    made.plan = made.plan.unreplicated()
+    return made
+
+
+def _at(where: Mapping[str, Any], name: str) -> dict[str, Any]:
+    out = where.get("out")
+    return {**where, "out": None if out is None else Path(out) / name}
+
+
+def _fresh(
+    model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: Mapping[str, Any]
+) -> tuple[Study, list[int]]:
+    """Both floors as they are, then with other fleets and demands; the replications of each design."""
+    others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
+    cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
+    for name, more in others:
+        cases |= {f"{_DRAWN}, {name}": more, name: {**turned, **more}}
+    pairs = min(_PAIRS, runs // 2 - _PAIRS_ELSEWHERE * len(others))
+    counts = [pairs, pairs, *[_PAIRS_ELSEWHERE] * (2 * len(others))]
+    study = _study(model, cases, "judged", seed, plan)
+    study.plan = replace(study.plan, replications=tuple(counts))
+    return study, counts
+
+
+def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Other fleets and demands with which both floors are models, in words."""
+    size = model.fleet.size
+    fleets = sorted({max(1, round(times * size)) for times in _FLEETS} - {size})
+    trials: list[tuple[str, dict[str, Any]]] = [(f"{robots} robots", {"fleet.size": robots}) for robots in fleets]
+    trials += [(f"{100 * times:g} % of the demand", {"tasks.demand": times}) for times in _DEMANDS]
+    for name, more in trials:
+        try:
+            model.replace(more)
+            model.replace({**turned, **more})
+        except (ModelError, LayoutError):
+            continue
+        yield name, more
+
+
+def _gain(study: Study, number: int, indicator: str, confidence: float, *, maximise: bool) -> Gain | None:
+    """The gain of the design after `number` over that design, in the pairs in which both have a value."""
+    rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
+    both = [
+        (rows[number + 1, r].measured(indicator), rows[number, r].measured(indicator))
+        for n, r in rows
+        if n == number and (number + 1, r) in rows
+    ]
+    both = [pair for pair in both if all(map(math.isfinite, pair))]
+    if not both:
+        return None
+    turned, drawn = zip(*both, strict=True)
+    exact = all(row.outcome.deterministic for row in rows.values())
+    found = paired(turned, drawn, confidence, deterministic=exact)
+    whole = abs(sum(drawn)) / len(drawn) or math.nan
+    low, high = found.interval or (found.mean, found.mean)
+    is_better = None if low <= 0 <= high else (low > 0) == maximise
+    label = str(study.points[number + 1].labels["directions"])
+    return Gain("" if number == 0 else label, found.mean / whole, low / whole, high / whole, len(both), is_better)
+
+
+def told(found: Directions) -> list[str]:
+    """The answer in sentences."""
+    if found.gain is None:
+        return [f"No better directions found than those drawn, in {found.runs} runs."]
+    gain = found.gain
+    lines = [f"{len(found.turned)} of {found.units} turned: {_listed(found.turned)}."]
+    verdict = {True: "", False: " (worse)", None: " (no difference shown)"}[gain.is_better]
+    lines.append(f"{found.indicator} {_percent(gain)} in {gain.pairs} pairs of fresh runs{verdict}.")
+    for better, said in ((True, "It holds"), (None, "Not shown"), (False, "It loses")):
+        places = [f"{one.where} {_percent(one)}" for one in found.elsewhere if one.is_better is better]
+        if places:
+            lines.append(f"{said} for {_listed(places)}.")
+    if found.cost:
+        lines.append(f"Turning these aisles costs {found.cost:,.0f} once.")
+    return lines
+
+
+def _listed(items: Sequence[str] | Iterable[str]) -> str:
+    return "; ".join(items)
+
+
+def _percent(gain: Gain) -> str:
+    return f"{100 * gain.mean:+.1f} % ({100 * gain.low:+.1f} to {100 * gain.high:+.1f})"

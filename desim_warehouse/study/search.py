@@ -1,0 +1,177 @@
+"""Search among more designs than can be run: local search whose neighbours race on common random numbers.
+
+From the best of some designs it moves to a neighbour that does better in the same replications, and where none does, it
+begins again at the best design that it has not stood on. The best designs found then race with more replications. On
+directions of aisles it found the best of 512 in 97 % of searches with 500 runs, where designs drawn at random did in
+40 % and successive halving in 37 % (docs/why.md: Directions).
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from itertools import islice
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+from desim_warehouse.study.statistics.procedure import request
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+    from random import Random
+
+    from desim_warehouse.study.statistics.procedure import Procedure, RunNumber
+
+D = TypeVar("D")
+
+_FIRST, _AGAIN = 20, 8
+"""Designs looked at before the first climb, and before every other one."""
+_LOOK, _SURE = 2, 4
+"""Replications of a neighbour, and of one that seems better before the search moves to it."""
+_AT_ONCE = 4
+"""Neighbours whose runs are asked for together."""
+_FINALISTS, _LAP = 8, 3
+"""Designs in the race, and the replications that each does in a lap."""
+
+
+class Space(Protocol[D]):
+    """Designs of one kind, of which not all can be simulated."""
+
+    def first(self) -> Iterable[D]:
+        """Designs to begin with, the present one first."""
+        ...
+
+    def sample(self, random: Random) -> D:
+        """A design drawn at random, which can be simulated."""
+        ...
+
+    def neighbours(self, design: D) -> Iterable[D]:
+        """The designs that differ little from one, and are others."""
+        ...
+
+    def allows(self, design: D) -> bool:
+        """Whether a design can be simulated."""
+        ...
+
+
+class _SpentError(Exception):
+    """The runs allowed are done."""
+
+
+class Search(Generic[D]):
+    """One search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
+
+    def __init__(
+        self,
+        space: Space[D],
+        number: Callable[[D], int],
+        runs: int,
+        random: Random,
+        *,
+        maximise: bool,
+        exact: bool = False,
+    ) -> None:
+        """A search that is yet to begin.
+
+        `number` gives the number by which runs of a design are asked for, `runs` is the most that may be done, and
+        `exact` says that nothing is random, so that one run is enough.
+        """
+        self.space = space
+        self.number = number
+        self.left = runs
+        self.random = random
+        self.sign = 1.0 if maximise else -1.0
+        self.most = 1 if exact else runs
+        self.values: dict[D, list[float]] = {}
+
+    def steps(self) -> Procedure[list[D]]:
+        """Look for the best design with four fifths of the runs, and race the best with the rest."""
+        kept = self.left // 5
+        self.left -= kept
+        with suppress(_SpentError):
+            yield from self._climb()
+        self.left += kept
+        return (yield from self._race())
+
+    def mean(self, design: D) -> float:
+        """The mean of a design's runs, larger for better ones; -inf where a run failed."""
+        return self._mean(design, len(self.values[design]))
+
+    def _mean(self, design: D, count: int) -> float:
+        found = self.values[design][:count]
+        mean = self.sign * sum(found) / len(found)
+        return -math.inf if math.isnan(mean) else mean
+
+    def _is_better(self, one: D, other: D) -> bool:
+        """Whether one design does better in the replications that both have."""
+        common = min(len(self.values[one]), len(self.values[other]))
+        return self._mean(one, common) > self._mean(other, common)
+
+    def _climb(self) -> Generator[list[RunNumber], Sequence[float], None]:
+        begin = list(dict.fromkeys(self.space.first()))
+        yield from self._replicate(dict.fromkeys([*begin, *self._drawn(_FIRST - len(begin), begin)], _LOOK))
+        stood: set[D] = set()
+        while True:
+            rest = [design for design in self.values if design not in stood]
+            if not rest:
+                return
+            current: D | None = max(rest, key=self.mean)
+            while current is not None:
+                stood.add(current)
+                current = yield from self._step(current, stood)
+            yield from self._replicate(dict.fromkeys(self._drawn(_AGAIN, self.values), _LOOK))
+
+    def _step(self, current: D, stood: set[D]) -> Generator[list[RunNumber], Sequence[float], D | None]:
+        """The first neighbour found that does better; those that do not are not looked at again."""
+        near = [design for design in dict.fromkeys(self.space.neighbours(current)) if design not in stood]
+        self.random.shuffle(near)
+        allowed = filter(self.space.allows, near)
+        while batch := list(islice(allowed, _AT_ONCE)):
+            yield from self._replicate({**dict.fromkeys(batch, _LOOK), current: _LOOK})
+            for design in sorted(batch, key=self.mean, reverse=True):
+                if self._is_better(design, current):
+                    yield from self._replicate({design: _SURE, current: _SURE})
+                    if self._is_better(design, current):
+                        return design
+                stood.add(design)
+        return None
+
+    def _race(self) -> Procedure[list[D]]:
+        """The best designs with more and more replications; after each lap the better half goes on."""
+        ranked = sorted(self.values, key=self.mean, reverse=True)
+        alive, out, lap = ranked[:_FINALISTS], ranked[_FINALISTS:], _SURE
+        try:
+            while len(alive) > 1:
+                lap += _LAP
+                yield from self._replicate(dict.fromkeys(alive, lap))
+                alive.sort(key=self.mean, reverse=True)
+                half = (len(alive) + 1) // 2
+                alive, out = alive[:half], [*alive[half:], *out]
+        except _SpentError:
+            alive.sort(key=self.mean, reverse=True)
+        return [*alive, *out]
+
+    def _drawn(self, count: int, known: Iterable[D]) -> list[D]:
+        """At most so many designs drawn at random that are not known."""
+        seen, found = set(known), list[D]()
+        for _ in range(10 * max(count, 0)):
+            design = self.space.sample(self.random)
+            if design not in seen and len(found) < count:
+                seen.add(design)
+                found.append(design)
+        return found
+
+    def _replicate(self, wanted: Mapping[D, int]) -> Generator[list[RunNumber], Sequence[float], None]:
+        """See that designs have so many replications; raises _SpentError where too few runs are left for that."""
+        missing = [
+            (design, rank)
+            for design, count in wanted.items()
+            for rank in range(len(self.values.get(design, ())), min(count, self.most))
+        ]
+        if len(missing) > self.left:
+            raise _SpentError
+        if not missing:
+            return
+        self.left -= len(missing)
+        values = yield from request([(self.number(design), rank) for design, rank in missing], failing=True)
+        for (design, _), value in zip(missing, values, strict=True):
+            self.values.setdefault(design, []).append(value)

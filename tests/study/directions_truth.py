@@ -1,0 +1,114 @@
+"""Small floors whose best directions are known, as all were simulated, and what a search finds on them.
+
+`python -m tests.study.directions_truth 0 20` prints for twenty of them how far the directions found with at most 500
+runs are from the best that there are. Runs of a search are drawn from those done for the truth.
+"""
+
+from __future__ import annotations
+
+import random
+import statistics
+import sys
+from dataclasses import dataclass
+
+import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.study.directions import Floor
+from desim_warehouse.study.search import Search
+
+RUNS = 500
+DAYS = 16
+"""Runs of every design of a floor."""
+
+
+def model(number):
+    """A floor of two rows of up to four blocks, on which work always waits and robots are many."""
+    draw = random.Random(number)
+    size = (draw.randint(14, 26), draw.randint(24, 32))
+    drafted = dw.Model.model_validate(read_yaml(draft(Draft(size, orders=60, stations=2, robots=8)), "draft").data)
+    robots = draw.randint(6, 12)
+    return drafted.replace(
+        {
+            "tasks.goods": {"saturated": 2 * robots},
+            "tasks.load_time": 2,
+            "tasks.unload_time": 2,
+            "fleet.size": robots,
+            "layout.bays": {"parking": {"along": "north", "places": robots}},
+            "fleet.start": ["parking"],
+            "battery": None,
+            "layout.stations.packing.places": robots,
+            "layout.stations.packing.servers": 4,
+            "run": {"length": 900, "warm_up": 100},
+            "log": "tasks",
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Found:
+    """How many designs a floor has, the best mean, that of the floor as drawn, of what was found, and its error."""
+
+    number: int
+    designs: int
+    best: float
+    drawn: float
+    chosen: float
+    error: float
+
+    @property
+    def right(self):
+        """Nothing that there is is better by more than two standard errors of a difference."""
+        return self.chosen >= self.best - 2 * self.error
+
+
+def bank(floor, described):
+    """The indicator of every design that keeps the floor connected, day by day."""
+    seen, new = set(), [floor.drawn]
+    while new:
+        seen.update(new)
+        new = list({other for one in new for other in floor.neighbours(one) if floor.allows(other)} - seen)
+    return {
+        design: [
+            dw.simulate(described.replace(floor.changes(design)), day).kpis["throughput_per_hour"]
+            for day in range(DAYS)
+        ]
+        for design in sorted(seen)
+    }
+
+
+def found(number):
+    """Search a floor, and look up what was found."""
+    described = model(number)
+    floor = Floor(described)
+    runs = bank(floor, described)
+    designs = list(runs)
+    days = [random.Random(f"{number} {day}").randrange(DAYS) for day in range(RUNS)]
+    steps = Search(floor, designs.index, RUNS * 4 // 5, random.Random(number), maximise=True).steps()
+    values = None
+    while True:
+        try:
+            asked = steps.send(values)
+        except StopIteration as end:
+            chosen = end.value[0]
+            break
+        values = [runs[designs[one]][days[day]] for one, day in asked]
+    means = {design: statistics.fmean(values) for design, values in runs.items()}
+    best = max(means, key=means.get)
+    gaps = [one - other for one, other in zip(runs[best], runs[chosen], strict=True)]
+    error = statistics.stdev(gaps) / DAYS**0.5
+    return Found(number, len(runs), means[best], means[floor.drawn], means[chosen], error)
+
+
+def main(first, last):
+    """Print what was found on each floor, and how often it is the best."""
+    every = []
+    for number in range(first, last):
+        every.append(found(number))
+        sys.stdout.write(f"{every[-1]}\n")
+        sys.stdout.flush()
+    sys.stdout.write(f"{len(every)}: {sum(one.right for one in every)} right\n")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
