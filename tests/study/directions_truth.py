@@ -18,27 +18,33 @@ from desim_warehouse.study.directions import Floor
 from desim_warehouse.study.search import Search
 
 RUNS = 500
-DAYS = 16
+DAYS = 12
 """Runs of every design of a floor."""
 
 
 def model(number):
-    """A floor of two rows of up to four blocks, on which work always waits and robots are many."""
+    """A floor of up to 5 x 3 blocks, on which work always waits."""
     draw = random.Random(number)
-    size = (draw.randint(14, 26), draw.randint(24, 32))
-    drafted = dw.Model.model_validate(read_yaml(draft(Draft(size, orders=60, stations=2, robots=8)), "draft").data)
-    robots = draw.randint(6, 12)
+    words = Draft((20, 20), orders=60, stations=2, robots=8)
+    drafted = dw.Model.model_validate(read_yaml(draft(words), "draft").data)
+    robots = draw.randint(4, 12)
+    columns = draw.randint(3, 5)
     return drafted.replace(
         {
             "tasks.goods": {"saturated": 2 * robots},
             "tasks.load_time": 2,
             "tasks.unload_time": 2,
             "fleet.size": robots,
+            "layout.blocks": {
+                **drafted.layout.blocks.content(),
+                "columns": columns,
+                "rows": draw.randint(2, 3),
+                "block_depth": draw.randint(2, 5),
+            },
+            "layout.stations": {"packing": {"along": "south", "every": 2, "places": robots, "servers": 4}},
             "layout.bays": {"parking": {"along": "north", "places": robots}},
             "fleet.start": ["parking"],
             "battery": None,
-            "layout.stations.packing.places": robots,
-            "layout.stations.packing.servers": 4,
             "run": {"length": 900, "warm_up": 100},
             "log": "tasks",
         }
