@@ -131,6 +131,10 @@ class Floor:
             self._allowed[design] = self.turnable.is_connected(design) and self._is_model(design)
         return self._allowed[design]
 
+    def effort(self, design: Design) -> int:
+        """How many units are turned."""
+        return sum(way != drawn for way, drawn in zip(design, self.drawn, strict=True))
+
     def _is_model(self, design: Design) -> bool:
         try:
             return self.model.replace(self.changes(design)).floor is not None

@@ -52,6 +52,10 @@ class Space(Protocol[D]):
         """Whether a design can be simulated."""
         ...
 
+    def effort(self, design: D) -> float:
+        """How much must be changed for it: of designs that do equally well the one with the least is better."""
+        ...
+
 
 class _SpentError(Exception):
     """The runs allowed are done."""
@@ -96,6 +100,10 @@ class Search(Generic[D]):
         """The mean of a design's runs, larger for better ones; -inf where a run failed."""
         return self._mean(design, len(self.values[design]))
 
+    def _rank(self, design: D) -> tuple[float, float]:
+        """Larger for better designs."""
+        return self.mean(design), -self.space.effort(design)
+
     def _mean(self, design: D, count: int) -> float:
         found = self.values[design][:count]
         mean = self.sign * sum(found) / len(found)
@@ -137,17 +145,17 @@ class Search(Generic[D]):
 
     def _race(self) -> Procedure[list[D]]:
         """The best designs with more and more replications; after each lap the better half goes on."""
-        ranked = sorted(self.values, key=self.mean, reverse=True)
+        ranked = sorted(self.values, key=self._rank, reverse=True)
         alive, out, lap = ranked[:_FINALISTS], ranked[_FINALISTS:], _SURE
         try:
             while len(alive) > 1:
                 lap += _LAP
                 yield from self._replicate(dict.fromkeys(alive, lap))
-                alive.sort(key=self.mean, reverse=True)
+                alive.sort(key=self._rank, reverse=True)
                 half = (len(alive) + 1) // 2
                 alive, out = alive[:half], [*alive[half:], *out]
         except _SpentError:
-            alive.sort(key=self.mean, reverse=True)
+            alive.sort(key=self._rank, reverse=True)
         return [*alive, *out]
 
     def _drawn(self, count: int, known: Iterable[D]) -> list[D]:
