@@ -263,6 +263,17 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
                 "for it, so the others stay in their bays",
                 "more slots let more of them work",
             )
+            return
+        full = [node for node in used if layout.stations[node].places <= layout.stations[node].servers]
+        if full and places < 2 * use.robots:
+            zones = dict.fromkeys(layout.stations[node].zone for node in full)
+            yield Finding(
+                "STATION_PLACES",
+                f"layout.stations: {some(zones)}",
+                f"no more slots than servers at {len(full)} nodes: while a robot is served there, no other sets off "
+                f"for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
+                "more slots (places) let more of them work",
+            )
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:

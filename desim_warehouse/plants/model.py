@@ -154,6 +154,10 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
     )
     if len(main) < 2:  # noqa: PLR2004 - there and back
         text = "nowhere can robots drive from one point to another and back, expected lanes that lead back, too"
+        if not graph.edges:
+            text = "no lanes, expected some on which robots drive"
+        elif "two_way" in plant.options and not all(link.speed_back for link in plant.links):
+            text += "; if each is meant in both directions, choose two-way (--two-way)"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
     outside = [point for point in plant.points.values() if point.name not in main]
     plant.note_parts("unreachable", "point", outside, "robots cannot get there and back")
