@@ -65,9 +65,8 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
         raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
     for rank, node in enumerate(nodes):
         chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
-        yield BayPlaces(
-            name, node, 1 if bay.in_lane else bay.places, chargers, bay.in_lane, bay.outages, total is not None
-        )
+        places = 1 if bay.in_lane else bay.places
+        yield BayPlaces(name, node, places, chargers, bay.in_lane, bay.outages, total is not None, bay.grows)
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:

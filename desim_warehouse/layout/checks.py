@@ -133,7 +133,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "START_WITHOUT_BAY", f"fleet.start: {node}", "there is no bay at this node", "name nodes with bays"
             )
-        elif bay.places is not None and homes[node] > bay.places:
+        elif bay.places is not None and homes[node] > bay.slots(homes[node]):
             crowded.setdefault(bay.zone, []).append(node)
     for zone, nodes in crowded.items():
         places = layout.bays[nodes[0]].places
@@ -144,7 +144,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):
-        places = sum(bay.places or 0 for bay in layout.bays.values())
+        places = sum(bay.slots(homes[node]) for node, bay in layout.bays.items())
         if places < use.robots:
             yield Finding(
                 "TOO_FEW_PLACES",

@@ -35,7 +35,7 @@ class BayPlaces:
     """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
 
     `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
-    its chargers are its share of a total.
+    its chargers are its share of a total. `grows`: it has a slot for each robot that starts there, at least.
     """
 
     zone: str
@@ -45,11 +45,12 @@ class BayPlaces:
     in_lane: bool = False
     outages: OutageSpec | None = None
     shared: bool = False
+    grows: bool = False
 
     def slots(self, homes: int) -> int:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
-            return self.places
+            return max(self.places, homes if self.grows else 0)
         return max(homes, (self.chargers or 0) if self.shared else 0)
 
 

@@ -105,7 +105,7 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
 
 
 def _without(content: bytes, said: str) -> bytes:
-    """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it where it names none."""
+    """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it if it names none."""
     named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", said)
     if named is None:
         return content

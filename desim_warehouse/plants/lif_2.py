@@ -54,6 +54,7 @@ def _layout(layout: Item) -> Item:
 
 
 def renamed(item: Item) -> Item:
+    """An object with the keys of version 1, where it has them under other names."""
     return {_RENAMED.get(key, key): value for key, value in item.items()}
 
 

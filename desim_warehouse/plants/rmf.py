@@ -2,7 +2,8 @@
 
 Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`). Building
 maps are in pixels, y downwards, with measured distances for their scale, or in metres, y upwards, as are navigation
-graphs, or in degrees. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by graph_idx.
+graphs, or in degrees. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by
+graph_idx.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ def _words(text: str) -> frozenset[str]:
 
 
 _OF_LANES = _words(
-    "bidirectional is_bidirectional graph_idx orientation orientation_constraint speed_limit mutex demo_mock_floor_name "
-    "demo_mock_lift_name door_name dock_name"
+    "bidirectional is_bidirectional graph_idx orientation orientation_constraint speed_limit mutex "
+    "demo_mock_floor_name demo_mock_lift_name door_name dock_name"
 )
 _OF_VERTICES = _words(
     "name is_parking_spot is_charger is_holding_point is_passthrough_point is_cleaning_zone dock_name pickup_dispenser "

@@ -158,9 +158,9 @@ OTHERS = [
         ),
     ),
     (
-        {"layout__stations": {"pack": {"at": ["B", "C"], "places": 1}}},
+        {"layout__stations": {"pack": {"at": ["C"], "places": 2, "servers": 2}}},
         (
-            "note: layout.stations: pack: no more slots than servers at 2 nodes: while a robot is served there, no "
+            "note: layout.stations: pack: no more slots than servers at 1 nodes: while a robot is served there, no "
             "other sets off for it, and robots wait in bays (slots for 2, 2 robots); more slots (places) let more of "
             "them work [STATION_PLACES]"
         ),
