@@ -13,7 +13,7 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import groupby, islice, pairwise
+from itertools import groupby, islice, pairwise, starmap
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -276,6 +276,8 @@ def _texts(cells: pd.Series[Any]) -> pd.Series[Any]:
     """Cells as text, empty where there is nothing."""
     import pandas as pd
 
+    if pd.api.types.is_integer_dtype(cells):
+        return pd.Series(list(map(str, cells.tolist())), dtype=object)
     return pd.Series(
         ["" if value is None or value != value else str(value).strip() for value in cells.tolist()],  # noqa: PLR0124
         dtype=object,
@@ -347,18 +349,19 @@ class Chunk:
         orders = [name or str(row) for row, name in zip(self.table.index, self._text("order"), strict=True)]
         dues = [None if value != value else value for value in due.tolist()]  # noqa: PLR0124 - not a number
         self.pieces = [1 if value is None else value for value in quantity]
-        loads = [self._loads(amount) for amount in self.pieces]
+        loads = self._loads()
         rows = zip(release.tolist(), source, target, dues, priority, loads, orders, via, strict=True)
         good = np.flatnonzero(~self.bad).tolist()
         self.unread = frozenset(np.flatnonzero(self.bad).tolist())
-        lines = list(rows)
-        return [OrderLine(*lines[row]) for row in good]
+        lines = list(starmap(OrderLine, rows))
+        return lines if len(good) == len(lines) else [lines[row] for row in good]
 
-    def _loads(self, amount: int) -> int:
-        """How many tasks a quantity is."""
+    def _loads(self) -> list[int]:
+        """How many tasks each quantity is."""
         if self.spec.quantity == "tasks":
-            return amount
-        return 1 if self.spec.pieces_per_load is None else math.ceil(amount / self.spec.pieces_per_load)
+            return self.pieces
+        most = self.spec.pieces_per_load
+        return [1 if most is None else math.ceil(amount / most) for amount in self.pieces]
 
     def problem(self, rows: Any, column: str, wrong: str, expected: str) -> None:
         """Some rows, given as a mask, have a problem."""
