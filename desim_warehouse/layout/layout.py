@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import networkx as nx
 
     from desim_warehouse.values.disturbances import OutageSpec
@@ -71,7 +73,7 @@ class Layout:
     `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
     inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
     that leads against a preferred direction `counts` that many times where routes are chosen. The order of a node's
-    successors is the order in which Algorithm 1 tries them.
+    successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
     """
 
     graph: nx.DiGraph
@@ -79,6 +81,15 @@ class Layout:
     bays: dict[str, BayPlaces]
     stations: dict[str, StationPlaces]
     goods_size: float = 0.0
+    place_names: Mapping[str, int] = field(default_factory=dict)
+
+    @cached_property
+    def called(self) -> dict[int, str]:
+        """What people call storage places, by number: their first names; empty where they have none."""
+        found: dict[int, str] = {}
+        for name, number in self.place_names.items():
+            found.setdefault(number, name)
+        return found
 
     @property
     def two_way(self) -> list[Edge]:

@@ -274,3 +274,57 @@ def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path):
             words.write(b" " * 1_000_000)
     with pytest.raises(dw.ModelError, match="too large when it is unfolded"):
         order_day(path, hall)
+
+
+NAMED = {"pattern": "R-{aisle:02}-{bay:02}-{level_letter}", "levels": 2}
+
+
+@pytest.mark.parametrize("names", [NAMED, "table"])
+def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
+    if names == "table":
+        table = [f"R-01-{bay:02}-{level},{bay - 1}" for bay in range(1, 9) for level in "AB"]
+        (tmp_path / "names.csv").write_text("\n".join(["name,place", *table]))
+        names = {"file": "names.csv"}
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = names
+    hall.write_text(json.dumps(model))
+    (tmp_path / "day.csv").write_text("release,from\n10,R-01-03-B\n20,R-01-08-A\n30,7\n")
+    day = order_day(tmp_path / "day.csv", hall)
+    assert [line.source for line in day.lines] == [2, 7, 7]
+    (tmp_path / "bad.csv").write_text("release,from\n10,R-01-09-B\n")
+    assert "did you mean 'R-01-0" in order_day(tmp_path / "bad.csv", hall).problems[0]
+    written = dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")})
+    assert written.floor.called[2] == "R-01-03-A"
+
+
+def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = NAMED
+    model["tasks"] = {"goods": [0], "unload_at": ["pack"], "load_time": 5, "unload_time": 5}
+    hall.write_text(json.dumps(model))
+    path = tmp_path / "floor.svg"
+    for names, there in ((["--names"], True), ([], False)):
+        done = CliRunner().invoke(desim, ["draw", str(hall), "-o", str(path), *names])
+        assert done.exit_code == 0, done.output
+        assert ("R-01-03-A" in path.read_text()) == there
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ({"pattern": "{aisle}"}, "1 names are those of several places, such as '1'"),
+        ({"pattern": "{bay:9999}"}, "unknown field 'bay'"),
+        ({"pattern": "{bay.real}"}, "unknown field 'bay.real'"),
+        ({"pattern": "{bay"}, "not a pattern"),
+        ({"pattern": "shelf"}, "no field"),
+        ({"places": {"a": 8}}, "'a' is place 8, expected 0 to 7"),
+        ({}, "expected a pattern, or names one by one"),
+    ],
+    ids=str,
+)
+def test_names_that_cannot_be_are_refused(names, said, hall):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = names
+    model["tasks"]["flows"]["day"]["arrivals"] = {"schedule": [{"at": 0}]}
+    with pytest.raises(dw.WarehouseError, match=said):
+        dw.simulate(dw.load(model))

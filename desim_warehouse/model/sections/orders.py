@@ -12,7 +12,7 @@ import math
 import re
 from collections import Counter
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import groupby, islice, pairwise, starmap
 from operator import attrgetter
 from pathlib import Path
@@ -58,18 +58,28 @@ class OrderLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit."""
+    """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit.
+
+    `stored`: names of storage places with their numbers.
+    """
 
     names: frozenset[str]
     places: int
     start: str
     seconds: float
+    stored: tuple[tuple[str, int], ...] = ()
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """The numbers of storage places by their names."""
+        return dict(self.stored)
 
     @classmethod
     def of(cls, layout: Layout, start: str, seconds: float) -> Reading:
         """That of a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
-        return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds))
+        stored = tuple(layout.place_names.items())
+        return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds), stored)
 
 
 @dataclass(frozen=True)
@@ -485,7 +495,8 @@ class Chunk:
         return mask
 
     def _expected(self, text: str, among: str = "") -> str:
-        near = nearest(text, self.how.names) if len(self.how.names) <= _COMPARED else None
+        known = [*self.how.names, *self.how.numbers]
+        near = nearest(text, known) if len(known) <= _COMPARED else None
         hint = f"; did you mean '{near}'?" if near else ""
         any_storage = "" if among else "'storage', "
         return f"{among}a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"
@@ -507,6 +518,8 @@ class Chunk:
     def _end(self, text: str) -> str | int | None:
         if text in self.how.names:
             return text
+        if text in self.how.numbers:
+            return self.how.numbers[text]
         number = text.removesuffix(".0")
         return int(number) if number.isdecimal() and int(number) < self.how.places else None
 
