@@ -195,7 +195,7 @@ class _Day:
             total = self.totals(frame)
             if total.any():
                 said = frame[total].fillna("").astype(str).agg(" ".join, axis=1).str.strip()
-                self.found.add("a row", "a total", "orders alone", frame.index[total].tolist(), said)
+                self.found.add("", "a total", "orders alone", frame.index[total].tolist(), said)
             kept = frame[~total]
             chunk = Chunk(kept, self.spec, self.table, self.how, self.midnight, self.found)
             good = chunk.lines()

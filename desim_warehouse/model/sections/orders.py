@@ -210,7 +210,10 @@ def resampled(
 
 @dataclass
 class Problems:
-    """What is wrong with a file, summed up by kind: how often, with which values, first where."""
+    """What is wrong with a file, summed up by kind: how often, with which values, first where.
+
+    A kind is a column, "" for whole rows, and what is wrong.
+    """
 
     file: str
     kinds: dict[tuple[str, str], list[Any]] = field(default_factory=dict)
@@ -231,14 +234,15 @@ class Problems:
         for (column, wrong), (count, row, expected) in islice(self.kinds.items(), MOST_PROBLEMS):
             counts = self.values[column, wrong]
             if count == 1:
-                where, said = f"{self.file}, row {row}, {column}", f"got {next(iter(counts))}"
+                where, said = f"{self.file}, row {row}", f"got {next(iter(counts))}"
             else:
-                where, number = f"{self.file}, {column}", f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
+                where, number = self.file, f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
                 common = ", ".join(value for value, _ in counts.most_common(_COMMON)) + ", ..." * (
                     len(counts) > _COMMON
                 )
                 many = "values" if len(counts) > 1 else "value"
                 said = f"{count:,} rows from row {row} on, {number} {many}: {common}"
+            where += f", {column}" * bool(column)
             lines.append(f"{where}: {wrong} ({said}), expected {expected}")
         more = len(self.kinds) - MOST_PROBLEMS
         return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
@@ -380,7 +384,7 @@ class Chunk:
         hit = np.flatnonzero(rows)
         if len(hit):
             self.bad[hit] = True
-            name = "a row" if column == BEYOND else self.file.titles.get(column, column)
+            name = "" if column == BEYOND else self.file.titles.get(column, column)
             cells = self.table[column] if column in self.table else self.table["release"]
             self.found.add(name, wrong, expected, self.table.index[hit].tolist(), cells.iloc[hit].tolist())
 
