@@ -46,6 +46,7 @@ CODES: dict[str, Code] = {
         "waiting for a charger",
     ),
     "UNREACHABLE_UNUSED": Code("warning", "an unused node cannot be reached, or not left"),
+    "NOTHING_TO_DRIVE": Code("warning", "loads are picked and put down at the same node: nothing is carried anywhere"),
     "LANES_OVERLAP": Code("warning", "two lanes are drawn on one aisle, side by side with less than D between them"),
     "UNLOAD_IN_LANE": Code("warning", "robots unload standing on a node where edges meet"),
     "SHORT_EDGES": Code("warning", "edges are shorter than D, the distance that robots keep"),
@@ -56,7 +57,9 @@ CODES: dict[str, Code] = {
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
     "LOAD_ON_NODE": Code("note", "robots load standing on nodes where edges meet"),
-    "STATION_PLACES": Code("note", "the stations have fewer slots than there are robots"),
+    "STATION_PLACES": Code(
+        "note", "the slots of stations hold robots back, as a task needs a free one before it is given"
+    ),
     "CHARGER_SLOTS": Code("note", "bays with chargers have slots in which robots wait for one"),
     "START_ENERGY": Code("note", "batteries do not start where they settle, and the warm-up is shorter than they last"),
     "EDGES_BELOW_2D": Code("note", "edges shorter than 2 D, before which robots wait on the node"),

@@ -166,7 +166,8 @@ class Work:
         start = fleet.start or tuple(layout.bays)
         homes = Counter(start[number % len(start)] for number in range(fleet.size))
         room = {
-            ("parked", node): homes[node] if bay.places is None else bay.places for node, bay in layout.bays.items()
+            ("parked", node): homes[node] if bay.places is None else max(bay.places, bay.grows * homes[node])
+            for node, bay in layout.bays.items()
         }
         room |= {("docked", node): station.places for node, station in layout.stations.items()}
         inside = {

@@ -22,6 +22,7 @@ COMMANDS = {
     "report": ("report", "Write the report of a study or run folder: one HTML page."),
     "export": ("export", "Write a run, or the layout of a model, for other programs."),
     "import": ("import_layout", "Make a model of a layout that another program drew."),
+    "orders": ("orders", "Read a day of orders from a WMS or ERP for a model."),
     "check": ("check", "Check a model file and its layout."),
     "study": ("study", "Run a study file, or resume a study folder."),
     "what-if": ("what_if", "Vary keys of a model and show what happens."),

@@ -10,10 +10,11 @@ from desim_warehouse.cli.options import load_model, with_overrides
 @click.command("draw")
 @click.argument("model")
 @click.option("-o", "--out", "output", default="floor.svg", show_default=True, metavar="FILE", help="PNG, SVG or PDF.")
+@click.option("--names", is_flag=True, help="Also the names of storage places (layout.storage_names), or numbers.")
 @with_overrides
-def command(model: str, output: str, assignments: tuple[str, ...]) -> None:
+def command(model: str, output: str, names: bool, assignments: tuple[str, ...]) -> None:
     """Draw the floor of MODEL: names, directions, chargers, stations, storage places. Nothing is simulated."""
     from desim_warehouse.report.plot.floor import save
 
-    save(load_model(model, assignments), output)
+    save(load_model(model, assignments), output, names=names)
     click.echo(f"{output}: the floor")

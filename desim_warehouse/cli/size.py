@@ -10,6 +10,7 @@ import click
 
 from desim_warehouse.cli.best import show_best
 from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.options import load_model
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -36,7 +37,9 @@ NONE_MEETS = 3
 @click.command("size")
 @click.argument("model")
 @click.option("--key", default="fleet.size", show_default=True, help="The key whose smallest value is sought.")
-@click.option("--range", "values", required=True, metavar="VALUES", help="Its values, ascending, such as 1..60.")
+@click.option(
+    "--range", "values", metavar="VALUES", help="Its values, ascending, such as 1..60.  [default: of fleets, by hand]"
+)
 @click.option(
     "--target",
     help="The target, such as 'throughput_per_hour >= 220'.  [default: the largest throughput_per_hour]",
@@ -53,7 +56,7 @@ NONE_MEETS = 3
 def command(
     model: str,
     key: str,
-    values: str,
+    values: str | None,
     target: str | None,
     search: str | None,
     first: int,
@@ -69,6 +72,7 @@ def command(
     """
     from desim_warehouse.study.procedures import most, size
 
+    values = values or _by_hand(model, key, question.assignments)
     varied = f"--range {values} --key"
     sought = {"indicators": ["throughput_per_hour"]} if target is None else {"target": target}
     study = question.study(model, {key: _read_range(values)}, "size", execution, varied, **sought)
@@ -96,6 +100,17 @@ def command(
     _show(key, found)
     if found.smallest is None:
         sys.exit(NONE_MEETS)
+
+
+def _by_hand(model: str, key: str, assignments: tuple[str, ...]) -> str:
+    """The fleets that `desim plan` would search, too: around what the hand calculation needs."""
+    from desim_warehouse.study.fleet.designs import Designs
+
+    if key != "fleet.size":
+        raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are worked out by hand")
+    robots, _ = Designs(load_model(model, assignments)).counts(1.0)
+    click.echo(f"fleets from {robots[0]} to {robots[-1]}, by the hand calculation (--range looks at others)", err=True)
+    return f"{robots[0]}..{robots[-1]}"
 
 
 def _read_range(values: str) -> Any:

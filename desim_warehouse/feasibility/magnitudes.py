@@ -130,12 +130,12 @@ def notes(model: Model) -> Iterator[Finding]:
                 text = f"{amount(price)} a year for each"
                 yield Finding("PRICE_A_YEAR", f"prices.{key}", text, "a price of purchase: divide by the years of use")
     for file in order_files(model):
-        if file.tasks > file.rows:
+        if file.trips and file.tasks > file.rows:
             yield Finding(
                 "QUANTITY_IS_TRIPS",
                 "tasks.flows",
                 f"{file.rows:,} rows of orders are {file.tasks:,} tasks by their quantity: each is a trip",
-                "where pieces of a row go together in one load, leave the column quantity out",
+                "where pieces of a row go together in one load, say quantity: pieces",
             )
 
 

@@ -40,6 +40,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
     """What a planner should know."""
+    yield from _nothing_to_drive(found)
     yield from _units(model, found)
     yield from _length(model, found)
     yield from _demand(model, found)
@@ -55,6 +56,13 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
+
+
+def _nothing_to_drive(found: HandCalculation) -> Iterator[Finding]:
+    """Tasks that end where they begin, which any number of robots can do."""
+    if found.cycle.loaded <= 0:
+        text = "loads are picked and put down at the same node, so no robot carries them anywhere"
+        yield Finding("NOTHING_TO_DRIVE", "tasks", text, "say where loads really come from, or go to")
 
 
 def _spread(model: Model) -> Iterator[Finding]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
+from desim_warehouse.layout.naming import named_by
 from desim_warehouse.layout.spec import NodeStorage
 from desim_warehouse.layout.zones import edges_of
 
@@ -54,7 +55,26 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
     nx.freeze(graph)
     _only_once("bay", [node for bay in spec.bays.values() for node in places_of(graph, bay)])
     _only_once("station", [node for item in spec.stations.values() for node in places_of(graph, item)])
-    return Layout(graph, storage, bays, stations, size)
+    return Layout(graph, storage, bays, stations, size, _names(spec, storage))
+
+
+def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int]:
+    """The numbers of storage places by their names."""
+    names = spec.storage_names
+    if names is None:
+        return {}
+    if names.pattern is not None:
+        pairs = list(named_by(names.pattern, names.levels, storage))
+        doubled = [name for name, number in Counter(name for name, _ in pairs).items() if number > 1]
+        if doubled:
+            text = f"{len(doubled)} names are those of several places, such as {doubled[0]!r}; add a field to it"
+            raise LayoutError([f"layout.storage_names.pattern: {text}"])
+        return dict(pairs)
+    beyond = [name for name, number in names.places.items() if number >= len(storage)]
+    if beyond:
+        text = f"{beyond[0]!r} is place {names.places[beyond[0]]}, expected 0 to {len(storage) - 1}"
+        raise LayoutError([f"layout.storage_names: {text}"])
+    return dict(names.places)
 
 
 def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
@@ -65,9 +85,8 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
         raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
     for rank, node in enumerate(nodes):
         chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
-        yield BayPlaces(
-            name, node, 1 if bay.in_lane else bay.places, chargers, bay.in_lane, bay.outages, total is not None
-        )
+        places = 1 if bay.in_lane else bay.places
+        yield BayPlaces(name, node, places, chargers, bay.in_lane, bay.outages, total is not None, bay.grows)
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:

@@ -133,7 +133,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "START_WITHOUT_BAY", f"fleet.start: {node}", "there is no bay at this node", "name nodes with bays"
             )
-        elif bay.places is not None and homes[node] > bay.places:
+        elif bay.places is not None and homes[node] > bay.slots(homes[node]):
             crowded.setdefault(bay.zone, []).append(node)
     for zone, nodes in crowded.items():
         places = layout.bays[nodes[0]].places
@@ -144,7 +144,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):
-        places = sum(bay.places or 0 for bay in layout.bays.values())
+        places = sum(bay.slots(homes[node]) for node, bay in layout.bays.items())
         if places < use.robots:
             yield Finding(
                 "TOO_FEW_PLACES",
@@ -262,6 +262,17 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
                 f"{places} slots for {use.robots} robots: a robot takes a task only when its station has a slot "
                 "for it, so the others stay in their bays",
                 "more slots let more of them work",
+            )
+            return
+        full = [node for node in used if layout.stations[node].places <= layout.stations[node].servers]
+        if full and places < 2 * use.robots:
+            zones = dict.fromkeys(layout.stations[node].zone for node in full)
+            yield Finding(
+                "STATION_PLACES",
+                f"layout.stations: {some(zones)}",
+                f"no more slots than servers at {len(full)} nodes: while a robot is served there, no other sets off "
+                f"for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
+                "more slots (places) let more of them work",
             )
 
 

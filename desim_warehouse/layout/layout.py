@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import networkx as nx
 
     from desim_warehouse.values.disturbances import OutageSpec
@@ -35,7 +37,7 @@ class BayPlaces:
     """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
 
     `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
-    its chargers are its share of a total.
+    its chargers are its share of a total. `grows`: it has a slot for each robot that starts there, at least.
     """
 
     zone: str
@@ -45,11 +47,12 @@ class BayPlaces:
     in_lane: bool = False
     outages: OutageSpec | None = None
     shared: bool = False
+    grows: bool = False
 
     def slots(self, homes: int) -> int:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
-            return self.places
+            return max(self.places, homes if self.grows else 0)
         return max(homes, (self.chargers or 0) if self.shared else 0)
 
 
@@ -70,7 +73,7 @@ class Layout:
     `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
     inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
     that leads against a preferred direction `counts` that many times where routes are chosen. The order of a node's
-    successors is the order in which Algorithm 1 tries them.
+    successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
     """
 
     graph: nx.DiGraph
@@ -78,6 +81,15 @@ class Layout:
     bays: dict[str, BayPlaces]
     stations: dict[str, StationPlaces]
     goods_size: float = 0.0
+    place_names: Mapping[str, int] = field(default_factory=dict)
+
+    @cached_property
+    def called(self) -> dict[int, str]:
+        """What people call storage places, by number: their first names; empty where they have none."""
+        found: dict[int, str] = {}
+        for name, number in self.place_names.items():
+            found.setdefault(number, name)
+        return found
 
     @property
     def two_way(self) -> list[Edge]:

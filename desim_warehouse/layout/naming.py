@@ -1,8 +1,19 @@
-"""Names of the nodes of a block layout: the letters of the paper, or row and column where letters run out."""
+"""Names: of the nodes of a block layout, and of storage places by a pattern of aisle, bay and level."""
 
 from __future__ import annotations
 
-from string import ascii_uppercase
+import re
+from string import Formatter, ascii_uppercase
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from desim_warehouse.layout.layout import StoragePlace
+
+FIELDS = ("aisle", "bay", "level", "number", "aisle_letter", "level_letter")
+"""What the pattern of a storage place's name may hold."""
+_FORM = re.compile(r"(0?\d)?d?")
 
 
 def block_nodes(columns: int, rows: int) -> tuple[tuple[str, ...], ...]:
@@ -21,3 +32,36 @@ def block_nodes(columns: int, rows: int) -> tuple[tuple[str, ...], ...]:
     if across * down <= len(ascii_uppercase):
         return tuple(tuple(ascii_uppercase[row * across : (row + 1) * across]) for row in range(down))
     return tuple(tuple(f"r{row}c{column}" for column in range(across)) for row in range(down))
+
+
+def wrong_part(pattern: str) -> str:
+    """What is wrong with a pattern of names; empty where nothing is."""
+    try:
+        parts = list(Formatter().parse(pattern))
+    except ValueError as error:
+        return str(error)
+    fields = [(name, form or "", turned) for _, name, form, turned in parts if name is not None]
+    strange = [name for name, form, turned in fields if name not in FIELDS or turned or not _FORM.fullmatch(form)]
+    return f"unknown field {strange[0]!r}" if strange else "" if fields else "no field"
+
+
+def named_by(pattern: str, levels: int, storage: Sequence[StoragePlace]) -> Iterator[tuple[str, int]]:
+    """The names of storage places by a pattern, each with the number of its place; those of a place level by level.
+
+    An aisle is an edge beside which there are places, in the order in which they are listed; bays are counted along it.
+    """
+    aisles: dict[tuple[str, str], list[StoragePlace]] = {}
+    for place in storage:
+        aisles.setdefault(place.edge, []).append(place)
+    for aisle, places in enumerate(aisles.values(), 1):
+        for bay, place in enumerate(sorted(places, key=lambda place: (place.offset, place.number)), 1):
+            for level in range(1, levels + 1):
+                letters = {"aisle_letter": _letters(aisle), "level_letter": _letters(level)}
+                numbers = {"aisle": aisle, "bay": bay, "level": level, "number": place.number}
+                yield pattern.format(**numbers, **letters), place.number
+
+
+def _letters(number: int) -> str:
+    """A, B, ... Z, AA, AB, as columns of a sheet."""
+    number, rest = divmod(number - 1, len(ascii_uppercase))
+    return (_letters(number) if number else "") + ascii_uppercase[rest]

@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.layout import naming
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
@@ -287,6 +288,39 @@ class StorageFile(Part):
     file: Name = Field(description="CSV file, relative to the model file")
 
 
+class NamesFile(Part):
+    """Names of storage places from a CSV file: columns name, and place (its number); a place may have several."""
+
+    file: Name = Field(description="CSV file, relative to the model file")
+
+
+class PlaceNames(Part):
+    """What people call storage places: by a pattern of aisle, bay and level, or one by one."""
+
+    pattern: Name | None = Field(
+        None,
+        description="such as '{aisle:02}-{bay:03}-{level}', of aisle (edges with places, as listed), bay (along it), "
+        "level, number, and aisle_letter, level_letter; all counted from 1 but number",
+    )
+    levels: Count = Field(1, description="with pattern: levels of a place, each of which has a name")
+    places: Annotated[Mapping[Name, Whole], AfterValidator(FrozenMap)] = Field(
+        FrozenMap(), description="instead of pattern: numbers of places by their names"
+    )
+
+    @field_validator("pattern")
+    @classmethod
+    def _simple(cls, pattern: str | None) -> str | None:
+        if pattern is not None and (wrong_part := naming.wrong_part(pattern)):
+            raise wrong(f"not a pattern ({wrong_part}), expected fields {spoken(naming.FIELDS)}, such as {{bay:03}}")
+        return pattern
+
+    @model_validator(mode="after")
+    def _one_way(self) -> PlaceNames:
+        if (self.pattern is None) == (not self.places):
+            raise wrong("expected a pattern, or names one by one, and not both")
+        return self
+
+
 class PlacesSpec(Part):
     """Nodes by name (`at`), or every n-th node along a side of the layout (`along`, `every`)."""
 
@@ -333,6 +367,9 @@ class BaySpec(PlacesSpec):
         title="slots",
         description="slots at each node; default: as many as robots start there, and one for each of total_chargers",
     )
+    grows: Flag = Field(
+        False, description="with places: where more robots start at a node, it has a slot for each of them"
+    )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"
     )
@@ -351,6 +388,9 @@ class BaySpec(PlacesSpec):
     def _one_in_the_lane(self) -> BaySpec:
         if self.in_lane and self.places not in {None, 1}:
             raise wrong(f"too many for a bay in the lane (got {self.places}), expected 1: the node itself", "places")
+        if self.grows and (self.in_lane or self.places is None):
+            text = "a bay in the lane has one slot, the node itself" if self.in_lane else "without places"
+            raise wrong(f"{text}, expected grows only beside places, off the lane", "grows")
         return self
 
     @model_validator(mode="after")
@@ -428,6 +468,9 @@ class LayoutSpec(Part):
         ],
         Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
     ] = Field((), description="places of goods, numbered from 0 as listed")
+    storage_names: Annotated[PlaceNames | None, Forms("a pattern with fields, or {file: names.csv}", NamesFile)] = (
+        Field(None, description="names of storage places, for orders and drawings; default: numbers")
+    )
     bays: Annotated[Named[BaySpec], By("in")] = Field(
         FrozenMap(), description="departure, parking and charging zones by name"
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.layout.spec import StorageFile
+from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.messages import FilePositions, Keys, Position, Problem, from_pydantic
 from desim_warehouse.model.sections.flows import MatrixFile
@@ -127,6 +127,8 @@ def _named(data: dict[str, Any]) -> list[tuple[dict[str, Any], Keys, Reader]]:
     found: list[tuple[dict[str, Any], Keys, Reader]] = []
     if isinstance(layout, dict) and _names_file(layout.get("storage")):
         found.append((layout, STORAGE, _storage))
+    if isinstance(layout, dict) and _names_file(layout.get("storage_names")):
+        found.append((layout, ("layout", "storage_names"), _place_names))
     return [*found, *_below(data.get("tasks"), ("tasks",))]
 
 
@@ -210,6 +212,22 @@ def _storage(named: dict[str, Any], _: Keys, folder: Path, positions: FilePositi
                 positions.values[*keys, column] = row.at[column]
         made.append(item)
     return made
+
+
+def _place_names(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
+    form = NamesFile.model_validate(named)
+    table = _Table.read(folder / form.file, (*keys, "file"), positions)
+    for column in ("name", "place"):
+        table.require(column, (*keys, "file"))
+    found: dict[str, Any] = {}
+    for row in table.rows:
+        number = row.number("place")
+        if (name := row.cells["name"]) in found:
+            text = f"name '{name}' given twice in '{table.name}', expected it once"
+            raise _RefusedError(Problem((*keys, "file"), text))
+        found[name] = int(number) if isinstance(number, float) and number.is_integer() else number
+        positions.values[*keys, "places", name] = row.at["place"]
+    return {"places": found}
 
 
 def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) -> dict[str, Any]:

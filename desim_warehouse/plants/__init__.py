@@ -52,9 +52,9 @@ def read_layout(
     """Read the layout of another program and make a model of it; what the file does not say is assumed.
 
     Args:
-        path: a layout in LIF (JSON), a map of Open-RMF (YAML), a plant model of openTCS (XML, versions 0.0.2 to
-            7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, GeoJSON, DXF, or a table of nodes
-            with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
+        path: a layout in LIF (JSON), a map of Open-RMF (YAML) or RMF site (JSON), a plant model of openTCS (XML,
+            versions 0.0.2 to 7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, GeoJSON, DXF, or a
+            table of nodes with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
             nodes with x and y in metres, y downwards, and perhaps role (such as load) and station; edges perhaps with
             length, speed and side_by_side; those of an undirected graph are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
@@ -62,9 +62,9 @@ def read_layout(
         robots: size of the fleet; default: as many as vehicles are drawn.
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
         tasks: a file with the tasks: transport orders of openTCS (XML), or tasks of LoRR or MAPD.
-        options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF maps
-            `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and CSV `two_way`;
-            of grids `cell`, the side of a cell in metres.
+        options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF
+            maps and sites `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and
+            CSV `two_way`; of grids `cell`, the side of a cell in metres.
 
     Returns:
         The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.

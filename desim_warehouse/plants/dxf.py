@@ -27,6 +27,7 @@ _LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"
 _LANES = re.compile(r"lane|path|route|track|aisle|highway|agv|amr|fahrweg|gasse", re.IGNORECASE)
 _ONE_WAY = re.compile(r"one[ _-]?way|einbahn", re.IGNORECASE)
 _WIDE = 5000.0  # units; a drawing without units that is wider is in mm, else in m
+_BROKEN = 50  # entities that are left out as damaged: each costs another reading
 _FAULTS, _LONGEST = 1000, 100  # that are named, and letters of each
 _FINE = 1000  # parts of a curve's size: no chord is finer
 
@@ -50,10 +51,11 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     plant = Plant(path.stem, f"{path.name} (DXF)")
     document = _document(path, content, plant)
     try:
-        entities = list(_visible(document, plant))
+        entities = [(layer, one) for layer, one in _visible(document, plant) if _is_flat(one)]
         layers = Counter(layer for layer, entity in entities if entity.dxftype() in _LINES)
         chosen = _chosen(path, layers, (lanes,) if isinstance(lanes, str) else lanes)
-        scale = _scale(document, plant, [entity for layer, entity in entities if layer in chosen])
+        drawn = [entity for layer, entity in entities if layer in chosen and entity.dxftype() in _LINES]
+        scale = _scale(document, plant, drawn)
         join(plant, list(_lines(path, plant, entities, chosen, scale)), _marks(path, entities, scale))
     except ModelError:
         raise
@@ -76,13 +78,22 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
     heard = _Faults()
     logger = logging.getLogger("ezdxf")
     logger.addHandler(heard)
+    broken: list[str] = []
     try:
-        document, auditor = recover.read(io.BytesIO(content))
-    except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
-        said = " ".join(str(error).split())[:100] or type(error).__name__
-        raise ModelError([f"{path}: not a drawing ({said}), expected {EXPECTED}"]) from None
+        while True:
+            try:
+                document, auditor = recover.read(io.BytesIO(content))
+                break
+            except Exception as error:  # noqa: BLE001 - whatever a damaged drawing makes the library raise
+                said = " ".join(str(error).split())[:100] or type(error).__name__
+                fewer = _without(content, said) if len(broken) < _BROKEN else content
+                if len(fewer) == len(content):
+                    raise ModelError([f"{path}: not a drawing ({said}), expected {EXPECTED}"]) from None
+                broken.append(said)
+                content = fewer
     finally:
         logger.removeHandler(heard)
+    plant.note("left out", "entity", broken, "damaged, and the rest can be read without it")
     heard.faults += [entry.message for entry in (*auditor.errors, *auditor.fixes)]
     plant.note(
         "changed",
@@ -91,6 +102,16 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
         "of the drawing, repaired as it is read",
     )
     return document
+
+
+def _without(content: bytes, said: str) -> bytes:
+    """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it if it names none."""
+    named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", said)
+    if named is None:
+        return content
+    begin = rf"(?m)^[ \t]*0\r?\n{named[1]}\r?\n[ \t]*5\r?\n{named[2]}\r?\n"
+    tags = r"(?:[ \t]*[1-9]\d*\r?\n[^\n]*\n)*"
+    return re.sub((begin + tags).encode(), b"", content, count=1)
 
 
 class _Faults(logging.Handler):
@@ -103,6 +124,11 @@ class _Faults(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         if len(self.faults) < _FAULTS:
             self.faults.append(record.getMessage())
+
+
+def _is_flat(entity: Any) -> bool:
+    """Whether an entity can be a lane or a mark: meshes are drawn as polylines, too."""
+    return not (entity.dxftype() == "POLYLINE" and entity.get_mode() in {"AcDbPolygonMesh", "AcDbPolyFaceMesh"})
 
 
 def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:

@@ -20,6 +20,7 @@ from desim_warehouse.plants import (
     opentcs,
     orders,
     rmf,
+    rmf_site,
     tables,
     xml,
 )
@@ -32,6 +33,18 @@ if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Plant
 
 _START = 4096  # bytes that show what a file is
+_OTHERS: dict[str, tuple[str, ...]] = {
+    "RAWSim-O": (".xinst", ".xlayo", ".xsett", ".xconf"),
+    "SUMO": (".net.xml", ".rou.xml"),
+    "AnyLogic": (".alp",),
+    "FlexSim": (".fsm", ".fsx"),
+    "Plant Simulation": (".spp",),
+    "Visio": (".vsd", ".vsdx"),
+    "SketchUp": (".skp",),
+    "Revit": (".rvt",),
+    "SEER": (".smap",),
+}
+"""Programs whose files are known by their endings, and cannot be read."""
 _WORDY = 64_000_000  # bytes: formats with many words for an edge, of which some plants have 100,000
 
 
@@ -68,9 +81,8 @@ FORMATS = (
     Format("RHCR", "a road network of RHCR (.grid)", grid_rhcr.looks, grid_rhcr.read, ("cell",)),
     Format("kiva", "a kiva map (MAPD, RHCR)", grid_kiva.looks, grid_kiva.read, ("cell",)),
     Format("MovingAI", "a MovingAI map (.map)", grid_movingai.looks, grid_movingai.read, ("cell",)),
-    Format(
-        "LIF", "a layout in VDMA LIF (JSON, versions 1.0 and drafts of 2.0)", lif.looks, lif.read, lif.OPTIONS, _WORDY
-    ),
+    Format("LIF", "a layout in VDMA LIF (JSON, versions 1.0 and 2.0)", lif.looks, lif.read, lif.OPTIONS, _WORDY),
+    Format("RMF site", "a site of Open-RMF (.site.json)", rmf_site.looks, rmf_site.read, rmf.OPTIONS, _WORDY),
     Format(
         "Open-RMF",
         "a building map or navigation graph of Open-RMF (YAML)",
@@ -118,6 +130,8 @@ def read_plant(path: str | Path, **options: Any) -> Plant:
         has = f"one of {', '.join(form.options)}" if form.options else "no option"
         raise ModelError([f"{path}: option {option!r}: there is none for {form.title}, expected {has}"])
     plant: Plant = form.read(path, content, **options)
+    plant.note_unknown()
+    plant.options = form.options
     return plant
 
 
@@ -129,10 +143,14 @@ def add_tasks(plant: Plant, path: str | Path) -> None:
 
 def _format(path: Path, formats: tuple[Format, ...], what: str) -> tuple[Format, bytes]:
     content = content_of(path, what, max(one.most for one in formats))
+    name = path.name.lower()
+    if program := next((program for program, ends in _OTHERS.items() if name.endswith(ends)), None):
+        raise ModelError([f"{path}: a file of {program}, which cannot be read, expected {titles(formats)}"])
     start = content[:_START].removeprefix(b"\xef\xbb\xbf").lstrip()
     for one in formats:
         if one.looks(path, start):
             if len(content) > one.most:
                 raise ModelError([f"{path}: too large, expected {one.title} of at most {one.most:,} bytes"])
             return one, content
-    raise ModelError([f"{path}: not {what} that can be read, expected {titles(formats)}"])
+    text = f"of a program that is not known: not {what} that can be read, expected {titles(formats)}"
+    raise ModelError([f"{path}: {text}"])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
+from desim_warehouse.plants import globe
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 EXPECTED = "lines (GeoJSON)"
-_RADIUS = 6_371_008.8
-"""Mean radius of the earth in metres."""
 _WIDEST = 0.5  # degrees
 _LANE = {**{key: EDGE[key] for key in ("name", "speed", "two_way")}, "one_way": ("one_way", "oneway")}
 _PLACE = {"name": NODE["name"], "role": (*NODE["role"], "layer"), "station": NODE["station"]}
@@ -169,15 +168,7 @@ class _Reader:
         if max(abs(west), abs(east)) > 360 or max(abs(south), abs(north)) > 90:  # noqa: PLR2004 - degrees
             text = f"from {got([west, south])} to {got([east, north])}, neither degrees nor metres of a plant"
             self.refuse("coordinates", text)
-        middle, centre = (south + north) / 2, (west + east) / 2
-        across = math.cos(math.radians(middle))
-        self.plant.assume("units.length", f"m; degrees are projected around {centre:.6f}, {middle:.6f}")
-
-        def projected(at: Spot) -> Spot:
-            x, y = math.radians(at[0] - centre) * _RADIUS * across, math.radians(at[1] - middle) * _RADIUS
-            return round(x, 4), round(-y, 4)
-
-        return projected
+        return globe.plane(spots, self.plant)
 
 
 def _value(properties: Mapping[str, Any], name: str) -> Any:

@@ -6,6 +6,7 @@ a `Grid`; `plant_of` makes a plant of it.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
@@ -160,9 +161,9 @@ class Lines:
             self.refuse(f"more than one number (got {got(line)}), expected {expected}")
         return number
 
-    def numbers(self, line: str, count: int, expected: str) -> list[int]:
+    def numbers(self, line: str, count: int, expected: str, between: str = r"[\s,]+") -> list[int]:
         """The whole numbers of a line, at least 0, with blanks or commas between, and a least number of them."""
-        words = line.replace(",", " ").split()
+        words = list(filter(None, re.split(between, line.strip())))
         if len(words) < count or not all(word.isdecimal() and len(word) <= _DIGITS for word in words):
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]

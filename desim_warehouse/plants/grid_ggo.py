@@ -1,9 +1,9 @@
 """Warehouses of guidance graph optimisation (GGO, PIBT benchmarks): JSON with the rows of a grid, perhaps with weights.
 
-`layout` holds the rows: `@` shelf, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods are picked at
-endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where `weight` is true. It
-begins with the weights of waiting: one, or one a cell. Then follow those of driving east, north, west and south from
-every free cell, row by row, as far as these neighbours are free.
+`layout` holds the rows: `@` shelf, `T` blocked, `e` endpoint, `.` aisle, `w` workstation, `r` home of a robot. Goods
+are picked at endpoints and delivered to workstations or, without any, to other endpoints. `weights` counts where
+`weight` is true. It begins with the weights of waiting: one, or one a cell. Then follow those of driving east, north,
+west and south from every free cell, row by row, as far as these neighbours are free.
 Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent path finding, 2024, and its maps.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.plants.plant import Plant
 
-_KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": CellKind("workstation", ("unload",))}
+_KINDS = {"@": BLOCKED, "T": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": CellKind("workstation", ("unload",))}
 _PICK = CellKind("endpoint", ("load",))
 _EXPECTED = "a grid with the key layout, a list of rows (JSON)"
 _TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))

@@ -2,8 +2,8 @@
 
 A map has four lines of numbers: its size in rows and columns, endpoints, agents, horizon. Then come the rows: `@`
 shelf, `e` endpoint (goods are picked and delivered there), `r` home of a robot, `.` aisle. A file of tasks has their
-number, then lines `release pickup delivery ...`. An endpoint's number is its rank among the `e` cells, row by row from
-0.
+number, perhaps a line with the horizon, then lines `release pickup delivery ...`. An endpoint's number is its rank
+among the `e` cells, row by row from 0.
 Source: H. Ma et al., Lifelong multi-agent path finding for online pickup and delivery tasks, 2017.
 """
 
@@ -24,6 +24,7 @@ ENDPOINT = CellKind("endpoint", ("load", "unload"))
 HOME = CellKind("home", parking=True)
 _KINDS = {"@": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME}
 _BEGIN = re.compile(rb"\d+[ \t]*[ \t,][ \t]*\d+[ \t]*\r?\n[ \t]*\d+[ \t]*\r?\n")
+_BLANKS = r"\s+"
 _TASK = "release, pickup and delivery, such as '12 3 41'"
 
 
@@ -52,16 +53,18 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
 
 
 def looks_like_tasks(_: Path, start: bytes) -> bool:
-    """Whether a file may hold such tasks: a line of one or two numbers, then one of at least three."""
-    return re.match(rb"\d+([ \t]+\d+)?[ \t]*\r?\n[ \t]*\d+[ \t]+\d+[ \t]+\d+", start) is not None
+    """Whether a file may hold such tasks: one or two lines of one or two numbers, then one of at least three."""
+    return re.match(rb"(\d+([ \t]+\d+)?[ \t]*\r?\n[ \t]*){1,2}\d+[ \t]+\d+[ \t]+\d+", start) is not None
 
 
 def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
     """Add the tasks of a file to a plant; raises ModelError with the line where it cannot be read."""
     lines = Lines.of(path, content)
-    number = lines.numbers(lines.take("the number of tasks"), 1, "the number of tasks")[0]
+    number = lines.numbers(lines.take("the number of tasks"), 1, "the number of tasks", _BLANKS)[0]
+    if len(lines.lines) > lines.next and lines.lines[lines.next].strip().isdecimal():
+        lines.number("the horizon")
     for rank, line in enumerate(lines.counted(number, f"{number} tasks")):
-        release, *ends = lines.numbers(line, 3, _TASK)[:3]
+        release, *ends = lines.numbers(line, 3, _TASK, _BLANKS)[:3]
         for end in ends:
             if end not in plant.numbered:
                 most = f"a number from 0 to {len(plant.numbered) - 1}" if plant.numbered else "a map with endpoints"

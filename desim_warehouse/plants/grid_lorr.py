@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.plants import grid_movingai
+from desim_warehouse.plants import grid_kiva, grid_movingai
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.grid import Lines, instant_handling, refuse
 from desim_warehouse.plants.plant import Transport, Vehicle
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from desim_warehouse.plants.plant import Plant
 
 _EXPECTED = "a problem of the League of Robot Runners (JSON) with mapFile, agentFile, taskFile and teamSize"
-_TASKS = re.compile(rb"(#[^\n]*\n)*\d+[ \t]*\r?\n\d+(,\d+)*[ \t]*\r?(\n|$)")
+_TASKS = re.compile(rb"(#[^\n]*\n)*\d+[ \t]*\r?\n\d+([ \t]*,[ \t]*\d+)*[ \t]*\r?(\n|$)")
+_COMMAS = r"\s*,\s*"
 _LOST = {
     "numTasksReveal": "all tasks are known from the start",
     "delayConfig": "robots drive without random delays",
@@ -91,8 +92,12 @@ def _agents(path: Path, head: dict[str, Any], plant: Plant, cell: float, problem
 
 
 def looks_like_tasks(path: Path, start: bytes) -> bool:
-    """Whether a file may hold such tasks: comments, a number, and a list of numbers with commas, or its name."""
-    return path.suffix.lower() == ".tasks" or _TASKS.match(start) is not None
+    """Whether a file may hold such tasks: comments, a number, and a list of numbers with commas, or its name.
+
+    A number alone may be a task of one cell, or the horizon of MAPD.
+    """
+    named = path.suffix.lower() == ".tasks" or _TASKS.match(start) is not None
+    return named and not grid_kiva.looks_like_tasks(path, start)
 
 
 def read_tasks(path: Path, content: bytes, plant: Plant) -> None:
@@ -116,7 +121,7 @@ def _listed(lines: Lines, plant: Plant, what: str, each: int | None) -> list[tup
     if number > most:
         lines.refuse(f"too many {what} (got {number:,}), expected at most {most:,}")
     for line in lines.counted(number, f"{number} {what}"):
-        cells = lines.numbers(line, 1, expected)
+        cells = lines.numbers(line, 1, expected, _COMMAS)
         if each is not None and len(cells) != each:
             lines.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         for cell in cells:

@@ -77,6 +77,8 @@ def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> S
 class Reader:
     """Reads values by a table; `found` has what is not as the format says, by what is wrong and where.
 
+    `unknown` has the keys that are not in the table, which are left out.
+
     Args:
         file: what messages call the file.
         strict: whether anything that is not as the format says is an error.
@@ -88,6 +90,7 @@ class Reader:
     complete: bool = True
     found: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     count: int = 0
+    unknown: list[tuple[tuple[str, ...], str]] = field(default_factory=list)
 
     def read(self, value: Any, kind: Kind, position: str) -> Any:
         """The value as the table says; raises ModelError where something needed is missing or wrong."""
@@ -121,6 +124,8 @@ class Reader:
             raise ModelError(list(map(printable, lines[:_MOST])) + [f"and {more:,} more problems"] * (more > 0))
         for (text, become), positions in self.found.items():
             plant.note("changed", "value", list(map(printable, positions)), f"{text}; {become}")
+        for keys, position in self.unknown:
+            plant.see_keys(map(printable, keys), (), printable(position))
 
     def _value(self, value: Any, kind: Kind, position: str) -> Any:  # noqa: PLR0911 - a return for each kind
         if isinstance(kind, Section):
@@ -143,6 +148,8 @@ class Reader:
 
     def _section(self, value: dict[str, Any], kind: Section, position: str) -> Any:
         made: dict[str, Any] = {POSITION: position}
+        if strange := tuple(key for key in value if key not in kind.keys):
+            self.unknown.append((strange, position or "the top level"))
         for key, inner in kind.keys.items():
             here = f"{position}.{key}" if position else key
             if key in value:

@@ -1,4 +1,4 @@
-"""Layouts in the VDMA's Layout Interchange Format: JSON, version 1.0 and drafts of 2.0, in m and rad, y upwards.
+"""Layouts in the VDMA's Layout Interchange Format: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024. An edge is one-way, and two of them are a two-way
 aisle; a vehicle type that an edge or node does not list may not use it; an edge into another layout is a lift or ramp.
@@ -20,6 +20,7 @@ from desim_warehouse.plants.keyed import POSITION, Reader
 from desim_warehouse.plants.levels import draw_apart
 from desim_warehouse.plants.nurbs import arc_length
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
+from desim_warehouse.plants.stops import NONE, sounds_like
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,10 +68,13 @@ def read(
         ModelError: where it cannot be read, with the JSON path.
     """
     data = read_json(path, content, EXPECTED, _MOST)
-    draft = not strict and isinstance(data, dict) and lif_2.is_draft(data, content)
-    reader = Reader(str(path), strict, complete=not draft)
-    if draft:
-        about = reader.read(data.get("metaInformation", {}), lif_keys.META, "metaInformation")
+    second = not strict and isinstance(data, dict) and lif_2.is_2(data, content)
+    reader = Reader(str(path), strict, complete=not second)
+    if second:
+        about = data.get("metaInformation", {})
+        about = lif_2.renamed(about) if isinstance(about, dict) else about
+        about = reader.read(about, lif_keys.META, "metaInformation")
+        reader.unknown.append((tuple(key for key in data if key not in lif_2.TOP), "the top level"))
         layouts = [
             _Layout(reader.read(item, lif_keys.LAYOUT, position), origin)
             for position, origin, item in lif_2.layouts_of(data)
@@ -83,9 +87,9 @@ def read(
     plant.source = f"{path.name} (LIF{f', version {version}' if version else ''})"
     drawn = _Drawn(reader, plant, layouts, layout)
     reader.finish(plant, _LETTER)
-    if draft:
-        plant.note("doubtful", "version", [version or "2"], "a draft of LIF 2, of which keys may change")
-    elif version and version.split(".")[0] not in {"0", "1"}:
+    if second and version not in lif_2.RELEASED:
+        plant.note("doubtful", "version", [version or "none"], "keys of LIF 2; read as version 2.0.0")
+    elif not second and version and version.split(".")[0] not in {"0", "1"}:
         plant.note("doubtful", "version", [version], "not known; read as version 1.0")
     drawn.fill(vehicle_type)
     if two_way:
@@ -251,7 +255,8 @@ class _Drawn:
     def add_locations(self, on_nodes: dict[str, Item]) -> None:
         """Add stations, and nodes with actions that belong to none.
 
-        What robots do at a station is said by the actions of its nodes; where there is none, by its name.
+        What robots do at a station is said by the actions of its nodes, and by its type if that is a word for it;
+        where both are silent, by its name.
         """
         plant = self.plant
         served: set[str] = set()
@@ -264,10 +269,11 @@ class _Drawn:
             if at and not here:
                 outside.append(station)
                 continue
-            usual = () if any(here.values()) else (station.get("stationName") or name,)
-            plant.locations.append(
-                Location(name, {point: actions or usual for point, actions in here.items()}, station[POSITION])
-            )
+            kind = station.get("stationType", "")
+            said = (kind,) if sounds_like(kind) != NONE else ()
+            usual = () if any(here.values()) else said or (station.get("stationName") or name,)
+            doing = {point: tuple(dict.fromkeys((*actions, *said))) or usual for point, actions in here.items()}
+            plant.locations.append(Location(name, doing, station[POSITION]))
         names, positions = [one["stationId"] for one in outside], [one[POSITION] for one in outside]
         plant.note("left out", "station", names, "only at nodes that are left out", positions)
         for point, item in on_nodes.items():
@@ -317,7 +323,7 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
     """The length of an edge along its trajectory, None for the straight distance; and what is wrong with that."""
     trajectory = item.get("trajectory")
     if trajectory is None:
-        return None, ""
+        return item.get("physicalLineGuidedProperty", {}).get("length") or None, ""
     points = [(one.get("x", math.nan), one.get("y", math.nan)) for one in trajectory.get("controlPoints", ())]
     weights = [one.get("weight", 1.0) for one in trajectory.get("controlPoints", ())]
     try:

@@ -1,6 +1,7 @@
-"""Drafts of LIF 2 translated to version 1: origins that hold layouts, and robot types by maker and series.
+"""LIF 2.0 and its drafts translated to version 1: origins that hold layouts, robot types by maker and series.
 
-Source: the drafts of LIF 2.0 that the VDMA has published; what is new there and does not bear on a model is left out.
+Source: VDMA, Layout Interchange Format (LIF), version 2.0.0, 2026. What is new there and has no key in version 1 stays
+as it is, and is told as a key that is left out.
 """
 
 from __future__ import annotations
@@ -11,9 +12,27 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 Item = dict[str, Any]
+RELEASED = ("2.0", "2.0.0")
+_RENAMED = {
+    "maximumSpeed": "maxSpeed",
+    "maximumRotationSpeed": "maxRotationSpeed",
+    "minimumLoadHandlingDeviceHeight": "minHeight",
+    "maximumMobileRobotHeight": "maxHeight",
+    "actionDescriptor": "actionDescription",
+    "nodeDescriptor": "nodeDescription",
+    "edgeDescriptor": "edgeDescription",
+    "stationDescriptor": "stationDescription",
+    "layoutDescriptor": "layoutDescription",
+    "lifId": "projectIdentification",
+}
+_SAID = {"mobileRobotTypes", "mobileRobotTypeId", "mobileRobotOrientations", "requiredActions", "feasibleActions"}
+"""Keys of properties that version 1 says otherwise."""
 
 
-def is_draft(data: Item, content: bytes) -> bool:
+TOP = ("metaInformation", "origins", "layouts")
+
+
+def is_2(data: Item, content: bytes) -> bool:
     """Whether a file has the keys of version 2, whatever version it says it is."""
     return "origins" in data or b'"mobileRobotType' in content
 
@@ -30,13 +49,20 @@ def layouts_of(data: Item) -> Iterator[tuple[str, str, Item]]:
 def _layout(layout: Item) -> Item:
     nodes = [_with(node, "Node") for node in _items(layout, "nodes")]
     edges = [_with(edge, "Edge") for edge in _items(layout, "edges")]
-    return {**layout, "nodes": nodes, "edges": edges}
+    stations = {"stations": [*map(renamed, _items(layout, "stations"))]} if "stations" in layout else {}
+    return {**renamed(layout), "nodes": nodes, "edges": edges, **stations}
+
+
+def renamed(item: Item) -> Item:
+    """An object with the keys of version 1, where it has them under other names."""
+    return {_RENAMED.get(key, key): value for key, value in item.items()}
 
 
 def _with(item: Item, what: str) -> Item:
     key = f"Type{what}Properties"
     given = _items(item, f"mobileRobot{key}") or _items(item, f"vehicle{key}")
-    return {**item, f"vehicle{key}": [made for one in given for made in _properties(one)]}
+    others = {name: value for name, value in renamed(item).items() if name != f"mobileRobot{key}"}
+    return {**others, f"vehicle{key}": [made for one in given for made in _properties(one)]}
 
 
 def _properties(item: Item) -> Iterator[Item]:
@@ -44,12 +70,13 @@ def _properties(item: Item) -> Iterator[Item]:
     types = [
         f"{one.get('manufacturer', '')} {one.get('seriesName', '')}".strip() for one in _items(item, "mobileRobotTypes")
     ]
-    actions = [one for key in ("actions", "requiredActions", "feasibleActions") for one in _items(item, key)]
+    actions = [renamed(one) for key in ("actions", "requiredActions", "feasibleActions") for one in _items(item, key)]
     orientations = item.get("mobileRobotOrientations")
     one_way = orientations[0] if isinstance(orientations, list) and len(orientations) == 1 else None
     by_name: list[Any] = [item.get("mobileRobotTypeId", item.get("vehicleTypeId"))]
+    others = {key: value for key, value in renamed(item).items() if key not in _SAID}
     for name in types or by_name:
-        made = {**item, "actions": [{**one, "blockingType": "HARD"} for one in actions]}
+        made = {**others, "actions": [{**one, "blockingType": "HARD"} for one in actions]}
         yield {
             key: value
             for key, value in {**made, "vehicleTypeId": name, "vehicleOrientation": one_way}.items()

@@ -1,4 +1,4 @@
-"""The keys of LIF 1.0 files, as the guideline's JSON schema has them.
+"""The keys of LIF 1.0 files, as the guideline's JSON schema has them, and two of 2.0: station type, length of an edge.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024; keys not listed here are allowed there, too.
 """
@@ -44,6 +44,7 @@ ON_EDGE = section(
         ),
         "actions": Each(ACTION),
         "trajectory": TRAJECTORY,
+        "physicalLineGuidedProperty": section({"direction": Text(), "length": Number(least=0)}),
         "reentryAllowed": Flag(),
     },
     "vehicleTypeId rotationAllowed",
@@ -78,6 +79,7 @@ STATION = section(
         "stationId": Text(),
         "interactionNodeIds": Each(Text()),
         "stationName": Text(),
+        "stationType": Text(),
         "stationDescription": Text(),
         "stationHeight": Number(least=0),
         "stationPosition": section({"x": Number(), "y": Number(), "theta": Number()}, "x y"),

@@ -29,7 +29,8 @@ Keys = tuple[str | int, ...]
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_QUEUES = 2  # slots in the stations of a grid for each robot of the fleet, as on a grid robots queue anywhere
+_ROOM = 20  # robots for which there is room in all stations together, one being served and one waiting at least
+_OPEN = 20  # tasks that are always open where no others are known
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
 _LONGEST = 500  # letters about what was lost, in a message
@@ -154,6 +155,10 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
     )
     if len(main) < 2:  # noqa: PLR2004 - there and back
         text = "nowhere can robots drive from one point to another and back, expected lanes that lead back, too"
+        if not graph.edges:
+            text = "no lanes, expected some on which robots drive"
+        elif "two_way" in plant.options and not all(link.speed_back for link in plant.links):
+            text += "; if each is meant in both directions, choose two-way (--two-way)"
         raise ModelError([f"{plant.source}: {text}{_why(plant)}"])
     outside = [point for point in plant.points.values() if point.name not in main]
     plant.note_parts("unreachable", "point", outside, "robots cannot get there and back")
@@ -173,8 +178,8 @@ class _Maker:
     def content(self, robots: int | None) -> Content:
         """All sections."""
         layout, fleet = self.layout(), self.fleet(robots)
-        layout["bays"] = self.bays(fleet["size"])
-        layout["stations"] = self.stations(fleet["size"])
+        layout["bays"] = self.bays()
+        layout["stations"] = self.stations()
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
         self.plant.assume("policies", "nearest robot, shortest route, nearest free parking")
@@ -185,7 +190,7 @@ class _Maker:
             "description": "",
             "layout": layout,
             "fleet": fleet,
-            "tasks": self.tasks(fleet["size"], layout["stations"]),
+            "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
             "policies": {"allocation": "nearest", "routing": "shortest", "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
@@ -217,35 +222,34 @@ class _Maker:
                 self.named["layout", "storage", rank] = " + ".join(names)
         return [{"node": point} for point in self.stops.load]
 
-    def bays(self, robots: int) -> Content:
-        """Chargers and parking points; where the drawing has none, robots park at the points where they work."""
+    def bays(self) -> Content:
+        """Chargers and parking points; where the drawing has none, robots park at the points where they work.
+
+        Each has room for one vehicle, as drawn, and for as many as start there in a larger fleet.
+        """
         chargers, parks = list(self.stops.charge), [name for name in self.stops.park if name not in self.stops.charge]
         if not chargers and not parks:
             parks = list(dict.fromkeys([*self.stops.unload, *self.stops.load]))
             self.plant.assume("layout.bays", "no parking is drawn, so robots park beside the points where they work")
-        places = max(-(-robots // (len(chargers) + len(parks))), 1)
         bays: Content = {}
         if chargers:
-            bays["chargers"] = {"at": chargers, "places": places, "chargers": 1}
+            bays["chargers"] = {"at": chargers, "places": 1, "grows": True, "chargers": 1}
         if parks:
-            bays["parking"] = {"at": parks, "places": places, "chargers": 0}
-        if places > 1:
-            for name in bays:
-                self.plant.assume(
-                    f"layout.bays.{name}.places", f"so that {robots} robots have a slot; one vehicle as drawn"
-                )
+            bays["parking"] = {"at": parks, "places": 1, "grows": True, "chargers": 0}
+        for name in bays:
+            self.plant.assume(f"layout.bays.{name}.grows", "room for one vehicle, and for all that start there")
         return bays
 
-    def stations(self, robots: int) -> Content:
+    def stations(self) -> Content:
         """A station beside the points where robots unload: one for those of the same locations, which name it.
 
         A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
-        larger fleet in its bays, whatever the lanes can carry.
+        larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
+        fleets compare; on a grid robots queue anywhere.
         """
-        times, many = (1, "all") if self.plant.cell is None else (_QUEUES, "twice the")
-        places = -(-times * robots // len(self.stops.unload))
-        if places > 1:
-            self.plant.assume("layout.stations", f"room beside them for {many} {robots} robots; one vehicle as drawn")
+        room = _ROOM if self.plant.cell is None else max(2 * len(self.plant.points), _ROOM)
+        places = max(-(-room // len(self.stops.unload)), 2)
+        self.plant.assume("layout.stations", f"room beside them for {places} robots at each point, whatever the fleet")
         groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
             groups.setdefault(tuple(names) if any(names) else ("", point), []).append(point)
@@ -283,9 +287,7 @@ class _Maker:
     def starts(self, fleet: Content, bays: Content) -> None:
         """Robots begin where their vehicles are drawn, if those are slots of bays; else that is left out."""
         placed = [one for one in self.plant.vehicles if one.start is not None]
-        slots = {node: bay["places"] for bay in bays.values() for node in bay["at"]}
-        taken = Counter(one.start for one in placed)
-        if all(number <= slots.get(node or "", 0) for node, number in taken.items()):
+        if {one.start for one in placed} <= {node for bay in bays.values() for node in bay["at"]}:
             if len(placed) == fleet["size"] and "kinds" not in fleet:
                 fleet["start"] = [one.start for one in placed]
         else:
@@ -299,9 +301,9 @@ class _Maker:
         if any(one.speed is None for one in vehicles):
             self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
 
-    def tasks(self, robots: int, stations: Content) -> Content:
+    def tasks(self, stations: Content) -> Content:
         if not self.stops.tasks:
-            why = "always as many tasks open as there are robots: what the plant can do at most"
+            why = f"always {_OPEN} tasks open: what the plant can do at most"
             self.plant.assume("tasks.goods", why)
             self.plant.assume("tasks.station_choice", "any station, drawn for every task")
         handling = self.plant.handling
@@ -313,7 +315,7 @@ class _Maker:
         if are_orders(self.stops.tasks):
             return times
         return {
-            "goods": self.goods(stations) or {"saturated": robots},
+            "goods": self.goods(stations) or {"saturated": _OPEN},
             "unload_at": [
                 one for name, item in stations.items() for one in (item["at"] if name in self.plant.points else [name])
             ],
@@ -338,7 +340,7 @@ class _Maker:
         if "battery" in self.robot:
             if not self.stops.charge:
                 for name, bay in bays.items():
-                    bay["chargers"] = bay["places"]
+                    del bay["chargers"]
                     self.plant.assume(f"layout.bays.{name}.chargers", "no chargers in reach, so every slot has one")
             return dict(self.robot["battery"])
         if not self.stops.charge:

@@ -21,6 +21,34 @@ if TYPE_CHECKING:
 EXPECTED = "a plant model of openTCS (XML)"
 _MM = 0.001
 _NEWEST = 7
+_POINT = "xPosition yPosition zPosition positionX positionY positionZ"
+_BOX = "height length width referenceOffsetX referenceOffsetY"
+_LOOK = "xPosition yPosition xLabelOffset yLabelOffset labelOffsetX labelOffsetY layerId color locationRepresentation"
+_ATTRIBUTES = {
+    "point": f"name type vehicleOrientationAngle {_POINT}",
+    "path": "name sourcePoint destinationPoint length routingCost maxVelocity maxReverseVelocity locked",
+    "location": f"name type locked {_POINT}",
+    "vehicle": "name type length maxVelocity maxReverseVelocity envelopeKey energyLevelCritical energyLevelGood "
+    "energyLevelSufficientlyRecharged energyLevelFullyRecharged",
+    "block": "name type",
+    "link": "point",
+    **dict.fromkeys(("boundingBox", "maxVehicleBoundingBox"), _BOX),
+    **dict.fromkeys(("pointLayout", "locationLayout", "locationTypeLayout", "vehicleLayout", "blockLayout"), _LOOK),
+    "pathLayout": "connectionType layerId",
+    "peripheralOperation": "name locationName executionTrigger completionRequired",
+    "property": "name value",
+    "vehicleEnvelope": "key",
+    **dict.fromkeys(("vertex", "controlPoint"), "x y"),
+    "visualLayout": "name scaleX scaleY",
+    "modelLayoutElement": "layer visualizedObjectName",
+    "layer": "id ordinal visible name groupId",
+    "layerGroup": "id name visible",
+    **dict.fromkeys(
+        ("allowedOperation", "allowedPeripheralOperation", "outgoingPath", "member", "group", "locationType"), "name"
+    ),
+}
+_KNOWN = {tag: frozenset(names.split()) for tag, names in _ATTRIBUTES.items()}
+"""The attributes that elements have in some version of the format."""
 _START = ("loopback:initialPosition", "tcs:initialPosition")
 RULES: dict[str, Rule] = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
 """What the types of blocks mean."""
@@ -30,7 +58,8 @@ def read(path: Path, content: bytes) -> Plant:
     """Read a plant model; raises ModelError with the line where it cannot be."""
     root = read_xml(path, content, EXPECTED)
     if root.tag != "model":
-        root.refuse(f"not a plant model, expected {EXPECTED} with the root element model")
+        text = "not a plant model of openTCS, whose root element is model, and of no other program that is known"
+        root.refuse(f"{text}; desim import --help names the formats that can be read")
     version = root.text("version")
     if not version.split(".")[0].isdecimal() or int(version.split(".")[0]) > _NEWEST:
         root.refuse(f"version {got(version)} is not known, expected 0.0.2 to {_NEWEST}.x")
@@ -43,6 +72,7 @@ def read(path: Path, content: bytes) -> Plant:
     _energy(root, plant)
     _blocks(root, plant)
     _losses(root, plant)
+    _unknown(root, plant)
     return plant
 
 
@@ -163,6 +193,16 @@ def _blocks(root: Element, plant: Plant) -> None:
         else:
             empty.append(item)
     _note(plant, "left out", "block", empty, "no members")
+
+
+def _unknown(item: Element, plant: Plant) -> None:
+    """See which elements, and attributes of elements, no version of the format has."""
+    for child in item.children:
+        if child.tag not in _KNOWN:
+            plant.see_keys([child.tag], (), child.position)
+            continue
+        plant.see_keys(child.attributes, _KNOWN[child.tag], child.position, child.tag)
+        _unknown(child, plant)
 
 
 def _losses(root: Element, plant: Plant) -> None:

@@ -151,11 +151,28 @@ class Plant:
     cell: float | None = None
     """Side of the cells of a grid, in metres: a robot fills one, and drives one a second where nothing else is said."""
     remarks: list[Remark] = field(default_factory=list)
+    options: tuple[str, ...] = ()
+    """What can be chosen of its format."""
+    unknown: dict[str, tuple[str, int]] = field(default_factory=dict)
+    """Keys of the file that no reader knows: where each stands first, and how often."""
 
     def note(self, what: What, kind: str, names: Iterable[str], why: str, positions: Iterable[str] = ()) -> None:
         """Keep a remark, if it is about anything; `positions`: where in the file each of the names stands."""
         if names := tuple(names):
             self.remarks.append(Remark(what, kind, names, why, tuple(positions)))
+
+    def see_keys(self, keys: Iterable[str], known: Container[str], position: str, of: str = "") -> None:
+        """Keep in mind which keys of a part of the file are not among those known; `of`: what part it is."""
+        for key in keys:
+            if key not in known:
+                name = f"{of}.{key}" if of else key
+                first, count = self.unknown.get(name, (position, 0))
+                self.unknown[name] = first, count + 1
+
+    def note_unknown(self) -> None:
+        """Note the keys that no reader knows."""
+        positions = [f"{first}{f' and {count - 1:,} more' * (count > 1)}" for first, count in self.unknown.values()]
+        self.note("left out", "key", self.unknown, "not known here", positions)
 
     def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
         """Keep a remark about parts of the plant, by their names and positions."""

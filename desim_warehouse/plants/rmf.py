@@ -2,7 +2,8 @@
 
 Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`). Building
 maps are in pixels, y downwards, with measured distances for their scale, or in metres, y upwards, as are navigation
-graphs. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by graph_idx.
+graphs, or in degrees. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by
+graph_idx.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 from desim_warehouse.errors import ModelError, got, nearest
 from desim_warehouse.model.messages import report
 from desim_warehouse.model.parse import Document, read_yaml
+from desim_warehouse.plants import globe
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
 EXPECTED = "a map of Open-RMF (YAML with levels)"
@@ -27,7 +29,30 @@ LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
 _DIFFER = 0.05  # of the mean: measured distances that do are doubted
 _PAIR = 2
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_OF_LANES = _words(
+    "bidirectional is_bidirectional graph_idx orientation orientation_constraint speed_limit mutex "
+    "demo_mock_floor_name demo_mock_lift_name door_name dock_name"
+)
+_OF_VERTICES = _words(
+    "name is_parking_spot is_charger is_holding_point is_passthrough_point is_cleaning_zone dock_name pickup_dispenser "
+    "dropoff_ingestor spawn_robot_name spawn_robot_type human_goal_set_name lift_cabin lift mutex merge_radius"
+)
+_OF_LEVELS = _words(
+    "vertices lanes measurements doors lifts walls floors models drawing layers features constraints fiducials "
+    "human_lanes holes environments elevation flattened_x_offset flattened_y_offset x_meters y_meters"
+)
+_OF_MAPS = _words(
+    "name building_name levels lifts doors graphs crowd_sim coordinate_system parameters reference_level_name "
+    "map_version"
+)
 Keys = tuple[str | int, ...]
+Spot = tuple[float, float]
 
 
 def looks(path: Path, start: bytes) -> bool:
@@ -53,6 +78,11 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
         raise ModelError([f"{path}: not UTF-8 text, expected {EXPECTED}"]) from None
     if document.problems:
         raise ModelError(report(document.problems[:1], document.positions))
+    return plant_of(path, document, layout, graph)
+
+
+def plant_of(path: Path, document: Document, layout: str | None, graph: int | None) -> Plant:
+    """The plant that a map says, however it was written; see `read`."""
     return _Map(path, document).plant_of(layout, graph)
 
 
@@ -72,7 +102,8 @@ class _Map:
         data = document.data if isinstance(document.data, dict) else {}
         self.data: dict[str, Any] = data
         if not isinstance(data.get("levels"), dict) or not data["levels"]:
-            self.refuse((), f"no levels, expected {EXPECTED}")
+            text = "no levels, as a map of Open-RMF has, and of no other program that is known"
+            self.refuse((), f"{text}; desim import --help names the formats that can be read")
         self.plant = Plant(str(data.get("name") or data.get("building_name") or path.name.partition(".")[0]), "")
 
     def plant_of(self, asked: str | None, graph: int | None) -> Plant:
@@ -89,20 +120,23 @@ class _Map:
         nav = any(isinstance(one, dict) for one in thirds) or bool(vertices and not thirds)
         kind = "navigation graph" if nav else "building map"
         self.plant.source = f"{self.path.name} (Open-RMF {kind}, level {name})"
-        scale, down = self.scale(name, nav)
+        to_metres = self.projection(name, nav, [vertices[rank] for rank in used])
         abouts: dict[int, dict[str, Any]] = {}
         names: dict[int, str] = {}
         for rank in used:
             keys: Keys = ("levels", name, "vertices", rank)
             x, y, title, abouts[rank] = self.vertex(vertices[rank], keys)
+            self.plant.see_keys(abouts[rank], _OF_VERTICES, self.line(keys), "vertex")
             names[rank] = unique(title or f"vertex {rank}", self.plant.points)
             parking = bool(abouts[rank].get("is_parking_spot"))
-            y = y * scale * down
-            self.plant.points[names[rank]] = Waypoint(names[rank], x * scale, y or 0.0, parking, self.line(keys))
+            x, y = to_metres((x, y))
+            self.plant.points[names[rank]] = Waypoint(names[rank], x, y or 0.0, parking, self.line(keys))
             self.place(names[rank], bool(title), abouts[rank])
         self.links(lanes, names)
         self.areas(lanes, names, abouts)
         self.losses(level, lanes, names, abouts)
+        self.plant.see_keys(level, _OF_LEVELS, self.line(("levels", name)), "level")
+        self.plant.see_keys(self.data, _OF_MAPS, "line 1")
         return self.plant
 
     # What is read
@@ -123,8 +157,14 @@ class _Map:
             )
         mine = {name: [lane for its, lane in lanes if its == index] for name, lanes in found.items()}
         level = max(mine, key=lambda one: len(mine[one]))
-        others = [f"{number} of graph {its}" for its, number in sorted(counts.items()) if its != index]
-        self.plant.note("left out", "lane of other graphs", others, f"graph {index} is read; --graph reads another")
+        here = {(lane.source, lane.target) for lane in mine[level]}
+        others = [
+            (f"{lane.source} - {lane.target} of graph {its}", lane.line)
+            for its, lane in found[level]
+            if its != index and (lane.source, lane.target) not in here
+        ]
+        why = f"of other graphs; graph {index} is read, --graph reads another"
+        self.plant.note("left out", "lane", [name for name, _ in others], why, [line for _, line in others])
         empty = [one for one in levels if one != level]
         self.plant.note("left out", "level", empty, f"level {level} is read; --layout reads another")
         return mine[level], level
@@ -137,6 +177,7 @@ class _Map:
             if not isinstance(item, list) or len(item) < _PAIR or not all(map(_is_rank, item[:_PAIR])):
                 self.refuse(keys, f"not a lane (got {got(item)}), expected [vertex, vertex, {{...}}]")
             about = self.about(item[_PAIR] if len(item) > _PAIR else {}, keys)
+            self.plant.see_keys(about, _OF_LANES, self.line(keys), "lane")
             index = about.get("graph_idx", 0)
             if not _is_rank(index):
                 self.refuse(keys, f"graph_idx: not a whole number (got {got(index)}), expected one")
@@ -152,14 +193,25 @@ class _Map:
         name = next((one for one in item[_PAIR:] if isinstance(one, str)), about.get("name", ""))
         return x, y, str(name), about
 
-    def scale(self, name: str, nav: bool) -> tuple[float, int]:
-        """Metres of a unit of the drawing, and 1 where y points downwards, -1 where it points upwards."""
+    def projection(self, name: str, nav: bool, used: list[Any]) -> Callable[[Spot], Spot]:
+        """From the coordinates of a level to metres, y downwards; `used`: the vertices that lanes lead to."""
         system = self.data.get("coordinate_system", "reference_image")
         if nav or system == "cartesian_meters":
-            return 1.0, -1
+            return lambda at: (at[0], -at[1])
+        if system == "wgs84":
+            keys: Keys = ("levels", name, "vertices")
+            spots = [self.vertex(item, keys)[:2] for item in used]
+            if not all(abs(x) <= globe.TURN and abs(y) <= globe.TURN / 4 for x, y in spots):
+                self.refuse(("coordinate_system",), "wgs84, but some vertices are no degrees, expected all to be")
+            return globe.plane(spots, self.plant)
         if system != "reference_image":
-            expected = "reference_image or cartesian_meters"
+            expected = "reference_image, cartesian_meters or wgs84"
             self.refuse(("coordinate_system",), f"not known (got {got(system)}), expected {expected}")
+        scale = self.scale(name)
+        return lambda at: (at[0] * scale, at[1] * scale)
+
+    def scale(self, name: str) -> float:
+        """Metres of a pixel."""
         scales = self.measured(name)
         if not scales:
             others = [one for one in self.data["levels"] if one != name]
@@ -172,7 +224,7 @@ class _Map:
         apart = [f"{one:.4g} m a pixel" for one in scales if abs(one - mean) > _DIFFER * mean]
         why = f"a measured distance that differs from the others; their mean counts, {mean:.4g} m a pixel"
         self.plant.note("doubtful", "scale", apart, why)
-        return mean, 1
+        return mean
 
     def measured(self, name: str) -> list[float]:
         """Metres of a pixel, by each distance that is measured on a level."""
@@ -286,7 +338,8 @@ class _Map:
         return float(value)
 
     def line(self, keys: Keys) -> str:
-        return f"line {self.document.positions.of(keys).line}"
+        position = self.document.positions.of(keys)
+        return f"line {position.line}" if position.line else position.text.removeprefix(f"{self.path}: ")
 
     def refuse(self, keys: Keys, text: str) -> NoReturn:
         raise ModelError([f"{self.document.positions.line(keys)[1]}: {text}"])

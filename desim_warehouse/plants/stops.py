@@ -109,10 +109,11 @@ def _roles(plant: Plant, operations: Mapping[str, str]) -> dict[str, str]:
             expected = spoken([*get_args(Role), NONE], "or")
             raise ModelError([f"operation {name!r}: not what robots do (got {got(role)}), expected {expected}"])
         given.update(dict.fromkeys(known, role))
-    return {name: given.get(name) or _guess(name) for name in names}
+    return {name: given.get(name) or sounds_like(name) for name in names}
 
 
-def _guess(name: str) -> str:
+def sounds_like(name: str) -> str:
+    """What robots do at an operation of this name, as far as it says so."""
     sound = name.casefold().replace("_", " ")
     return next((role for role, pattern in _GUESSES if re.search(pattern, sound)), NONE)
 

@@ -36,14 +36,16 @@ class FixedSize:
     """As soon as `size` tasks wait they go together, in the order of release; the last ones may be fewer.
 
     Source: variable time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009)
-    654-664. `size`: loads of a tour; by default as many as a robot carries.
+    654-664. `size`: loads of a tour; by default as many as a robot carries. `by`: flow, only tasks of one flow.
     """
 
     size: int | None = None
+    by: str | None = None
 
     def __post_init__(self) -> None:
-        """Check the parameter."""
+        """Check the parameters."""
         _at_least_one(self.size)
+        _by_flow(self.by)
 
     def batches(self, waiting: WaitingTasks) -> Iterable[TaskBatch]:
         """Full batches; the rest too, if no other tasks are to come."""
@@ -59,15 +61,17 @@ class TimeWindow:
 
     Source: fixed time window batching; Van Nieuwenhuyse and de Koster, Int. J. Production Economics 121 (2009) 654-664,
     here with a limit. `window`: in the model's time unit. `size`: most loads of a tour; by default as many as a robot
-    carries.
+    carries. `by`: flow, only tasks of one flow.
     """
 
     window: Annotated[float, Unit("time")]
     size: int | None = None
+    by: str | None = None
 
     def __post_init__(self) -> None:
         """Check the parameters."""
         _at_least_one(self.size)
+        _by_flow(self.by)
         if not 0 <= self.window < math.inf:
             raise ValueError(f"window is {self.window}, expected a time of at least 0")
 
@@ -125,6 +129,11 @@ def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
 
 def _cut(tasks: Sequence[Task], size: int) -> Iterator[Sequence[Task]]:
     return (tasks[begin : begin + size] for begin in range(0, len(tasks), size))
+
+
+def _by_flow(by: str | None) -> None:
+    if by not in {None, "flow"}:
+        raise ValueError(f"by is {by!r}, expected flow, or nothing")
 
 
 def _at_least_one(size: int | None) -> None:

@@ -158,6 +158,14 @@ OTHERS = [
         ),
     ),
     (
+        {"layout__stations": {"pack": {"at": ["C"], "places": 2, "servers": 2}}},
+        (
+            "note: layout.stations: pack: no more slots than servers at 1 nodes: while a robot is served there, no "
+            "other sets off for it, and robots wait in bays (slots for 2, 2 robots); more slots (places) let more of "
+            "them work [STATION_PLACES]"
+        ),
+    ),
+    (
         with_edges(["E", "B"], ["D", "E"], E=[20, -1.5]),
         (
             "warning: layout: edges: 1 are shorter than 2 (D), so the nodes at their ends are used by one "

@@ -156,6 +156,21 @@ def rmf(folder):
     return Path(shutil.copy(HERE / "clinic.building.yaml", folder))
 
 
+def rmf_site(folder):
+    """The loop with its spurs, as the site editor writes it."""
+    anchors = {"1": LOOP[0], "2": LOOP[1], "3": LOOP[2], "4": LOOP[3], "5": SPUR[1], "6": BRANCH[1]}
+    lanes = {str(7 + rank): {"anchors": [1 + rank, 1 + (rank + 1) % 4], "reverse": "Disable"} for rank in range(4)}
+    lanes |= {"11": {"anchors": [3, 5]}, "12": {"anchors": [4, 6], "reverse": "Same"}}
+    places = {"13": {"anchor": 2, "name": "pick", "tags": []}, "14": {"anchor": 5, "name": "drop", "tags": []}}
+    places["15"] = {"anchor": 6, "name": "plug", "tags": ["Charger", "ParkingSpot"]}
+    level = {"properties": {"name": "L1"}, "anchors": {key: {"Translate2D": at} for key, at in anchors.items()}}
+    guided = {"graphs": {"20": {"name": "carts"}}, "ranking": [20], "lanes": lanes, "locations": places}
+    site = {"format_version": "0.1", "anchors": {}, "levels": {"0": level}, "navigation": {"guided": guided}}
+    path = folder / "yard.site.json"
+    path.write_text(json.dumps(site))
+    return path
+
+
 def movingai(folder):
     return grids.written(folder, "yard.map", grids.MAP)
 
@@ -176,6 +191,6 @@ def rhcr(folder):
     return grids.written(folder, "round.grid", grids.ROUND)
 
 
-_ALL = (tables, graphml, geojson, dxf, opentcs, lif, rmf, movingai, kiva, ggo, lorr, rhcr)
+_ALL = (tables, graphml, geojson, dxf, opentcs, lif, rmf, rmf_site, movingai, kiva, ggo, lorr, rhcr)
 DRAWN = {one.__name__: one for one in _ALL}
 """What writes a small plant into a folder and gives its path, for every format that can be read."""

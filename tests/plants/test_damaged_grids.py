@@ -41,7 +41,7 @@ DAMAGED = {
     "all blocked": ("type octile\nheight 1\nwidth 2\nmap\n@@\n", "no cell that robots can enter"),
     "a single cell": (
         "type octile\nheight 1\nwidth 2\nmap\n.@\n",
-        "nowhere can robots drive from one point to",
+        "no lanes, expected some on which robots drive",
     ),
     "too many": (
         f"type octile\nheight 400\nwidth 300\nmap\n{('.' * 300 + chr(10)) * 400}",

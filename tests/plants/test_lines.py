@@ -247,3 +247,47 @@ def test_without_ezdxf_the_message_says_how_to_get_it(tmp_path, monkeypatch):
     said = r"plan\.dxf: a DXF drawing, which needs the package ezdxf; install it: pip install 'desim-warehouse\[dxf\]'"
     with pytest.raises(dw.ModelError, match=said):
         dw.read_layout(tmp_path / "plan.dxf")
+
+
+def test_entities_that_are_no_lanes_do_not_stop_a_drawing(tmp_path):
+    """A damaged spline, a mesh on a layer of lanes, and a text there, in a drawing without a unit."""
+    ezdxf = pytest.importorskip("ezdxf")
+    path = dxf(tmp_path, unit=0, scale=1)
+    document = ezdxf.readfile(path)
+    space = document.modelspace()
+    space.add_polymesh(dxfattribs={"layer": "Lanes"})
+    space.add_text("aisle 1", dxfattribs={"layer": "Lanes"})
+    spline = space.add_spline([(0, 0), (1, 1), (2, 0)], dxfattribs={"layer": "Walls"})
+    document.saveas(path)
+    text = path.read_text()
+    begin = text.index("AcDbSpline\n")
+    path.write_text(text[:begin].removesuffix("100\n") + text[begin + len("AcDbSpline\n") :])
+    with pytest.raises(ezdxf.DXFStructureError):
+        ezdxf.readfile(path)
+    made = import_layout(path)
+    the_yard(made.model, 1e-6)
+    assert [one.names for one in made.remarks if one.kind == "entity"] == [
+        (f"missing 'AcDbSpline' subclass in SPLINE(#{spline.dxf.handle})",)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.xlayo", "<LayoutConfiguration/>", "a file of RAWSim-O, which cannot be read"),
+        ("a.xml", "<LayoutConfiguration/>", "of no other program that is known"),
+        ("a.json", '{"robots": []}', "of a program that is not known: not a layout that can be read"),
+        ("a.yaml", "robots: []", "of no other program that is known"),
+    ],
+)
+def test_other_programs_are_called_by_their_names_or_not_known(tmp_path, name, text, said):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(dw.ModelError, match=said):
+        import_layout(path)
+
+
+def test_trees_of_ggo_are_blocked(tmp_path):
+    path = tmp_path / "trees.json"
+    path.write_text(json.dumps({"layout": ["T@e..", ".....", "ww..r"]}))
+    assert len(import_layout(path).plant.points) == 13

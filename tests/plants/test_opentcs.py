@@ -8,6 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
+from desim_warehouse.run import check
 from tests.auditor import audit
 from tests.plants.damage import one_message, refused_at_random
 from tests.plants.foreign import needs_plants, plant_file
@@ -260,7 +261,7 @@ OUTSIDE = '<!DOCTYPE model [<!ENTITY f SYSTEM "file:///etc/passwd">]>\n<model ve
         (OUTSIDE, "a document type"),
         ("<model version='7.0.0'>" + "<point>" * 50_000, "too many elements inside one another"),
         ("\0" * 100, "not XML"),
-        ("<model version='7.0.0'/>", "nowhere can robots drive"),
+        ("<model version='7.0.0'/>", "no lanes, expected some on which robots drive"),
         ("<model version='7.0.0'>" + " " * 64_000_000 + "</model>", "too large"),
     ],
     ids=["empty", "yaml", "bomb", "outside", "deep", "nul", "nothing", "large"],
@@ -335,3 +336,17 @@ def test_samples_of_the_format_without_a_network_are_refused(name):
     assert len(read_plant(plant_file(name)).points) == 15
     with pytest.raises(dw.ModelError, match="nowhere can robots drive"):
         dw.read_layout(plant_file(name))
+
+
+def test_attributes_and_elements_that_nobody_knows_are_told(tmp_path):
+    path = yard(tmp_path, ("<path name=", '<path maxAcceleration="9" name='), ("<vehicle ", "<lidar/><vehicle "))
+    [remark] = [one for one in read_plant(path).remarks if one.kind == "key"]
+    assert remark.names == ("path.maxAcceleration", "lidar")
+
+
+def test_loads_that_go_nowhere_are_told(tmp_path):
+    model = dw.read_layout(yard(tmp_path))
+    at = model.layout.storage[0].node
+    stays = model.replace({"layout.storage": [{"node": at}], "tasks.unload_at": [at], "layout.stations": {}})
+    assert "NOTHING_TO_DRIVE" in {finding.code for finding in check(stays).findings}
+    assert "NOTHING_TO_DRIVE" not in {finding.code for finding in check(model).findings}

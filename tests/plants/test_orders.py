@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.plants import import_layout
 from tests.auditor import audit
 from tests.plants.damage import one_message
@@ -137,7 +138,8 @@ def test_where_no_charger_is_drawn_every_slot_has_one(tmp_path):
     text = YARD.read_text()
     plain.write_text(text.replace('name="CHARGE"', 'name="Wash"'))
     made = import_layout(plain, robot=path)
-    assert made.model.layout.bays["parking"].chargers == made.model.layout.bays["parking"].places
+    assert made.model.layout.bays["parking"].chargers is None
+    assert sum(chargers_at(made.model, made.model.floor).values()) == made.model.fleet.size == 3
     assert "layout.bays.parking.chargers" in {remark.kind for remark in made.remarks}
     assert dw.simulate(made.model.replace({"run.length": 3600})).kpis["tasks"] > 20
 

@@ -67,7 +67,7 @@ def test_the_clinic_can_be_driven_in():
 def test_what_could_not_be_carried_over_is_said_by_name_and_line():
     made = import_layout(CLINIC)
     assert remarks(made, "left out") == {
-        ("lane of other graphs", ("2 of graph 1",)),
+        ("lane", ("11 - 12 of graph 1", "12 - 2 of graph 1")),
         ("orientation", ("vertex 4 - vertex 5",)),
         ("lift", ("vertex 4 - ward",)),
         ("lift", ("lift 1",)),
@@ -156,7 +156,7 @@ def test_one_level_at_a_time(tmp_path):
 
 
 DAMAGED = [
-    ((("levels:", "storeys:"),), "no levels, expected a map of Open-RMF"),
+    ((("levels:", "storeys:"),), "no levels, as a map of Open-RMF has, and of no other program"),
     ((("- [2, 3,", "- [2, 33,"),), "line 12: a lane to vertex 33, expected one from 0 to 14"),
     ((("- [2, 3,", "- [2, -1,"),), "not a lane (got [2, -1,"),
     ((("- [2, 3,", "- [2, 3.5,"),), "not a lane"),
@@ -172,8 +172,8 @@ DAMAGED = [
     ((("distance: [3, 10]", "length: [3, 10]"),), "not a number (got nothing)"),
     ((("- [0, 1, {distance", "- [0, 99, {distance"),), "not a measurement"),
     ((("    measurements:", "    measured:"),), "no measurements, so nobody knows how long a pixel is"),
-    ((("reference_image", "wgs84"),), "coordinate_system: not known (got 'wgs84')"),
-    ((("    lanes:", "    lines:"),), "nowhere can robots drive"),
+    ((("reference_image", "mars"),), "coordinate_system: not known (got 'mars')"),
+    ((("    lanes:", "    lines:"),), "no lanes, expected some on which robots drive"),
     ((("    lanes:", "    lanes: 5\n    lines:"),), "levels.L1.lanes: not a list (got 5)"),
     ((("    vertices:", "    vertices: 5\n    points:"),), "not a list (got 5)"),
     ((("\nname: clinic", "\nname: clinic\nname: again"),), "given twice"),
@@ -261,3 +261,102 @@ def test_a_fleet_of_150_on_a_map_of_others():
     run = dw.simulate(model.replace({"run.length": 1200, "battery": None}))
     assert run.kpis["tasks"] > 20
     assert audit(run) == []
+
+
+def test_degrees_are_metres_around_the_middle_of_the_lanes(tmp_path):
+    lanes = "lanes: [[0, 1, {bidirectional: [4, true]}], [1, 2, {bidirectional: [4, true]}]]"
+    spots = "[[103.85, 1.29, 0, gate], [103.851, 1.29, 0, hall], [103.851, 1.291, 0, yard]]"
+    path = tmp_path / "campus.building.yaml"
+    path.write_text(f"coordinate_system: wgs84\nlevels:\n  L1:\n    {lanes}\n    vertices: {spots}\n")
+    plant = read_plant(path)
+    [gate, hall, yard] = plant.points.values()
+    assert hall.x - gate.x == pytest.approx(111.17, abs=0.01)  # a thousandth of a degree, at 1.29 degrees north
+    assert hall.y - yard.y == pytest.approx(111.19, abs=0.01)  # y is downwards
+    assert gate.x + hall.x == pytest.approx(0, abs=0.01)
+    assert [remark.kind for remark in plant.remarks] == ["units.length"]
+    path.write_text(path.read_text().replace("103.85,", "1103.85,"))
+    with pytest.raises(dw.ModelError, match="wgs84, but some vertices are no degrees"):
+        read_plant(path)
+
+
+def site():
+    """The clinic's second floor as the site editor writes it: a one-way ring, a spur, and lanes of another graph."""
+    spots = {4: (0, 0), 5: (20, 0), 6: (20, 10), 7: (0, 10), 8: (25, 0), 9: (-4, 0), 50: (30, 10)}
+    ends = {70: (4, 5), 71: (5, 6), 72: (6, 7), 73: (7, 4), 74: (5, 8), 75: (4, 9), 76: (6, 50)}
+    lanes = {number: {"anchors": list(pair), "graphs": "All", "reverse": "Disable"} for number, pair in ends.items()}
+    for number in (74, 75):
+        del lanes[number]["reverse"]
+    lanes[71]["forward"] = {"speed_limit": 0.5}
+    lanes[76]["graphs"], lanes[75]["graphs"] = {"Only": [61]}, {"AllExcept": [61]}
+    places = {
+        90: {"anchor": 8, "tags": [], "name": "pick", "graphs": "All"},
+        91: {"anchor": 6, "tags": [], "name": "drop", "graphs": "All"},
+        92: {"anchor": 9, "tags": ["Charger", "ParkingSpot", {"SpawnRobot": {}}], "name": "dock", "graphs": "All"},
+    }
+    anchors = {number: {"Translate2D": list(at)} for number, at in spots.items()}
+    shared = {50: anchors.pop(50)}
+    return {
+        "format_version": "0.1",
+        "anchors": shared,
+        "properties": {"name": "clinic"},
+        "levels": {"1": {"properties": {"name": "L2"}, "anchors": anchors, "walls": {}}},
+        "navigation": {
+            "guided": {
+                "graphs": {"60": {"name": "carts"}, "61": {"name": "cleaners"}},
+                "ranking": [60, 61],
+                "lanes": lanes,
+                "locations": places,
+            }
+        },
+    }
+
+
+def written(tmp_path, data):
+    path = tmp_path / "clinic.site.json"
+    path.write_text(json.dumps(data))
+    return path
+
+
+def test_a_site_says_what_its_navigation_graph_would(tmp_path):
+    made = import_layout(written(tmp_path, site()))
+    model, plant = made.model, made.plant
+    assert (plant.name, plant.source) == ("clinic", "clinic.site.json (Open-RMF navigation graph, level L2)")
+    edges = {(edge.source, edge.target): (edge.two_way, edge.speed) for edge in model.layout.edges}
+    assert edges["vertex 0", "vertex 1"] == (False, None)
+    assert edges["vertex 1", "drop"] == (False, 0.5)
+    assert edges["vertex 1", "pick"] == edges["vertex 0", "dock"] == (True, None)
+    assert len(edges) == 6
+    assert (plant.points["drop"].x, plant.points["drop"].y) == (20, -10)
+    assert ("lane", ("2 - 6 of graph 1",)) in remarks(made, "left out")
+    assert model.layout.bays["chargers"].at == ("dock",)
+    assert len(read_plant(written(tmp_path, site()), graph=1).links) == 6
+    assert dw.simulate(model.replace({"run.length": 3600})).kpis["tasks"] > 10
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (("levels", "1", "anchors", "4"), {"Translate2D": "here"}, "anchor 4: not a place"),
+        (("levels", "1", "anchors", "4"), {"Translate2D": ["x", 0]}, "anchor 4: levels.L2.vertices.0: not a number"),
+        (("navigation", "guided", "lanes", "70"), {"anchors": [4]}, "lane 70: not between two anchors"),
+        (("navigation", "guided", "lanes"), [], "no lanes"),
+        (("navigation", "guided", "lanes"), [1], "lanes: not an object"),
+        (("levels",), {}, "no levels"),
+    ],
+    ids=str,
+)
+def test_a_damaged_site_is_one_message(tmp_path, path, value, said):
+    data = json.loads(json.dumps(site()))
+    *keys, last = path
+    at = data
+    for key in keys:
+        at = at[key]
+    at[last] = value
+    assert said in one_message(written(tmp_path, data))
+
+
+def test_keys_that_nobody_knows_are_told_by_kind(tmp_path):
+    plant = read_plant(clinic(tmp_path, ("is_holding_point: [4, true]", "shelf_height: [3, 2]")))
+    assert [(one.names, one.positions) for one in plant.remarks if one.kind == "key"] == [
+        (("vertex.shelf_height",), ("line 33",))
+    ]

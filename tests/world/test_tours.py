@@ -350,3 +350,23 @@ def test_every_allocation_policy_gives_tours_out(allocation):
     run = ring({}, tasks__flows=flows, policies__allocation=allocation, **changes)
     assert run.kpis["tasks"] > 100
     assert max(len(trip) for trip in trips(run)) == 3
+
+
+@pytest.mark.parametrize(
+    ("by", "tours"), [({}, [["a", "b"], ["a", "b"]]), ({"by": "flow"}, [["a", "a"], ["b", "b"]])], ids=["all", "flow"]
+)
+def test_tours_of_one_flow_or_of_all(by, tours):
+    """Of two flows that ask in turn, each robot takes loads of both, or of one; the last of a flow waits for nobody."""
+    times = {"a": [{"at": 0}, {"at": 2}], "b": [{"at": 1}, {"at": 3}]}
+    flows = {name: {"from": "dock", "to": "pack", "arrivals": {"schedule": at}} for name, at in times.items()}
+    changes = {"fleet.robot.capacity": 2, "tasks.flows": flows, "policies.batching": {"name": "fixed-size", **by}}
+    run = dw.simulate(dw.load(RING, changes))
+    assert audit(run) == []
+    flow_of = {number: run.history.tasks[number].flow for number in run.history.tasks}
+    loaded = [flow_of[task] for _, task, _ in rows(run, "loading")]
+    assert [loaded[:2], loaded[2:]] == tours
+
+
+def test_what_tours_go_by_is_flow_or_nothing():
+    with pytest.raises(ModelError, match="by is 'colour', expected flow, or nothing"):
+        listed(0, policies__batching={"name": "fixed-size", "by": "colour"})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -172,16 +172,25 @@ ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", 
 
 
 class OrdersFile(Part):
-    """Orders, one a row, in order of release; columns: release, from, via, to, due, priority, quantity, order.
+    """Orders, one a row; columns: release, from, via, to, due, priority, quantity, order, or common names for them.
 
-    Only release must be there. Times are numbers from the start of the run, times of day or ISO dates with times (see
-    run.start); from and to name nodes, stations or storage places (by number), via several, as `B > C`. A row of
-    quantity n is n tasks.
+    Only release must be there. Times are numbers from the start of the run, times of day or dates with times (see
+    run.start); from and to name nodes, stations or storage places (by number or name), via several, as `B > C`.
     """
 
-    file: Name = Field(description="CSV or Parquet file, relative to the model file")
+    file: Name = Field(description="CSV, Parquet or Excel (.xlsx) file, relative to the model file")
     columns: Annotated[Mapping[Name, Name], AfterValidator(FrozenMap)] = Field(
         FrozenMap(), description="what the file calls the columns, such as {release: created_at}"
+    )
+    sheet: Name | None = Field(None, description="of an Excel file; default: the first")
+    dates: Literal["us", "uk"] | None = Field(
+        None, description="how 03/02/2026 is meant: us, March 2; uk, 3 February; default: such dates are refused"
+    )
+    quantity: Literal["tasks", "pieces"] = Field(
+        "tasks", description="what the column quantity counts: tasks, each a trip, or pieces, which go together"
+    )
+    pieces_per_load: Count | None = Field(
+        None, description="with quantity: pieces: how many fit on one load; default: all pieces of a row"
     )
     resample: Duration | None = Field(
         None,
@@ -190,6 +199,12 @@ class OrdersFile(Part):
         "the pattern of the day stays",
     )
     sha256: Name | None = Field(None, description="of the file; reading puts it here")
+
+    @model_validator(mode="after")
+    def _of_pieces(self) -> OrdersFile:
+        if self.pieces_per_load is not None and self.quantity != "pieces":
+            raise wrong("without pieces, expected quantity: pieces beside it", "pieces_per_load")
+        return self
 
     @field_validator("columns")
     @classmethod

@@ -1,37 +1,40 @@
-"""Orders from a file, CSV or Parquet.
+"""Orders from a file, in the words of the model: times from the start of the run, places of its floor.
 
-It is read in chunks, so a million orders take no more memory than some thousand, and checked row by row.
+It is read in chunks, so a million orders take no more memory than some thousand, and checked row by row. Rows in no
+order are sorted by their release, in memory. What is wrong is summed up by kind.
 """
 
 from __future__ import annotations
 
-import csv
 import datetime as dt
 import hashlib
-from dataclasses import dataclass
-from functools import lru_cache
-from itertools import groupby
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import groupby, islice, pairwise, starmap
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, OrdersArrivals
+from desim_warehouse.errors import ModelError, got, nearest
+from desim_warehouse.model.sections.flows import STORAGE, OrdersArrivals
+from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     import pandas as pd
     from numpy.random import Generator
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
+    from desim_warehouse.model.sections.order_file import Table
 
-CHUNK = 50_000
-"""Rows read at a time."""
 MOST_PROBLEMS = 20
-"""Problems of one file that are listed."""
+"""Kinds of problems of one file that are listed."""
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
 
@@ -55,25 +58,36 @@ class OrderLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit."""
+    """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit.
+
+    `stored`: names of storage places with their numbers.
+    """
 
     names: frozenset[str]
     places: int
     start: str
     seconds: float
+    stored: tuple[tuple[str, int], ...] = ()
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """The numbers of storage places by their names."""
+        return dict(self.stored)
 
     @classmethod
     def of(cls, layout: Layout, start: str, seconds: float) -> Reading:
         """That of a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
-        return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds))
+        stored = tuple(layout.place_names.items())
+        return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds), stored)
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks (quantities added up), rows, the last release, and the nodes and stations it names.
+    """What a file holds: tasks, rows, the last release, and the nodes and stations it names.
 
-    `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones.
+    `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
+    whether every row is released no earlier than those before; `trips`: whether quantities were taken for tasks.
     """
 
     tasks: int
@@ -83,6 +97,8 @@ class Summary:
     due: int = 0
     urgent: int = 0
     orders: int = 0
+    in_order: bool = True
+    trips: bool = True
 
 
 def sha256(path: Path) -> str:
@@ -92,52 +108,56 @@ def sha256(path: Path) -> str:
 
 
 def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:
-    """The rows in the order of the file, which is that of release.
+    """The rows in the order of their release.
 
     Raises:
-        ModelError: with the problems of the first chunk that has some, by row and column.
+        ModelError: with all kinds of problems of the file.
     """
-    for lines, problems in _checked(spec, how):
-        if problems:
-            raise ModelError(problems)
-        yield from lines
+    if summary(spec, how).in_order:
+        yield from (line for lines in _checked(spec, how, Problems(spec.file)) for line in lines)
+    else:
+        lines = [line for lines in _checked(spec, how, Problems(spec.file)) for line in lines]
+        yield from sorted(lines, key=attrgetter("release"))
 
 
 def summary(spec: OrdersFile, how: Reading) -> Summary:
     """Read the whole file once.
 
     Raises:
-        ModelError: where it cannot be read, or with its first 20 problems.
+        ModelError: where it cannot be read, or with all kinds of its problems, up to 20.
     """
-    stat = _stat(Path(spec.file))
+    stat = check_there(Path(spec.file))
     return _summary(spec, how, (stat.st_mtime_ns, stat.st_size))
 
 
 @lru_cache(maxsize=8)
 def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
-    tasks, rows, last, found = 0, 0, 0.0, list[str]()
+    tasks, rows, last, in_order = 0, 0, 0.0, True
     names: set[str | int | None] = set()
     due, urgent, orders = 0, 0, set[str]()
-    for lines, problems in _checked(spec, how):
-        found += problems
+    found, most = Problems(spec.file), LIMITS["tasks"][0]
+    for lines in _checked(spec, how, found):
         rows += len(lines)
         tasks += sum(line.quantity for line in lines)
-        last = lines[-1].release if lines else last
+        times = [last, *(line.release for line in lines)]
+        in_order = in_order and all(earlier <= later for earlier, later in pairwise(times))
+        last = max(times)
         due += sum(line.due is not None for line in lines)
         urgent += sum(bool(line.priority) for line in lines)
         orders.update(map(attrgetter("order"), lines))
         names.update(map(attrgetter("source"), lines), map(attrgetter("target"), lines))
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
-        if len(found) > MOST_PROBLEMS:
-            raise ModelError([*found[:MOST_PROBLEMS], f"{spec.file}: and more problems"])
-    if not rows and not found:
-        found.append(f"{spec.file}: no rows, expected at least one order")
-    if tasks > LIMITS["tasks"][0] and not found:
-        found.append(f"{spec.file}: too many tasks (got {tasks:,}), expected at most {LIMITS['tasks'][0]:,}")
-    if found:
-        raise ModelError(found)
+        if rows > most:
+            raise ModelError([f"{spec.file}: too many rows, expected at most {most:,} tasks"])
+    problems = found.told()
+    if not rows and not problems:
+        problems = [f"{spec.file}: no rows, expected at least one order"]
+    if tasks > most and not problems:
+        problems = [f"{spec.file}: too many tasks (got {tasks:,}), expected at most {most:,}"]
+    if problems:
+        raise ModelError(problems)
     named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
-    return Summary(tasks, rows, last, named, due, urgent, len(orders))
+    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, spec.quantity == "tasks")
 
 
 def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:
@@ -188,117 +208,188 @@ def resampled(
                 yield line._replace(release=time, due=due, order=f"{line.order}.{number}.{copy}")
 
 
+@dataclass
+class Problems:
+    """What is wrong with a file, summed up by kind: how often, with which values, first where.
+
+    A kind is a column, "" for whole rows, and what is wrong.
+    """
+
+    file: str
+    kinds: dict[tuple[str, str], list[Any]] = field(default_factory=dict)
+    values: dict[tuple[str, str], Counter[str]] = field(default_factory=dict)
+
+    def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:
+        """Some rows that have the same problem, and what stands there."""
+        kind = column, wrong
+        self.kinds.setdefault(kind, [0, rows[0], expected])[0] += len(rows)
+        counts = self.values.setdefault(kind, Counter())
+        for value in values:
+            if (said := got(_plain(value))) in counts or len(counts) < _DISTINCT:
+                counts[said] += 1
+
+    def told(self) -> list[str]:
+        """A line for each kind, up to 20."""
+        lines = []
+        for (column, wrong), (count, row, expected) in islice(self.kinds.items(), MOST_PROBLEMS):
+            counts = self.values[column, wrong]
+            if count == 1:
+                where, said = f"{self.file}, row {row}", f"got {next(iter(counts))}"
+            else:
+                where, number = self.file, f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
+                common = ", ".join(value for value, _ in counts.most_common(_COMMON)) + ", ..." * (
+                    len(counts) > _COMMON
+                )
+                many = "values" if len(counts) > 1 else "value"
+                said = f"{count:,} rows from row {row} on, {number} {many}: {common}"
+            where += f", {column}" * bool(column)
+            lines.append(f"{where}: {wrong} ({said}), expected {expected}")
+        more = len(self.kinds) - MOST_PROBLEMS
+        return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
+
+
 # Chunks
 
-Chunk = tuple[list[OrderLine], list[str]]
+
+def _checked(spec: OrdersFile, how: Reading, found: Problems) -> Iterator[list[OrderLine]]:
+    """The rows that could be read, chunk by chunk; what is wrong with others is `found`."""
+    table = table_of(spec)
+    midnight = first_day(spec, table, how)
+    for frame in chunks(spec, table):
+        yield Chunk(frame, spec, table, how, midnight, found).lines()
 
 
-def _checked(spec: OrdersFile, how: Reading) -> Iterator[Chunk]:
-    """For each chunk its rows, or what is wrong with them."""
-    before, first, midnight = 0.0, 1, _midnight(how.start)
-    for table in _chunks(spec):
-        if midnight is None:
-            midnight = _first_day(table["release"])
-        chunk = _Chunk(table, spec, how, first, midnight)
-        lines = chunk.lines(before)
-        yield lines, chunk.problems
-        before = max([before, *(line.release for line in lines)])
-        first += len(table)
+def first_day(spec: OrdersFile, table: Table, how: Reading) -> dt.datetime | None:
+    """The day on which the run starts: said by the model, or that of the first order, where the file has dates."""
+    stat = check_there(table.path)
+    return _midnight(how.start) or _earliest_day(spec, (stat.st_mtime_ns, stat.st_size))
 
 
-def _chunks(spec: OrdersFile) -> Iterator[pd.DataFrame]:
-    """The columns that are known, as they stand there."""
+@lru_cache(maxsize=8)
+def _earliest_day(spec: OrdersFile, _: tuple[int, int]) -> dt.datetime | None:
     import pandas as pd
 
-    path, theirs = Path(spec.file), {ours: spec.columns.get(ours, ours) for ours in ORDER_COLUMNS}
-    _stat(path)
-    try:
-        if path.suffix.lower() in {".parquet", ".pq"}:
-            from pyarrow import parquet
-
-            with parquet.ParquetFile(path) as file:
-                here = _present(path, file.schema_arrow.names, theirs, spec)
-                for batch in file.iter_batches(CHUNK, columns=list(here)):
-                    yield batch.to_pandas().rename(columns=here)
-        else:
-            with path.open(encoding="utf-8-sig", newline="") as lines:
-                here = _present(path, next(csv.reader(lines), []), theirs, spec)
-            text: Any = {"dtype": str, "keep_default_na": False, "encoding": "utf-8-sig"}
-            with pd.read_csv(path, usecols=list(here), chunksize=CHUNK, **text) as tables:
-                for table in tables:
-                    yield table.rename(columns=here)
-    except (OSError, ValueError) as error:
-        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected a CSV or Parquet file"]) from None
+    earliest = None
+    table = table_of(spec)
+    for frame in chunks(spec, table):
+        cells = frame["release"]
+        if pd.api.types.is_numeric_dtype(cells):
+            return None
+        dates = cells if pd.api.types.is_datetime64_any_dtype(cells) else _dates(_texts(cells), spec.dates)
+        if getattr(dates.dt, "tz", None) is not None:
+            dates = dates.dt.tz_localize(None)
+        day = dates.min()
+        if pd.isna(day) and earliest is None:
+            return None
+        if not pd.isna(day) and (earliest is None or day < earliest):
+            earliest = day
+    return None if earliest is None else earliest.normalize().to_pydatetime()
 
 
-def _present(path: Path, names: Collection[str], theirs: dict[str, str], spec: OrdersFile) -> dict[str, str]:
-    """The columns of the file that are read, and what we call them."""
-    for ours, name in theirs.items():
-        if name not in names and (ours == "release" or ours in spec.columns):
-            near = nearest(name, names)
-            hint = f"; did you mean '{near}'?" if near else ""
-            raise ModelError([f"{path}: no column '{name}' (it has {len(names) or 'none'}){hint}"])
-    return {name: ours for ours, name in theirs.items() if name in names}
+def _texts(cells: pd.Series[Any]) -> pd.Series[Any]:
+    """Cells as text, empty where there is nothing."""
+    import pandas as pd
+
+    if pd.api.types.is_integer_dtype(cells):
+        return pd.Series(list(map(str, cells.tolist())), dtype=object)
+    return pd.Series(
+        ["" if value is None or value != value else str(value).strip() for value in cells.tolist()],  # noqa: PLR0124
+        dtype=object,
+    )
 
 
-def _stat(path: Path) -> Any:
-    try:
-        if not path.is_file():
-            raise FileNotFoundError(2, "no such file")
-        return path.stat()
-    except OSError as error:
-        raise ModelError([f"{path}: cannot be read ({reason(error)}), expected a CSV or Parquet file"]) from None
+def _dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
+    """Dates with times, as people write them: ISO, 02.03.2026 14:00, and with slashes if it is said how."""
+    import pandas as pd
+
+    found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce", utc=False)
+    if getattr(found.dtype, "tz", None) is not None:
+        found = found.dt.tz_localize(None)
+    parts = text.str.extract(_WRITTEN)
+    dotted = parts["mark"] == "."
+    if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():
+        return found
+    month_first = ~dotted & (slashes == "us")
+    day, month = parts["a"].where(~month_first, parts["b"]), parts["b"].where(~month_first, parts["a"])
+    year = parts["year"].where(parts["year"].str.len() != 2, "20" + parts["year"])  # noqa: PLR2004 - of the century
+    hour = pd.to_numeric(parts["hour"]).fillna(0)
+    half = parts["half"].str.lower()
+    hour = hour.where(half.isna(), hour % 12 + 12 * (half == "p"))
+    known = dotted | (parts["mark"].notna() & (slashes is not None))
+    days = pd.to_datetime((year + "-" + month + "-" + day).where(known), format="%Y-%m-%d", errors="coerce")
+    minutes, seconds = pd.to_numeric(parts["minute"]).fillna(0), pd.to_numeric(parts["second"].str.replace(",", "."))
+    late = (hour > 23) | (minutes > 59) | (seconds > 60)  # noqa: PLR2004 - of a clock
+    time = pd.to_timedelta(hour * 3600 + minutes * 60 + seconds.fillna(0), unit="s")
+    return found.where(found.notna(), (days + time).where(~late).astype(found.dtype))
 
 
-class _Chunk:
-    """Some rows of a file, and the `problems` with them."""
+class Chunk:
+    """Some rows of a file; what is wrong with them is `found`, and `bad` says with which."""
 
     def __init__(
-        self, table: pd.DataFrame, spec: OrdersFile, how: Reading, first: int, midnight: dt.datetime | None
+        self,
+        table: pd.DataFrame,
+        spec: OrdersFile,
+        how: Table,
+        reading: Reading,
+        midnight: dt.datetime | None,
+        found: Problems,
     ) -> None:
-        self.table = table
-        self.spec = spec
-        self.how = how
-        self.first = first
-        self.midnight = midnight
-        self.problems: list[str] = []
-
-    def lines(self, before: float) -> list[OrderLine]:
-        """The rows. Where there are problems, only those that could be read matter."""
         import numpy as np
 
-        size = len(self.table)
+        self.table = table
+        self.spec = spec
+        self.file = how
+        self.how = reading
+        self.midnight = midnight
+        self.found = found
+        self.bad = np.zeros(len(table), dtype=bool)
+        self.pieces: list[int] = []
+        self.unread: frozenset[int] = frozenset()
+
+    def lines(self) -> list[OrderLine]:
+        """The rows that could be read."""
+        import numpy as np
+
+        if BEYOND in self.table:
+            beyond = (self.table[BEYOND] != "").to_numpy()
+            self.problem(beyond, BEYOND, "cells beyond the header", "no more cells than it has")
         release = self._times("release", needed=True)
         due = self._times("due")
-        late = np.maximum.accumulate(np.concatenate([[before], np.nan_to_num(release, nan=-np.inf)]))[:-1]
-        for row in np.flatnonzero(release < late)[:MOST_PROBLEMS]:
-            self._problem(row, "release", "before the row above", "rows in the order of their release")
-        for row in np.flatnonzero(due < release)[:MOST_PROBLEMS]:
-            self._problem(row, "due", "due before its release", "a time not before it")
+        self.problem(due < release, "due", "due before its release", "a time not before it")
         source, target = self._ends("from"), self._ends("to")
         priority, quantity = self._numbers("priority"), self._numbers("quantity")
         via = self._stops()
-        names = self._text("order")
-        orders = [name or str(self.first + row) for row, name in enumerate(names)]
-        if self.problems:
-            return []
+        orders = [name or str(row) for row, name in zip(self.table.index, self._text("order"), strict=True)]
         dues = [None if value != value else value for value in due.tolist()]  # noqa: PLR0124 - not a number
-        amounts = [1 if value is None else value for value in quantity]
-        rows = zip(release.tolist(), source, target, dues, priority, amounts, orders, via, strict=True)
-        assert size == len(orders)
-        return [OrderLine(*row) for row in rows]
+        self.pieces = [1 if value is None else value for value in quantity]
+        loads = self._loads()
+        rows = zip(release.tolist(), source, target, dues, priority, loads, orders, via, strict=True)
+        good = np.flatnonzero(~self.bad).tolist()
+        self.unread = frozenset(np.flatnonzero(self.bad).tolist())
+        lines = list(starmap(OrderLine, rows))
+        return lines if len(good) == len(lines) else [lines[row] for row in good]
 
-    def _problem(self, row: int, column: str, wrong: str, expected: str) -> None:
-        name = self.spec.columns.get(column, column)
-        value = self.table[column].iloc[row]
-        where = f"{self.spec.file}, row {self.first + row}, {name}"
-        self.problems.append(f"{where}: {wrong} (got {got(_plain(value))}), expected {expected}")
+    def _loads(self) -> list[int]:
+        """How many tasks each quantity is."""
+        if self.spec.quantity == "tasks":
+            return self.pieces
+        most = self.spec.pieces_per_load
+        return [1 if most is None else math.ceil(amount / most) for amount in self.pieces]
+
+    def problem(self, rows: Any, column: str, wrong: str, expected: str) -> None:
+        """Some rows, given as a mask, have a problem."""
+        import numpy as np
+
+        hit = np.flatnonzero(rows)
+        if len(hit):
+            self.bad[hit] = True
+            name = "" if column == BEYOND else self.file.titles.get(column, column)
+            cells = self.table[column] if column in self.table else self.table["release"]
+            self.found.add(name, wrong, expected, self.table.index[hit].tolist(), cells.iloc[hit].tolist())
 
     def _text(self, column: str) -> list[str]:
-        if column not in self.table:
-            return [""] * len(self.table)
-        cells = self.table[column]
-        return ["" if value is None or value != value else str(value).strip() for value in cells.tolist()]  # noqa: PLR0124
+        return _texts(self.table[column]).tolist() if column in self.table else [""] * len(self.table)
 
     def _times(self, column: str, *, needed: bool = False) -> Any:
         """Times from the start of the run in the model's unit, nan where there is none."""
@@ -313,29 +404,33 @@ class _Chunk:
         elif pd.api.types.is_numeric_dtype(cells):
             found, empty = cells.to_numpy(dtype=float), cells.isna().to_numpy()
         else:
-            text = pd.Series(self._text(column), dtype=object)
+            text = _texts(cells)
             empty = (text == "").to_numpy()
-            found = pd.to_numeric(text, errors="coerce").to_numpy(dtype=float, copy=True)
+            found = self._plain_numbers(text)
             left = np.isnan(found) & ~empty
             if left.any():
                 found[left] = self._of_text(text[left])
-        bad = ~empty & ~(found >= 0)
-        if needed:
-            bad |= empty
-        for row in np.flatnonzero(bad)[:MOST_PROBLEMS]:
-            early = found[row] < 0
-            wrong = "before the start of the run" if early else "not a time"
-            self._problem(row, column, wrong, f"a number of at least 0, or a time such as 06:15 or {_EXAMPLE}")
-        return np.where(bad, np.nan, found)
+        early = found < 0
+        cure = f"a number of at least 0, or a time such as 06:15 or {_EXAMPLE}"
+        self.problem(early, column, "before the start of the run", cure)
+        bad = ~empty & ~early & ~(found >= 0)
+        slashes = self._text(column) if bad.any() and self.spec.dates is None else []
+        if slashes:
+            unsaid = bad & np.array([bool(_SLASHES.match(one)) for one in slashes], dtype=bool)
+            self.problem(
+                unsaid, column, "a date that may be meant in two ways", "dates: us or uk to say which (--dates)"
+            )
+            bad &= ~unsaid
+        self.problem(bad | (empty if needed else False), column, "not a time", cure)
+        return np.where(found >= 0, found, np.nan)
 
     def _of_text(self, text: pd.Series[Any]) -> Any:
         """Times of day, and dates with times."""
         import numpy as np
-        import pandas as pd
 
-        clock = text.str.extract(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$").astype(float).fillna({2: 0.0})
-        seconds = (clock[0] * 3600 + clock[1] * 60 + clock[2]).to_numpy() - _seconds_of_day(self.how.start)
-        dates = pd.to_datetime(text.where(np.isnan(seconds)), format="ISO8601", errors="coerce")
+        hands = text.str.extract(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$").astype(float).fillna({2: 0.0})
+        seconds = (hands[0] * 3600 + hands[1] * 60 + hands[2]).to_numpy() - clock(self.how.start)
+        dates = _dates(text.where(np.isnan(seconds)), self.spec.dates)
         return np.where(np.isnan(seconds), self._of_dates(dates) * self.how.seconds, seconds) / self.how.seconds
 
     def _of_dates(self, dates: pd.Series[Any]) -> Any:
@@ -343,8 +438,24 @@ class _Chunk:
 
         if getattr(dates.dt, "tz", None) is not None:
             dates = dates.dt.tz_localize(None)
-        start = pd.Timestamp(self.midnight or _DAY) + pd.Timedelta(seconds=_seconds_of_day(self.how.start))
+        start = pd.Timestamp(self.midnight or _DAY) + pd.Timedelta(seconds=clock(self.how.start))
         return (dates - start).dt.total_seconds().to_numpy(dtype=float) / self.how.seconds
+
+    def _plain_numbers(self, text: pd.Series[Any]) -> Any:
+        """Cells as numbers, nan where they are none; with decimal commas, and points or commas between thousands."""
+        import pandas as pd
+
+        marks = ",." if self.file.decimal_comma else ","
+        odd = [any(mark in cell for mark in marks) for cell in text]
+        if any(odd):
+            text = text.where(~pd.Series(odd, text.index), self._with_points(text[odd]))
+        return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float, copy=True)
+
+    def _with_points(self, text: pd.Series[Any]) -> pd.Series[Any]:
+        if self.file.decimal_comma:
+            text = text.where(~text.str.fullmatch(r"[+-]?\d{1,3}(\.\d{3})+(,\d+)?"), text.str.replace(".", ""))
+            return text.where(~text.str.fullmatch(r"[+-]?\d+,\d+"), text.str.replace(",", "."))
+        return text.where(~text.str.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"), text.str.replace(",", ""))
 
     def _numbers(self, column: str) -> list[int | None]:
         import numpy as np
@@ -352,14 +463,14 @@ class _Chunk:
 
         if column not in self.table:
             return [None] * len(self.table)
-        text = pd.Series(self._text(column), dtype=object)
-        found = pd.to_numeric(text, errors="coerce").to_numpy(dtype=float, copy=True)
+        text = _texts(self.table[column])
+        is_number = pd.api.types.is_numeric_dtype(self.table[column])
+        found = self.table[column].to_numpy(dtype=float) if is_number else self._plain_numbers(text)
         least = NUMBERS[column]
         empty = (text == "").to_numpy()
         bad = ~empty & ~((found >= least) & (found == np.floor(found)) & (found <= LIMITS["number"][0]))
         expected = "a whole number" if column == "priority" else "a whole number of at least 1"
-        for row in np.flatnonzero(bad)[:MOST_PROBLEMS]:
-            self._problem(row, column, "not a number of this kind", expected)
+        self.problem(bad, column, "not a number of this kind", expected)
         return [None if none or wrong else int(value) for value, none, wrong in zip(found, empty, bad, strict=True)]
 
     def _stops(self) -> list[tuple[str | int, ...] | None]:
@@ -367,41 +478,52 @@ class _Chunk:
         if "via" not in self.table:
             return [None] * len(self.table)
         known: dict[str, tuple[str | int, ...] | None] = {"": None}
+        lost: dict[str, list[int]] = {}
         found: list[tuple[str | int, ...] | None] = []
         for row, text in enumerate(self._text("via")):
             if text not in known:
                 ends = [self._end(part.strip()) for part in text.split(">")]
                 known[text] = tuple(end for end in ends if end is not None) if None not in ends else None
-            if known[text] is None and text and len(self.problems) < MOST_PROBLEMS:
-                wrong = next(part.strip() for part in text.split(">") if self._end(part.strip()) is None)
-                self._problem(row, "via", f"no such place, '{wrong}'", self._expected(wrong, "places such as B > C: "))
+            if known[text] is None and text:
+                lost.setdefault(text, []).append(row)
             found.append(known[text])
+        for text, rows in lost.items():
+            wrong = next(part.strip() for part in text.split(">") if self._end(part.strip()) is None)
+            expected = self._expected(wrong, "places such as B > C: ")
+            self.problem(self._mask(rows), "via", f"no such place, '{wrong}'", expected)
         return found
 
+    def _mask(self, rows: Iterable[int]) -> Any:
+        mask = self.bad & False
+        mask[list(rows)] = True
+        return mask
+
     def _expected(self, text: str, among: str = "") -> str:
-        near = nearest(text, self.how.names) if len(self.how.names) <= _COMPARED else None
+        known = [*self.how.names, *self.how.numbers]
+        near = nearest(text, known) if len(known) <= _COMPARED else None
         hint = f"; did you mean '{near}'?" if near else ""
         any_storage = "" if among else "'storage', "
         return f"{among}a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"
 
     def _ends(self, column: str) -> list[str | int | None]:
-        """Names of nodes and stations, numbers of storage places, `storage` for any of these."""
+        """Names of nodes and stations, numbers and names of storage places, `storage` for any of these."""
         if column not in self.table:
             return [None] * len(self.table)
-        found: list[str | int | None] = []
         known: dict[str, str | int | None] = {"": None, STORAGE: STORAGE}
-        for row, text in enumerate(self._text(column)):
+        texts = self._text(column)
+        for text in dict.fromkeys(texts):
             if text not in known:
                 known[text] = self._end(text)
-            end = known[text]
-            if end is None and text and len(self.problems) < MOST_PROBLEMS:
-                self._problem(row, column, "no such place", self._expected(text))
-            found.append(end)
-        return found
+        lost = [row for row, text in enumerate(texts) if text and known[text] is None]
+        if lost:
+            self.problem(self._mask(lost), column, "no such place", self._expected(texts[lost[0]]))
+        return [known[text] for text in texts]
 
     def _end(self, text: str) -> str | int | None:
         if text in self.how.names:
             return text
+        if text in self.how.numbers:
+            return self.how.numbers[text]
         number = text.removesuffix(".0")
         return int(number) if number.isdecimal() and int(number) < self.how.places else None
 
@@ -409,16 +531,24 @@ class _Chunk:
 _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
 _COMPARED = 1000
+_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
+_ISO = r"\d{4}-?\d"
+_WRITTEN = (
+    r"^(?P<a>\d{1,2})(?P<mark>[./-])(?P<b>\d{1,2})(?P=mark)(?P<year>\d{4}|\d{2})"
+    r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?"
+    r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)?)?$"
+)
+_SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
 
 
 def _plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else str(value) if hasattr(value, "isoformat") else value
 
 
-def _seconds_of_day(start: str) -> float:
-    """Of `06:00` or of a date with a time."""
-    clock = dt.time.fromisoformat(start.rpartition("T")[2] or "00:00")
-    return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond / 1e6
+def clock(start: str) -> float:
+    """The seconds from midnight of `06:00`, or of a date with a time."""
+    time = dt.time.fromisoformat(start.rpartition("T")[2] or "00:00")
+    return time.hour * 3600 + time.minute * 60 + time.second + time.microsecond / 1e6
 
 
 def _midnight(start: str) -> dt.datetime | None:
@@ -426,14 +556,3 @@ def _midnight(start: str) -> dt.datetime | None:
     if "T" not in start:
         return None
     return dt.datetime.fromisoformat(start.partition("T")[0])
-
-
-def _first_day(release: pd.Series[Any]) -> dt.datetime | None:
-    """The day of the first order, where the file has dates."""
-    import pandas as pd
-
-    first = next((value for value in release.tolist() if value is not None and value == value and value != ""), None)  # noqa: PLR0124
-    if first is None or isinstance(first, int | float):
-        return None
-    date = pd.to_datetime(str(first), format="ISO8601", errors="coerce")
-    return None if pd.isna(date) else date.normalize().tz_localize(None).to_pydatetime()

@@ -52,10 +52,10 @@ def layout(
     return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= _NAMED)
 
 
-def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> Path:
+def save(source: Model | Run, path: str | Path, *, title: str | None = None, names: bool = False) -> Path:
     """Write the floor of a model to a PNG, SVG or PDF file: so large that the names of nodes can be read, or as a map.
 
-    Where they could not be read even at the greatest width, nodes have no names.
+    Where they could not be read even at the greatest width, nodes have no names. `names`: also those of storage places.
 
     Raises:
         ReportError: another ending, or a file that cannot be written.
@@ -68,14 +68,24 @@ def save(source: Model | Run, path: str | Path, *, title: str | None = None) -> 
     if cells.is_of_cells(model, floor):
         across = cells.width(floor)
         size = across, across * (height - 1.2) / width + 1.2
-        return _written(_drawn(model, floor, title or model.name, "light", None, size, named=False), path)
+        drawn = _drawn(model, floor, title or model.name, "light", None, size, named=False)
+        return _written(_with_names(drawn, floor) if names else drawn, path)
     xs = [data["x"] for _, data in floor.graph.nodes(data=True)]
-    names = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs))
-    needed = names / step_of(floor)
+    letters = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs))
+    needed = letters / step_of(floor)
     larger = min(max(needed / width, 1.4), _WIDEST / width)
     size = width * larger, (height - 1.2) * larger + 1.2
-    readable = names / median(_lengths(floor)) <= _WIDEST  # names on top of each other would only take time
-    return _written(_drawn(model, floor, title or model.name, "light", None, size, named=readable), path)
+    readable = letters / median(_lengths(floor)) <= _WIDEST  # names on top of each other would only take time
+    drawn = _drawn(model, floor, title or model.name, "light", None, size, named=readable)
+    return _written(_with_names(drawn, floor) if names else drawn, path)
+
+
+def _with_names(axes: Axes, floor: Layout) -> Axes:
+    """Write what people call each storage place beside it: its name, or its number."""
+    for place in floor.storage:
+        name = look.text(floor.called.get(place.number, str(place.number)))
+        axes.text(place.x, place.y, name, fontsize=3, ha="center", va="center", color=palette.INK, zorder=5)
+    return axes
 
 
 def _written(axes: Axes, path: Path) -> Path:

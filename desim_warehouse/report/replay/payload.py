@@ -92,6 +92,7 @@ def _header(
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
         "worst": worst(history, edges, places, scale),
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
+        **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
         "apart": [state.doing for state in APART.values()],

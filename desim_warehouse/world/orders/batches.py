@@ -24,14 +24,15 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Batching, Task, Travel
     from desim_warehouse.world.orders.dispatch import Dispatcher
 
-    Key = tuple[str, tuple[str, ...]]
+    Key = tuple[str, tuple[str, ...], str]
 
 
 class Batcher:
     """Keeps tasks until they are in a batch, and hands each batch on as one task.
 
-    Only tasks of one load type, for the same kinds of robots, go together. `to_come` says whether other tasks like one
-    will become known whatever is done. The `dispatcher` learns of every task, and gives out batches.
+    Only tasks of one load type, for the same kinds of robots, go together, and of one flow where the policy is `by`
+    flow. `to_come` says whether other tasks like one will become known whatever is done. The `dispatcher` learns of
+    every task, and gives out batches.
     """
 
     def __init__(
@@ -41,7 +42,7 @@ class Batcher:
         fleet: Fleet,
         travel: Travel,
         *,
-        to_come: Callable[[Task], bool],
+        to_come: Callable[[Task, bool], bool],
         dispatcher: Dispatcher,
     ) -> None:
         self.env = env
@@ -51,6 +52,7 @@ class Batcher:
         self.dispatcher = dispatcher
         self._robots = set(zip(fleet.kinds_of_robots(), fleet.robots(), strict=True))
         self._waiting: dict[Key, dict[int, Task]] = {}
+        self._by_flow = getattr(policy, "by", None) == "flow"
         self._most: dict[Key, int] = {}
         self._asks_at = math.inf
 
@@ -62,7 +64,8 @@ class Batcher:
     def release(self, task: Task) -> None:
         """A new task is known."""
         self.dispatcher.announce(task)
-        self._waiting.setdefault((task.load_type, task.kinds), {})[task.number] = task
+        key = task.load_type, task.kinds, task.flow if self._by_flow else ""
+        self._waiting.setdefault(key, {})[task.number] = task
         self._ask_at(self.env.now)
 
     def _ask_at(self, time: float) -> None:
@@ -79,7 +82,8 @@ class Batcher:
             if not tasks:
                 continue
             some = list(tasks.values())
-            view = WaitingTasks(now, some, self._loads(key, some[0]), self.to_come(some[0]), self.travel)
+            to_come = self.to_come(some[0], self._by_flow)
+            view = WaitingTasks(now, some, self._loads(key, some[0]), to_come, self.travel)
             batches = asked("batching", policy, now, partial(_answer, policy, view))
             for batch in self._checked(batches, tasks, view.most):
                 if batch.at > now + EPS:

@@ -78,7 +78,7 @@ class Demand:
         """A task or tour is open again."""
         self._open += len(task.tasks)
 
-    def to_come(self, _: Task) -> bool:
+    def to_come(self, _: Task, __: bool) -> bool:
         """Whether others will become known, whatever is done."""
         return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
 

@@ -94,10 +94,12 @@ class Flows:
         flow.open += 1
         self.release(task)
 
-    def to_come(self, task: Task) -> bool:
-        """Whether others that may go with a task on a tour will become known, whatever is done."""
+    def to_come(self, task: Task, by_flow: bool) -> bool:
+        """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
         return any(
-            not flow.ended and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
+            not flow.ended
+            and (flow.load_type, flow.spec.kinds) == (task.load_type, task.kinds)
+            and (not by_flow or flow.name == task.flow)
             for flow in self.flows.values()
         )
 

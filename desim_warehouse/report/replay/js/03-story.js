@@ -41,6 +41,11 @@ class Story {
     });
   }
 
+  called(good) {
+    const name = this.header.called?.[good];
+    return name === undefined ? good : isolated(name);
+  }
+
   readWaits(columns) {
     this.waitTime = totals(columns.wait_time);
     this.waitRobot = columns.wait_robot;

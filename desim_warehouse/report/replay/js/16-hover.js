@@ -69,7 +69,7 @@ class Hover {
     const lines = [[`Robot ${robot}: ${header.states[story.state[row]].doing}`]];
     if (task >= 0) {
       const good = story.good[story.rowOf.get(task)] ?? -1;
-      lines.push([`task ${task}${good >= 0 ? `, good ${good}` : ""}`]);
+      lines.push([`task ${task}${good >= 0 ? `, good ${story.called(good)}` : ""}`]);
     }
     if (wait >= 0) {
       const other = story.waitOther[wait], since = this.side.lasts(time - story.waitBegin[wait]);
@@ -107,7 +107,7 @@ class Hover {
     const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
     const edge = floor.storageEdge[good];
     const where = edge < 0 ? ["at ", this.name(-1 - edge)] : ["from ", this.name(edges.source[edge]), " → ", this.name(edges.target[edge])];
-    return [[`Good ${good}`], [there ? "to be fetched" : "nothing to fetch"], where];
+    return [[`Good ${story.called(good)}`], [there ? "to be fetched" : "nothing to fetch"], where];
   }
 
   // A line that says in which direction a two-way lane is used now.

@@ -1,0 +1,86 @@
+"""`desim orders`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from desim_warehouse.cli.options import with_force
+from desim_warehouse.cli.tables import counted
+from desim_warehouse.errors import ModelError
+
+if TYPE_CHECKING:
+    from desim_warehouse.model.order_day import OrderDay
+
+
+@click.command("orders")
+@click.argument("file")
+@click.option("--model", required=True, metavar="MODEL", help="Whose places the orders name.")
+@click.option("--out", metavar="PATH", help="The orders for the model: Parquet, or CSV by its name.")
+@with_force
+@click.option(
+    "--map",
+    "columns",
+    multiple=True,
+    metavar="OURS=THEIRS",
+    help="What FILE calls a column, such as 'release=Created'; may be repeated.  [default: by common headings]",
+)
+@click.option("--sheet", metavar="NAME", help="Of an Excel file.  [default: the first]")
+@click.option("--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February.")
+@click.option(
+    "--quantity", type=click.Choice(["tasks", "pieces"]), help="What quantities count.  [default: pieces of a load]"
+)
+@click.option(
+    "--pieces-per-load", type=click.IntRange(min=1), metavar="N", help="Pieces that fit on a load.  [default: any]"
+)
+@click.option("--skip-bad", is_flag=True, help="Leave out rows with problems; they are written beside --out.")
+def command(
+    file: str, model: str, out: str | None, force: bool, columns: tuple[str, ...], skip_bad: bool, **given: Any
+) -> None:
+    """Read a day of orders from a WMS or ERP: FILE in CSV, Excel or Parquet, checked against the places of MODEL.
+
+    Says what is in it, and what was assumed; what is wrong with it is summed up by kind. Example: desim orders day.csv
+    --model w.yaml --out orders.parquet
+    """
+    from desim_warehouse.model.order_day import order_day, written
+
+    day = order_day(file, model, columns=dict(map(_column, columns)), **given)
+    if day.problems and not skip_bad:
+        raise ModelError([*day.problems, f"{file}: --skip-bad leaves out {counted(len(day.skipped), 'row')}"])
+    if not day.lines:
+        raise ModelError([*day.problems, f"{file}: no rows, expected at least one order"])
+    for problem in day.problems:
+        click.echo(f"left out: {problem}", err=True)
+    _show(file, day)
+    if out is not None:
+        beside = written(day, Path(out), force=force)
+        click.echo(f"{out}: {counted(len(day.lines), 'line')}, for arrivals: {{orders: {{file: {out}}}}}")
+        if len(day.skipped):
+            click.echo(f"{beside}: {counted(len(day.skipped), 'row')} left out")
+
+
+def _column(text: str) -> tuple[str, str]:
+    ours, equals, theirs = text.partition("=")
+    if not equals:
+        raise click.BadParameter(f"{text!r}, expected OURS=THEIRS such as 'release=Created'", param_hint="--map")
+    return ours.strip(), theirs.strip()
+
+
+def _show(file: str, day: OrderDay) -> None:
+    first, last = (day.time_of(line.release) for line in (day.lines[0], day.lines[-1]))
+    date = "" if day.midnight is None else f", from {day.midnight:%Y-%m-%d} on"
+    parts = ((day.orders, "order"), (len(day.lines), "line"), (day.pieces, "piece"), (day.trips, "trip"))
+    click.echo(f"{file}: {', '.join(counted(*part) for part in parts)}, {_clock(first)} to {_clock(last)}{date}")
+    begin, trips = day.busiest
+    click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {counted(trips, 'trip')}")
+    if first - day.start >= 2 * 3600:
+        click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
+    for one in day.assumed:
+        click.echo(f"assumed: {one}")
+
+
+def _clock(seconds: float) -> str:
+    days, rest = divmod(int(seconds), 86400)
+    return f"{rest // 3600:02}:{rest % 3600 // 60:02}{f' (day {days + 1})' * (days > 0)}"

@@ -1,0 +1,314 @@
+"""The table of a file of orders, as a WMS or ERP writes it: CSV with whatever stands between cells, Parquet, Excel.
+
+What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by common
+headings. Rows come in chunks, as text or dates, so a file of any length takes the same memory.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+import re
+import zipfile
+from dataclasses import dataclass
+from itertools import chain, islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    import pandas as pd
+
+    from desim_warehouse.model.sections.flows import OrdersFile
+
+CHUNK = 50_000
+"""Rows read at a time."""
+HEADINGS = {
+    "release": "release released created createdat creationdate orderdate ordertime timestamp datetime date time "
+    "anlagedatum auftragsdatum bestelldatum erstellt erstelltam eingang freigabe datum zeitpunkt zeit erdat",
+    "clock": "time ordertime creationtime uhrzeit zeit anlagezeit erzet",
+    "from": "from source sourcebin pickfrom picklocation location bin storagebin storagelocation lagerplatz platz "
+    "vonplatz von quelle quellplatz entnahmeplatz vlpla",
+    "to": "to target destination station workstation nachplatz nach ziel zielplatz packplatz nlpla",
+    "due": "due dueat duedate duetime deadline cutoff fällig fälligam faellig liefertermin termin versandzeit",
+    "priority": "priority prio priorität prioritaet dringlichkeit",
+    "quantity": "quantity qty pieces amount units menge anzahl stück stueck stk",
+    "order": "order orderid orderno ordernr ordernumber auftrag auftragsnr auftragsnummer bestellnr bestellnummer "
+    "bestellung belegnr belegnummer beleg vbeln",
+}
+"""What files call our columns, in letters and digits alone; `clock`: the time of day where it has a column of its own.
+
+They are looked for where a file has no column `release`, so in none that is written in our words.
+"""
+_HEAD = 20  # rows in which the header is looked for
+_SAMPLE = 65_536  # bytes that show how a file is written
+_LARGEST_SHEET = 2_000_000_000  # bytes that a workbook may unfold to
+_LARGEST_WORDS = 200_000_000  # bytes of its texts, which are held in memory
+BEYOND = "\0beyond"
+"""The column of a chunk with what stands in cells beyond the header."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """How a file is written: our names of the columns that are read, by their ranks, and what was `assumed`."""
+
+    path: Path
+    columns: dict[int, str]
+    titles: dict[str, str]
+    head: int = 0
+    width: int = 0
+    encoding: str = "utf-8-sig"
+    delimiter: str = ","
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def decimal_comma(self) -> bool:
+        """Whether numbers in cells may have a decimal comma."""
+        return self.delimiter != ","
+
+
+def table_of(spec: OrdersFile) -> Table:
+    """How a file is written; raises ModelError where it cannot be read, or has no column of releases."""
+    path = Path(spec.file)
+    check_there(path)
+    try:
+        if _is(path, ".parquet", ".pq"):
+            from pyarrow import parquet
+
+            with parquet.ParquetFile(path) as file:
+                return _headed(path, spec, [file.schema_arrow.names])
+        if _is(path, ".xlsx", ".xlsm"):
+            return _headed(path, spec, islice(_sheet(spec), _HEAD))
+        encoding = _encoding(path)
+        with path.open(encoding=encoding, newline="") as lines:
+            sample = lines.read(_SAMPLE)
+        if "\0" in sample:
+            raise ValueError("not text")  # noqa: TRY301 - said with the others
+        best: Table | ModelError | None = None
+        for delimiter in ",;\t|":
+            rows = islice(csv.reader(io.StringIO(sample, newline=""), delimiter=delimiter), _HEAD)
+            try:
+                found = _headed(path, spec, list(rows), encoding, delimiter)
+            except ModelError as error:
+                best = best or error
+                continue
+            if not isinstance(best, Table) or found.width > best.width:
+                best = found
+        if isinstance(best, Table):
+            return best
+        assert best is not None
+        raise best
+    except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
+        raise ModelError([_unread(path, error)]) from None
+
+
+def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
+    """The rows that are not empty, in chunks of our columns, numbered from 1; raises ModelError if they cannot be."""
+    path = table.path
+    try:
+        if _is(path, ".parquet", ".pq"):
+            from pyarrow import parquet
+
+            with parquet.ParquetFile(path) as file:
+                names = [file.schema_arrow.names[rank] for rank in table.columns]
+                begin = 1
+                for batch in file.iter_batches(CHUNK, columns=names):
+                    frame = batch.to_pandas()[names].set_axis([*table.columns.values()], axis=1)
+                    yield _whole(frame.set_axis(range(begin, begin + len(frame))))
+                    begin += len(frame)
+        elif _is(path, ".xlsx", ".xlsm"):
+            yield from _rows(table, _sheet(spec))
+        else:
+            with path.open(encoding=table.encoding, newline="") as lines:
+                yield from _rows(table, csv.reader(lines, delimiter=table.delimiter))
+    except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
+        raise ModelError([_unread(path, error)]) from None
+
+
+def _rows(table: Table, rows: Iterator[Sequence[Any]]) -> Iterator[pd.DataFrame]:
+    """The rows below the header, in chunks, numbered from 1."""
+    import pandas as pd
+
+    below, begin = islice(rows, table.head + 1, None), 1
+    while some := list(islice(below, CHUNK)):
+        width = table.width
+        if any(len(row) != width for row in some):
+            cells = [[row[rank] if rank < len(row) else None for row in some] for rank in table.columns]
+            beyond = ["".join(str(cell) for cell in row[width:] if cell is not None) for row in some]
+        else:
+            columns = list(zip(*some, strict=True))
+            cells, beyond = [list(columns[rank]) for rank in table.columns], []
+        numbers = range(begin, begin + len(some))
+        frame = pd.DataFrame(dict(zip(table.columns.values(), cells, strict=True)), numbers, dtype=object)
+        begin += len(some)
+        yield _whole(frame.assign(**{BEYOND: beyond}) if any(beyond) else frame)
+
+
+def _is(path: Path, *endings: str) -> bool:
+    return path.suffix.lower() in endings
+
+
+def _unread(path: Path, error: Exception) -> str:
+    return f"{path}: cannot be read ({reason(error)}), expected orders in CSV, Parquet or Excel (.xlsx)"
+
+
+def check_there(path: Path) -> Any:
+    """The state of a file that is there; raises ModelError for what is not, or is no file."""
+    try:
+        if not path.is_file():
+            raise FileNotFoundError(2, "no such file")
+        return path.stat()
+    except (OSError, ValueError) as error:
+        raise ModelError([_unread(path, error)]) from None
+
+
+def _whole(frame: pd.DataFrame) -> pd.DataFrame:
+    """The rows that have anything in them; date and time of day in one column, if they stand in two."""
+    without = frame[frame["release"].isna() | (frame["release"] == "")]
+    empty = (without.isna() | without.isin([""])).all(axis=1)
+    frame = frame.drop(without.index[empty])
+    if "clock" in frame:
+        clock = frame["clock"].map(lambda cell: "" if cell is None or cell != cell else str(cell))  # noqa: PLR0124
+        days = frame["release"].map(lambda cell: cell.date() if hasattr(cell, "date") else cell)
+        frame = frame.assign(release=(days.astype(str).where(days.notna(), "") + " " + clock).str.strip())
+        frame = frame.drop(columns="clock")
+    return frame
+
+
+def _encoding(path: Path) -> str:
+    """UTF-8 where the file is, UTF-16 where it says so, else what Windows writes in the west."""
+    with path.open("rb") as file:
+        start = file.read(2)
+        if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+            return "utf-16"
+        decoder = codecs.getincrementaldecoder("utf-8-sig")()
+        try:
+            for block in iter(lambda: file.read(1 << 20), b""):
+                decoder.decode(start + block)
+                start = b""
+            decoder.decode(start, final=True)
+        except UnicodeDecodeError:
+            return "cp1252"
+    return "utf-8-sig"
+
+
+def _plain(title: Any) -> str:
+    return re.sub(r"[\W_]+", "", str(title if title is not None else "").casefold())
+
+
+def _headed(
+    path: Path, spec: OrdersFile, rows: Iterable[Sequence[Any]], encoding: str = "utf-8-sig", delimiter: str = ","
+) -> Table:
+    """The table below the first row that has a column of releases."""
+    rows = list(rows)
+    for head, titles in enumerate(rows):
+        names = [str(title).strip() if title is not None else "" for title in titles]
+        ranks = _ours(names, spec)
+        if "release" in ranks:
+            for ours, theirs in spec.columns.items():
+                if ours not in ranks:
+                    raise _missing(path, theirs, names)
+            said = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if _plain(names[rank]) != ours]
+            assumed = [", ".join(said)] if said and not spec.columns else []
+            assumed += [f"encoding {encoding}"] if encoding == "cp1252" else []
+            assumed += [f"cells end with {delimiter!r}"] if delimiter != "," else []
+            assumed += [f"the header is row {head + 1}"] if head else []
+            columns = {rank: ours for ours, rank in sorted(ranks.items(), key=lambda item: item[1])}
+            titles_of = {ours: names[rank] for ours, rank in ranks.items()}
+            return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed))
+    names = [str(title) for title in rows[0]] if rows else []
+    raise _missing(path, spec.columns.get("release", "release"), names)
+
+
+def _missing(path: Path, name: str, names: Sequence[str]) -> ModelError:
+    near = nearest(name, names)
+    hint = f"; did you mean '{near}'?" if near else ""
+    cure = "; columns says what the file calls it (--map)" if not near else ""
+    return ModelError([f"{path}: no column '{name}' (it has {len(names) or 'none'}){hint}{cure}"])
+
+
+def _ours(names: Sequence[str], spec: OrdersFile) -> dict[str, int]:
+    """The ranks of our columns in a header."""
+    exact = {ours: spec.columns.get(ours, ours) for ours in ORDER_COLUMNS}
+    found = {ours: names.index(theirs) for ours, theirs in exact.items() if theirs in names}
+    if "release" in found or "release" in spec.columns:
+        return found
+    plain = [_plain(name) for name in names]
+    for ours, text in HEADINGS.items():
+        rank = next((plain.index(word) for word in text.split() if word in plain), None)
+        if ours not in found and rank is not None and rank not in found.values():
+            found[ours] = rank
+    return found
+
+
+def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
+    """The rows of a sheet of a workbook: of each the values, those of formulas as they were last worked out.
+
+    Cells that are merged downwards all have the value of the first.
+    """
+    path = Path(spec.file)
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        cure = "install it: pip install 'desim-warehouse[excel]'"
+        raise ModelError([f"{path}: orders in Excel, which need the package openpyxl; {cure}"]) from None
+    with zipfile.ZipFile(path) as file:
+        sizes = {item.filename: item.file_size for item in file.infolist()}
+    if sum(sizes.values()) > _LARGEST_SHEET or sizes.get("xl/sharedStrings.xml", 0) > _LARGEST_WORDS:
+        raise ValueError("too large when it is unfolded")
+    try:
+        book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
+    except (KeyError, ValueError, TypeError, AttributeError, SyntaxError, EOFError) as error:  # of damaged XML
+        raise ValueError(f"damaged: {reason(error)}") from None
+    try:
+        names = book.sheetnames
+        name = spec.sheet or names[0]
+        if name not in names:
+            near = nearest(name, names)
+            hint = f"; did you mean '{near}'?" if near else ""
+            raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
+        below = _merged(path, names.index(name) + 1)
+        above: dict[int, tuple[int, Any]] = {}
+        for rank, row in enumerate(book[name].iter_rows(values_only=True), 1):
+            cells = list(row)
+            for column, (last, value) in list(above.items()):
+                if rank > last:
+                    del above[column]
+                elif column < len(cells) and cells[column] is None:
+                    cells[column] = value
+            for column, last in below.get(rank, ()):
+                if column < len(cells):
+                    above[column] = last, cells[column]
+            yield tuple(cells)
+    except (KeyError, TypeError, AttributeError, SyntaxError, EOFError, zipfile.zlib.error) as error:  # type: ignore[attr-defined]
+        raise ValueError(f"damaged: {reason(error)}") from None
+    finally:
+        book.close()
+
+
+_MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')
+
+
+def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
+    """Cells merged downwards, by the row in which they begin: the column, from 0, and the last row."""
+    from openpyxl.utils import column_index_from_string
+
+    found: dict[int, list[tuple[int, int]]] = {}
+    with zipfile.ZipFile(path) as file:
+        name = f"xl/worksheets/sheet{number}.xml"
+        if name not in file.namelist():
+            return found
+        with file.open(name) as sheet:
+            before = b""
+            for block in chain(iter(lambda: sheet.read(1 << 20), b""), [b""]):
+                for left, top, _, bottom in _MERGED.findall(before + block):
+                    if int(bottom) > int(top):
+                        column = column_index_from_string(left.decode()) - 1
+                        found.setdefault(int(top), []).append((column, int(bottom)))
+                before = (before + block)[-60:] if not _MERGED.search((before + block)[-60:]) else b""
+    return found

@@ -1,0 +1,30 @@
+"""Degrees on the globe as metres on a plane that touches it in the middle of a plant."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from desim_warehouse.plants.plant import Plant
+
+_RADIUS = 6_371_008.8
+"""Mean radius of the earth in metres."""
+TURN = 360.0
+Spot = tuple[float, float]
+
+
+def plane(spots: Sequence[Spot], plant: Plant) -> Callable[[Spot], Spot]:
+    """Degrees (longitude, latitude) as metres, y downwards, around the middle of some spots; noted in the plant."""
+    xs, ys = [x for x, _ in spots] or [0.0], [y for _, y in spots] or [0.0]
+    centre, middle = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+    across = math.cos(math.radians(middle))
+    plant.assume("units.length", f"m; degrees are projected around {centre:.6f}, {middle:.6f}")
+
+    def projected(at: Spot) -> Spot:
+        x, y = math.radians(at[0] - centre) * _RADIUS * across, math.radians(at[1] - middle) * _RADIUS
+        return round(x, 4), round(-y, 4)
+
+    return projected

@@ -1,0 +1,149 @@
+"""Sites of Open-RMF's site editor (`.site.json`), read as the navigation graphs that they are made into.
+
+Source: rmf_site_format of rmf_site. Coordinates are metres, y upwards. A lane leads both ways unless its reverse is
+disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from desim_warehouse.errors import ModelError, got
+from desim_warehouse.model.json_text import read_json
+from desim_warehouse.model.messages import FilePositions, Position
+from desim_warehouse.model.parse import Document
+from desim_warehouse.plants import rmf
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from desim_warehouse.plants.plant import Plant
+
+EXPECTED = "a site of Open-RMF (JSON with levels and navigation)"
+_TAGS = {"Charger": "is_charger", "ParkingSpot": "is_parking_spot", "HoldingPoint": "is_holding_point"}
+_PAIR = 2
+_KNOWN = {"name", "anchor", "tags", "graphs"}, {"anchors", "graphs", "forward", "reverse", "marker"}
+Item = dict[str, Any]
+
+
+def looks(path: Path, start: bytes) -> bool:
+    """Whether a file may be a site: by its name, or its version and anchors."""
+    named = path.name.lower().endswith(".site.json")
+    return named or (start.startswith(b"{") and b'"format_version"' in start and b'"anchors"' in start)
+
+
+def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | None = None) -> Plant:
+    """Read a level and a graph of a site, as of a building map; raises ModelError with the part that is wrong."""
+    data = read_json(path, content, EXPECTED)
+    site = _Site(path, data)
+    plant = rmf.plant_of(path, Document({"name": site.name, "levels": site.levels()}, site.positions), layout, graph)
+    for names, item, known in site.seen:
+        plant.see_keys(item, known, names, names.split()[0])
+    return plant
+
+
+class _Site:
+    """A site while it is read; `positions` say which parts of it the parts of the graph are."""
+
+    def __init__(self, path: Path, data: Any) -> None:
+        self.path = path
+        self.data = self.section(data, "the top level")
+        self.positions = FilePositions(str(path))
+        self.name = str(self.inner(self.data, "properties").get("name") or path.name.partition(".")[0])
+        self.seen: list[tuple[str, Item, set[str]]] = []
+        self.guided = self.inner(self.inner(self.data, "navigation"), "guided")
+        ranking = self.guided.get("ranking")
+        ranked = [str(one) for one in ranking] if isinstance(ranking, list) else []
+        self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
+
+    def levels(self) -> Item:
+        """Every level with its vertices and lanes; what belongs to the site is on all levels."""
+        levels: Item = {}
+        shared = self.inner(self.data, "anchors")
+        for key, level in self.parts(self.data, "levels"):
+            name = str(self.inner(level, "properties").get("name") or key)
+            levels[name] = self.level(name, {**self.inner(level, "anchors"), **shared})
+        return levels
+
+    def level(self, name: str, anchors: Item) -> Item:
+        ranks = {key: rank for rank, key in enumerate(anchors)}
+        vertices: list[list[Any]] = []
+        for key, anchor in anchors.items():
+            self.stand(("levels", name, "vertices", len(vertices)), f"anchor {key}")
+            vertices.append([*self.spot(anchor, f"anchor {key}"), {}])
+        lanes: list[list[Any]] = []
+        for key, lane in self.parts(self.guided, "lanes"):
+            ends = lane.get("anchors")
+            if not isinstance(ends, list) or len(ends) != _PAIR:
+                self.refuse(f"lane {key}", f"not between two anchors (got {got(ends)}), expected two")
+            if {str(end) for end in ends} <= ranks.keys():
+                self.seen.append((f"lane {key}", lane, _KNOWN[1]))
+                for graph in self.graphs_of(lane):
+                    self.stand(("levels", name, "lanes", len(lanes)), f"lane {key}")
+                    lanes.append([*(ranks[str(end)] for end in ends), {**self.lane(lane), "graph_idx": graph}])
+        for key, place in self.parts(self.guided, "locations"):
+            if (rank := ranks.get(str(place.get("anchor")))) is not None:
+                self.seen.append((f"location {key}", place, _KNOWN[0]))
+                vertices[rank][-1].update(self.place(place))
+        return {"vertices": vertices, "lanes": lanes}
+
+    def graphs_of(self, lane: Item) -> list[int]:
+        """The graphs that a lane belongs to, by their ranks."""
+        which = lane.get("graphs", "All")
+        if not isinstance(which, dict):
+            return list(range(len(self.graphs)))
+        only, but = ([str(one) for one in which.get(key) or ()] for key in ("Only", "AllExcept"))
+        return [rank for rank, graph in enumerate(self.graphs) if (graph in only if only else graph not in but)]
+
+    def lane(self, lane: Item) -> Item:
+        """A lane as parameters of a navigation graph: with a motion there, and the same one back or none."""
+        there, back = self.inner(lane, "forward"), lane.get("reverse", "Same")
+        limits = [one.get("speed_limit") for one in (there, *(back.values() if isinstance(back, dict) else ()))]
+        found: Item = {"bidirectional": back not in ("Disable", "Disabled")}
+        if slowest := min((one for one in limits if isinstance(one, int | float)), default=0):
+            found["speed_limit"] = slowest
+        for key, ours in (("orientation_constraint", "orientation"), ("dock", "dock_name")):
+            if there.get(key):
+                found[ours] = str(there[key])
+        return found
+
+    def place(self, place: Item) -> Item:
+        """A location as parameters of a vertex."""
+        tags = place.get("tags")
+        found: Item = {"name": str(place.get("name") or "")}
+        for tag in tags if isinstance(tags, list) else ():
+            if isinstance(tag, str) and tag in _TAGS:
+                found[_TAGS[tag]] = True
+            elif isinstance(tag, dict) and "SpawnRobot" in tag:
+                found["spawn_robot_name"] = f"robot at {found['name']}"
+        return found
+
+    def spot(self, anchor: Any, where: str) -> list[float]:
+        """Where an anchor is, in metres."""
+        at: Any = next(iter(anchor.values()), None) if isinstance(anchor, dict) else None
+        if isinstance(at, dict):
+            at = at.get("General", at.get("trans"))
+        if not isinstance(at, list) or len(at) < _PAIR:
+            self.refuse(where, f"not a place (got {got(anchor)}), expected {{Translate2D: [x, y]}}")
+        return at[:_PAIR]
+
+    def parts(self, item: Item, key: str) -> Iterator[tuple[str, Item]]:
+        """The objects of a section, by their numbers."""
+        for name, part in self.inner(item, key).items():
+            yield name, self.section(part, f"{key} {name}")
+
+    def inner(self, item: Item, key: str) -> Item:
+        return self.section(item.get(key) or {}, key)
+
+    def section(self, value: Any, where: str) -> Item:
+        if not isinstance(value, dict):
+            self.refuse(where, f"not an object (got {got(value)}), expected {EXPECTED}")
+        return value
+
+    def stand(self, keys: rmf.Keys, where: str) -> None:
+        position = Position(next(self.positions.ranks), 0, 0, f"{self.path}: {where}")
+        self.positions.keys[keys] = self.positions.values[keys] = position
+
+    def refuse(self, where: str, text: str) -> NoReturn:
+        raise ModelError([f"{self.path}: {where}: {text}"])

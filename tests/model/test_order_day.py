@@ -1,0 +1,330 @@
+"""A day of orders from an ERP: ten files as messy as real ones, and hostile ones."""
+
+import datetime as dt
+import io
+import json
+import zipfile
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.model.order_day import order_day
+
+FLOOR = {
+    "name": "hall",
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 10], "D": [0, 10]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"edge": ["A", "B"], "offset": 5.0 + number} for number in range(8)],
+        "bays": {"home": {"at": ["D"]}},
+        "stations": {"pack": {"at": ["C"]}},
+    },
+    "fleet": {"size": 2, "robot": {"radius": 0.4, "speed": 1.0}},
+    "tasks": {
+        "load_time": 5,
+        "unload_time": 5,
+        "flows": {"day": {"from": "storage", "to": "pack", "arrivals": {"orders": {"file": "orders.parquet"}}}},
+    },
+    "run": {"start": "06:00"},
+}
+
+
+@pytest.fixture
+def hall(tmp_path):
+    """A model whose orders are not there yet."""
+    path = tmp_path / "hall.yaml"
+    path.write_text(json.dumps(FLOOR))
+    return path
+
+
+def rows(form, separator=";", header="Auftragsnr;Angelegt am;Von Platz;Ziel;Menge", places=range(8)):
+    """Sixteen lines of eight orders, two an hour from 06:05 on, each of three pieces."""
+    found = [header.replace(";", separator)]
+    for number in range(16):
+        time = MORNING + dt.timedelta(minutes=30 * number)
+        cells = [f"{4711 + number // 2}", time.strftime(form), str(places[number % 8]), "pack", "3"]
+        found.append(separator.join(cells))
+    return found
+
+
+MORNING = pd.Timestamp("2026-03-02 06:05").to_pydatetime()
+GERMAN = "%d.%m.%Y %H:%M:%S"
+HEAD = "Auftragsnr;Anlagedatum;Lagerplatz;Ziel;Menge"
+
+
+def book(*sheets, merge=(), formulas=()):
+    """A workbook with sheets of rows."""
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, the extra excel, is not installed")
+    made = openpyxl.Workbook()
+    made.remove(made.active)
+    for name, cells in sheets:
+        sheet = made.create_sheet(name)
+        for row in cells:
+            sheet.append(row)
+        for cell, formula in formulas:
+            sheet[cell] = formula
+        for cells_ in merge:
+            sheet.merge_cells(cells_)
+    out = io.BytesIO()
+    made.save(out)
+    return out.getvalue()
+
+
+def excel_rows():
+    return [
+        [
+            f"{4711 + number // 2}",
+            MORNING + dt.timedelta(minutes=30 * number),
+            number % 8,
+            "pack",
+            3,
+        ]
+        for number in range(16)
+    ]
+
+
+def text(lines, encoding="utf-8"):
+    return "\r\n".join(lines).encode(encoding)
+
+
+def two_columns():
+    lines = rows("%d.%m.%Y;%H:%M", header="Auftrag;Datum;Uhrzeit;Platz;Ziel;Menge")
+    return text(lines)
+
+
+MESSY = {
+    "semicolons, German dates": ("a.csv", text(rows(GERMAN, header=HEAD)), []),
+    "Windows, umlauts": (
+        "a.csv",
+        text(rows(GERMAN, header="Auftragsnr;Anlagedatum;Lagerplatz;Ziel;Stück"), "cp1252"),
+        [],
+    ),
+    "UTF-16, tabs": ("a.txt", text(rows("%Y-%m-%dT%H:%M", "\t", header=HEAD), "utf-16"), []),
+    "US dates": ("a.csv", text(rows("%m/%d/%Y %I:%M %p", ",", header=HEAD)), ["--dates", "us"]),
+    "title above, in no order, comments": (
+        "a.csv",
+        text(["Orders of Monday;;;;", "", *(lines := rows(GERMAN, header=HEAD))[:1], *reversed(lines[1:])]),
+        [],
+    ),
+    "date and time apart": ("a.csv", two_columns(), []),
+    "thousands and decimals": (
+        "a.csv",
+        text([line.removesuffix(";3") + ";3,0" * (";3" in line[-3:]) or line for line in rows(GERMAN, header=HEAD)][:1])
+        + b"\r\n"
+        + text([line.removesuffix("3") + "3,0" for line in rows(GERMAN, header=HEAD)[1:]]),
+        [],
+    ),
+    "names of its own": (
+        "a.csv",
+        text(rows("%Y-%m-%d %H:%M", "|", header="nr;wann;wo;wohin;wieviel")),
+        [
+            part
+            for pair in ("order=nr", "release=wann", "from=wo", "to=wohin", "quantity=wieviel")
+            for part in ("--map", pair)
+        ],
+    ),
+    "Excel, title, second sheet": (
+        "a.xlsx",
+        lambda: book(("notes", [["see orders"]]), ("orders", [["Orders"], [], HEAD.split(";"), *excel_rows()])),
+        ["--sheet", "orders"],
+    ),
+    "Excel, merged": (
+        "a.xlsx",
+        lambda: book(
+            ("orders", [HEAD.split(";"), *excel_rows()]), merge=[f"A{2 * rank}:A{2 * rank + 1}" for rank in range(1, 9)]
+        ),
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MESSY)
+def test_a_messy_file_gives_a_day_in_two_commands(name, hall, tmp_path):
+    file, content, options = MESSY[name]
+    path = tmp_path / file
+    path.write_bytes(content() if callable(content) else content)
+    out = tmp_path / "orders.parquet"
+    done = CliRunner().invoke(desim, ["orders", str(path), "--model", str(hall), "--out", str(out), *options])
+    assert done.exit_code == 0, done.output
+    assert "8 orders, 16 lines, 48 pieces, 16 trips, 06:05 to 13:35, from 2026-03-02 on" in done.output
+    assert "busiest hour: 06:00 to 07:00, 2 trips" in done.output
+    run = dw.simulate(dw.load(hall))
+    assert run.kpis["tasks"] == 16
+    releases = [task.released for task in run.history.tasks.values()]
+    assert releases == [300 + 1800 * number for number in range(16)]
+
+
+def test_a_file_without_problems_is_read_by_the_model_itself(hall, tmp_path):
+    (tmp_path / "day.csv").write_bytes(MESSY["semicolons, German dates"][1])
+    orders = {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), "quantity": "pieces"}}
+    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 16
+    orders["tasks.flows.day.arrivals.orders"]["pieces_per_load"] = 2
+    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 32
+    orders["tasks.flows.day.arrivals.orders"] = {"file": str(tmp_path / "day.csv")}
+    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 48
+    with pytest.raises(dw.ModelError, match="without pieces, expected quantity: pieces beside it"):
+        dw.load(hall, {**orders, "tasks.flows.day.arrivals.orders.pieces_per_load": 2})
+
+
+def bad_day():
+    """Ninety rows of unknown places, 3 doubles, an empty place, a soon, a total, and 16 good rows."""
+    good = rows(GERMAN, header=HEAD)
+    unknown = [f"5{n:03};02.03.2026 07:00:00;{('R-17-B', '999', '1234')[n % 3]};pack;1" for n in range(90)]
+    others = ["6000;02.03.2026 08:00;;pack;1", "6001;soon;1;pack;1", "6002;02.03.2026 08:00;1;pack;1,5", "Summe;;;;138"]
+    return text([*good, good[1], good[2], good[2], *unknown, *others])
+
+
+def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
+    path, out = tmp_path / "day.csv", tmp_path / "orders.parquet"
+    path.write_bytes(bad_day())
+    asked = ["orders", str(path), "--model", str(hall), "--out", str(out)]
+    refused = CliRunner().invoke(desim, asked).exception
+    assert isinstance(refused, dw.ModelError)
+    told = "\n".join(refused.problems)
+    assert len(refused.problems) == 7
+    assert (
+        f"{path}, Lagerplatz: no such place (90 rows from row 20 on, 3 values: '999', '1234', 'R-17-B')"
+        in told.replace("'R-17-B', '999', '1234'", "'999', '1234', 'R-17-B'")
+    )
+    for said in (
+        "Auftragsnr: the same row as one before (3 rows from row 17 on",
+        "row 110, Lagerplatz: empty",
+        "row 111, Anlagedatum: not a time (got 'soon')",
+        "row 112, Menge: not a number of this kind (got '1,5')",
+        "row 113: a total (got 'Summe",
+        "--skip-bad leaves out 97 rows",
+    ):
+        assert said in told, said
+    assert not out.exists()
+    done = CliRunner().invoke(desim, [*asked, "--skip-bad"])
+    assert done.exit_code == 0, done.output
+    assert "16 lines, 48 pieces, 16 trips" in done.output
+    skipped = pd.read_csv(tmp_path / "orders.skipped.csv", dtype=str)
+    assert len(skipped) == 97
+    assert skipped["row"].tolist()[:3] == ["17", "18", "19"]
+    assert dw.simulate(dw.load(hall)).kpis["tasks"] == 16
+
+
+def test_what_was_assumed_is_said(hall, tmp_path):
+    path = tmp_path / "day.csv"
+    path.write_bytes(MESSY["Windows, umlauts"][1])
+    assert order_day(path, hall).assumed == (
+        "'Anlagedatum' is release, 'Lagerplatz' is from, 'Ziel' is to, 'Stück' is quantity, 'Auftragsnr' is order",
+        "encoding cp1252",
+        "cells end with ';'",
+        "'Stück' counts pieces, all of a row on one load",
+    )
+
+
+def test_dates_with_slashes_are_refused_until_it_is_said_how_they_are_meant(hall, tmp_path):
+    path = tmp_path / "day.csv"
+    path.write_text("release,from\n03/02/2026 07:00,1\n")
+    [problem] = order_day(path, hall).problems
+    assert "a date that may be meant in two ways (got '03/02/2026 07:00'), expected dates: us or uk" in problem
+    days = {dates: order_day(path, hall, dates=dates).midnight for dates in ("us", "uk")}
+    assert days == {"us": pd.Timestamp("2026-03-02"), "uk": pd.Timestamp("2026-02-03")}
+    path.write_text("release,from\n13/02/2026 07:00,1\n")
+    assert order_day(path, hall, dates="us").problems  # there is no month 13
+
+
+HOSTILE = {
+    "nothing": ("a.csv", b"", "no column 'release'"),
+    "garbage": ("a.csv", bytes(range(256)) * 20, "cannot be read|no column"),
+    "garbage in Excel": ("a.xlsx", b"PK\3\4" + b"x" * 1000, "cannot be read"),
+    "garbage in Parquet": ("a.parquet", b"PAR1" + b"x" * 1000, "cannot be read"),
+    "text in Excel": ("a.xlsx", b"release\n1\n", "cannot be read"),
+    "huge numbers": ("a.csv", b"release,quantity\n1,1e308\n", "not a number of this kind"),
+    "huge times": ("a.csv", b"release\n1e308\n-1e308\nnan\ninf\n", "release"),
+    "a quote that never ends": ("a.csv", b'release\n"' + b"x" * 200_000, "cannot be read|no column|not a time"),
+    "too many cells": ("a.csv", b"release;from\n1;2;3;4;5\n", "cells beyond the header"),
+    "commands in cells": ("a.csv", b"release\n=cmd|' /C calc'!A0\n", "not a time"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_are_refused_in_few_lines(name, hall, tmp_path):
+    file, content, said = HOSTILE[name]
+    if file.endswith("xlsx"):
+        pytest.importorskip("openpyxl")
+    path = tmp_path / file
+    path.write_bytes(content)
+    refused = CliRunner().invoke(desim, ["orders", str(path), "--model", str(hall)]).exception
+    assert isinstance(refused, dw.ModelError)
+    assert any(one in str(refused) for one in said.split("|")), refused
+    assert len(str(refused)) < 3000
+    with pytest.raises(dw.ModelError):
+        dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(path)}})
+
+
+def test_formulas_count_as_they_were_last_worked_out(hall, tmp_path):
+    path = tmp_path / "a.xlsx"
+    path.write_bytes(book(("orders", [["release", "from"], [10, 1], [None, 2]]), formulas=[("A3", "=A2+10")]))
+    [problem] = order_day(path, hall).problems  # nobody has worked it out
+    assert "row 2, release: not a time" in problem
+
+
+def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path):
+    path = tmp_path / "bomb.xlsx"
+    path.write_bytes(book(("orders", [["release"], [1]])))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file, file.open("xl/sharedStrings.xml", "w") as words:
+        for _ in range(210):
+            words.write(b" " * 1_000_000)
+    with pytest.raises(dw.ModelError, match="too large when it is unfolded"):
+        order_day(path, hall)
+
+
+NAMED = {"pattern": "R-{aisle:02}-{bay:02}-{level_letter}", "levels": 2}
+
+
+@pytest.mark.parametrize("names", [NAMED, "table"])
+def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
+    if names == "table":
+        table = [f"R-01-{bay:02}-{level},{bay - 1}" for bay in range(1, 9) for level in "AB"]
+        (tmp_path / "names.csv").write_text("\n".join(["name,place", *table]))
+        names = {"file": "names.csv"}
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = names
+    hall.write_text(json.dumps(model))
+    (tmp_path / "day.csv").write_text("release,from\n10,R-01-03-B\n20,R-01-08-A\n30,7\n")
+    day = order_day(tmp_path / "day.csv", hall)
+    assert [line.source for line in day.lines] == [2, 7, 7]
+    (tmp_path / "bad.csv").write_text("release,from\n10,R-01-09-B\n")
+    assert "did you mean 'R-01-0" in order_day(tmp_path / "bad.csv", hall).problems[0]
+    written = dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")})
+    assert written.floor.called[2] == "R-01-03-A"
+
+
+def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = NAMED
+    model["tasks"] = {"goods": [0], "unload_at": ["pack"], "load_time": 5, "unload_time": 5}
+    hall.write_text(json.dumps(model))
+    path = tmp_path / "floor.svg"
+    for names, there in ((["--names"], True), ([], False)):
+        done = CliRunner().invoke(desim, ["draw", str(hall), "-o", str(path), *names])
+        assert done.exit_code == 0, done.output
+        assert ("R-01-03-A" in path.read_text()) == there
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ({"pattern": "{aisle}"}, "1 names are those of several places, such as '1'"),
+        ({"pattern": "{bay:9999}"}, "unknown field 'bay'"),
+        ({"pattern": "{bay.real}"}, "unknown field 'bay.real'"),
+        ({"pattern": "{bay"}, "not a pattern"),
+        ({"pattern": "shelf"}, "no field"),
+        ({"places": {"a": 8}}, "'a' is place 8, expected 0 to 7"),
+        ({}, "expected a pattern, or names one by one"),
+    ],
+    ids=str,
+)
+def test_names_that_cannot_be_are_refused(names, said, hall):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = names
+    model["tasks"]["flows"]["day"]["arrivals"] = {"schedule": [{"at": 0}]}
+    with pytest.raises(dw.WarehouseError, match=said):
+        dw.simulate(dw.load(model))

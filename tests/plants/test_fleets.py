@@ -1,0 +1,71 @@
+"""Another fleet on an imported plant: the floor stays the same, and every robot finds a slot."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.plants import import_layout
+from desim_warehouse.run import check
+from tests.auditor import audit
+from tests.plants.drawings import DRAWN
+from tests.plants.foreign import FOLDER, needs_plants
+
+FLEETS = (2, 8, 20)
+
+
+@pytest.mark.parametrize("name", ["opentcs", "lif", "rmf", "tables", "kiva"])
+def test_stations_and_bays_of_a_plant_do_not_depend_on_the_fleet(name, tmp_path):
+    path = DRAWN[name](tmp_path)
+    layouts = {repr(import_layout(path, robots=robots).model.layout) for robots in (None, *FLEETS)}
+    assert len(layouts) == 1
+
+
+@pytest.mark.parametrize("name", ["opentcs", "rmf", "kiva"])
+def test_another_fleet_needs_no_other_import(name, tmp_path):
+    model = import_layout(DRAWN[name](tmp_path)).model
+    for robots in FLEETS:
+        run = dw.simulate(model.replace({"fleet.size": robots, "run.length": 1800}))
+        assert run.kpis["tasks"] > 0
+        assert audit(run) == []
+        slots = Counter(model.replace({"fleet.size": robots}).fleet.homes(model.floor.bays))
+        assert sum(slots.values()) == robots
+
+
+def test_bays_grow_where_they_are_told_to(tmp_path):
+    model = import_layout(DRAWN["opentcs"](tmp_path)).model
+    bay = next(iter(model.layout.bays))
+    grown = model.replace({"fleet.size": 5})
+    assert not [finding for finding in check(grown).findings if finding.level == "error"]
+    fixed = model.replace({"fleet.size": 5, **{f"layout.bays.{name}.grows": False for name in model.layout.bays}})
+    assert "TOO_FEW_PLACES" in {finding.code for finding in check(fixed).findings}
+    with pytest.raises(dw.ModelError, match="without places, expected grows only beside places"):
+        model.replace({f"layout.bays.{bay}.places": None})
+
+
+def foreign():
+    """All files of plants that lie there, but schemas, orders, and a problem of 400 robots."""
+    if FOLDER is None:
+        return []
+    files = (one for one in sorted(Path(FOLDER).rglob("*")) if one.suffix in {".xml", ".json", ".yaml", ".map"})
+    return [
+        one for one in files if "schema" not in one.name and one.stem not in {"transport-orders", "random-example_400"}
+    ]
+
+
+@needs_plants
+@pytest.mark.long
+@pytest.mark.parametrize("path", foreign(), ids=lambda path: path.name)
+def test_a_shift_on_every_plant_with_other_fleets(path):
+    try:
+        model = import_layout(path).model
+    except dw.ModelError as error:
+        pytest.skip(str(error)[:200])
+    model = model.replace({"run.length": 8 * 3600, "log": "tasks"})
+    done = []
+    for robots in FLEETS:
+        run = dw.simulate(model.replace({"fleet.size": robots}))
+        done.append(run.kpis["tasks"])
+        assert done[-1] > 0
+    assert max(done) > done[0] * 0.9
