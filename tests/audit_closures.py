@@ -86,6 +86,23 @@ class Closures:
                     if waited or not (repaired or self.was_let_in(visits[:rank], begin)):
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
 
+    def check_held(self):
+        """No task is given out that is fetched on an edge which is closed, and opens while nothing else is closed."""
+        closures = self.run.model.traffic.closures.values()
+        held = [(self.members(spec), self.run.model.hours(spec.hours)) for spec in closures if spec.tasks == "hold"]
+        goods = {row[3]: int(row[6]) for row in self.run.record.rows if row[1] == "released"}
+        for time, kind, robot, task, *_ in self.run.record.rows if held else ():
+            if kind != "assigned" or goods[task] < 0:
+                continue
+            edge = self.run.layout.storage[goods[task]].edge
+            for edges, hours in held:
+                if not {edge, edge[::-1]} & self.graph.edges.keys() <= edges:
+                    continue
+                begin, until = hours.following(time)
+                shut = begin + TOL < time < until - TOL
+                if shut and not any(others.is_open(until + TOL) for _, others in held):
+                    self.fault(time, f"robot {robot} is given task {task} on {edge}, which is closed")
+
     def was_broken(self, robot, begin, enter):
         """Whether a robot was broken down as something closed until it entered: it was let in, and is so still."""
         since = None

@@ -87,6 +87,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
         self.check_turns()
         self.check_zones(edges)
         self.check_closures()
+        self.check_held()
         self.check_nodes()
         self.check_motion()
         return self.problems

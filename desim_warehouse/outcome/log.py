@@ -68,7 +68,11 @@ KINDS = {
     "assigned": RowKind(
         "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
     ),
-    "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
+    "returned": RowKind(
+        "tasks",
+        "a robot recalled to charge, or turned off by a closure, gives its task back, to the front of the list",
+        "energy",
+    ),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
     "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),

@@ -1,7 +1,7 @@
 """Routing policies: which route a robot takes.
 
 `cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes. `fixed`
-says that routes never change, so that each is computed once a run.
+says that routes never change, so that each is computed once a run. `goes_round` says that they go round closed lanes.
 """
 
 from __future__ import annotations
@@ -101,6 +101,7 @@ class CongestionAware:
     queues: float = 1.0
     detours: int = 3
     cost: ClassVar[str] = "time"
+    goes_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""

@@ -32,6 +32,7 @@ def with_closures(mapping, seed, contact=1.0):
     for number in range(draw.randint(0, 3)):
         calendars[f"c{number}"] = calendar(draw)
         closures[f"c{number}"] = {"members": members(layout.graph, draw, free, inside), "hours": f"c{number}"}
+        closures[f"c{number}"]["tasks"] = draw.choice(("hold", "hold", "go"))
     for number in range(draw.randint(0, 2)):
         calendars[f"s{number}"] = calendar(draw)
         slow[f"s{number}"] = {

@@ -19,6 +19,7 @@ from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
+from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.tour import Tour
@@ -105,6 +106,7 @@ class Robot:
         self.leaving: Bay | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
+        self.closings = Closings(env, self, reach.openings.cut_off, dispatcher.take_back)
         self.tour = Tour(
             self,
             env,
@@ -112,6 +114,7 @@ class Robot:
             stations=around.stations,
             handling=around.handling,
             departures=around.departures,
+            closings=self.closings,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.offer: Event | None = None
@@ -454,6 +457,7 @@ class Robot:
             self.bays.leave(self)
             if self.reach.scarce:
                 self.dispatcher.call()
+        self.closings.look()
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""

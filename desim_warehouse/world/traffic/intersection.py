@@ -53,6 +53,12 @@ class Claim(Event):
             return found
         return None if self.over is None else self.over.shut_by(self.robot)
 
+    def give_up_room(self) -> None:
+        """From now on it is for the intersection alone: the robot goes another way from there."""
+        if self.lane is not None:
+            self.lane.wanted -= 1
+        self.lane = self.over = None
+
     @property
     def has_room(self) -> bool:
         """Whether the lanes beyond are open, with room to stand."""

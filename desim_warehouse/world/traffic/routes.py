@@ -61,6 +61,7 @@ class Routes:
         self.policy = policy
         self.lanes = lanes
         self.detours = int(getattr(policy, "detours", 0))
+        self.goes_round = bool(getattr(policy, "goes_round", False))
         self.waits = PassageMeans(
             lanes, lambda lane: lane.blocked / (lane.passages + 1) + lane.end.blocked / (lane.end.passages + 1)
         )
