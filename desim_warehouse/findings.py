@@ -52,6 +52,7 @@ CODES: dict[str, Code] = {
     "SHARP_MERGE": Code("warning", "edges meet at less than 60 degrees"),
     "CROSSING_EDGES": Code("warning", "edges cross where there is no node"),
     "AISLES_OCCUPIED": Code("warning", "people are in the aisles for more than 90 % of the time"),
+    "LANES_BLOCKED": Code("warning", "a broken robot stands in its lane for more than five minutes"),
     "ZONES_JOINED": Code("warning", "zones of one robot that share a node: one robot at a time is in all of them"),
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),

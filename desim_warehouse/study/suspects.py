@@ -10,7 +10,7 @@ from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
-from desim_warehouse.values.distributions import scaled
+from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.fleet import Kind
     from desim_warehouse.run import Run
     from desim_warehouse.states import Queue
 
@@ -30,6 +31,8 @@ MOST_LANES = 3
 DOSE = 0.1
 """The part of a capacity, or of the work, by which gains are compared."""
 ROUNDING = 1e-9
+CLEARED = 120.0
+"""Seconds after which a broken robot is off the lanes, as a relief."""
 SOONER, FEWER = 0.1, 0.05
 """Parts by which handling times and demand are less."""
 
@@ -218,6 +221,15 @@ def _failures(run: Run) -> Iterator[Suspect]:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
         broken = sum(run.kpis[f"share_{state}"] for state in BROKEN)
         yield Suspect("breakdowns", "robots never break down", never, broken)
+        long = CLEARED / model.units.seconds
+        specs = {"fleet.robot": model.fleet.robot, **{f"fleet.kinds.{name}": kind for name, kind in _kinds(model)}}
+        stand = {
+            f"{place}.breakdowns.clear": long
+            for place, robot in specs.items()
+            if robot.breakdowns and robot.breakdowns.clear is None and mean_of(robot.breakdowns.repair) > long
+        }
+        if stand:
+            yield Suspect("broken robots in the lanes", "broken robots off the lanes after 2 min", stand)
     if any(robot.delays for robot in model.fleet.robots()):
         never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
         yield Suspect("delays", "no delays at nodes", never)
@@ -229,8 +241,12 @@ def _failures(run: Run) -> Iterator[Suspect]:
 
 def _of_kinds(model: Model, key: str) -> list[str]:
     """Where kinds of robots have a key of their own."""
-    kinds = model.fleet.kinds.items()
-    return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
+    return [f"fleet.kinds.{name}.{key}" for name, kind in _kinds(model) if getattr(kind, key) is not None]
+
+
+def _kinds(model: Model) -> list[tuple[str, Kind]]:
+    """The kinds whose names can stand in a dotted key."""
+    return [(name, kind) for name, kind in model.fleet.kinds.items() if "." not in name]
 
 
 def _plain(model: Model) -> Iterator[Suspect]:

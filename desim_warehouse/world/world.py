@@ -124,7 +124,9 @@ class World:
             model.fleet.slowness,
         )
         lanes, contact = self.traffic.lanes, model.fleet.contact
-        self.routes = Routes(self.env, routing, layout, self.travel, lanes, contact, restrictions)
+        break_down = model.fleet.breaks_down
+        ways = self.env, routing, layout, self.travel, lanes, contact, restrictions
+        self.routes = Routes(*ways, break_down=break_down)
 
     def _open_places(self, homes: list[str]) -> None:
         """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""

@@ -291,8 +291,8 @@ class Robot:
 
     @property
     def is_out(self) -> bool:
-        """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
-        return self.body.is_on_lanes or self.docked is not None
+        """Whether it is in no bay: on a lane, in a station, on the node by which it has come out, or cleared away."""
+        return self.body.is_on_lanes or self.body.cleared or self.docked is not None
 
     @property
     def phase(self) -> Phase | None:
@@ -448,8 +448,10 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Out of the bay or station: its slot there is free."""
-        if self.docked is not None:
+        """Out of the bay or station: its slot there is free. Or it is back on the lanes, from which it was cleared."""
+        if self.body.cleared:
+            self.body.come_back()
+        elif self.docked is not None:
             self.tour.leaves(self.docked)
             self.docked = None
             self.dispatcher.call()
@@ -466,19 +468,38 @@ class Robot:
             self.body.count_detour()
         return other
 
-    def halt(self) -> Steps:
-        """Broken down where it stands, until it is repaired. Then what it was `doing` goes on. Never in a bay."""
+    def halt(self, drive: Drive) -> Steps:
+        """Broken down where it stands, until it is repaired, or cleared off the lanes and repaired. Never in a bay.
+
+        Then what it was `doing` goes on.
+        """
         breakdowns = self.breakdowns
         assert breakdowns is not None
         while self.is_out and breakdowns.is_due(self.operated()):
             yield Arrival(self.env, self.body.brake_to_stand(self.env.now))
-            repair = breakdowns.begin()
+            repair, clear = breakdowns.begin()
             self.enter("broken")
             self.body.break_down()
+            if self.body.is_on_lanes:
+                self.itinerary.routes.block(self.body, breakdowns.mean_left)
+            if clear < repair and self.body.is_on_lanes and drive.may_be_cleared:
+                yield Timeout(self.env, clear)
+                self._clear(drive)
+                repair -= clear
             yield Timeout(self.env, repair)
             self.body.be_repaired()
+            self.itinerary.routes.unblock(self.body)
             self.enter(self.doing)
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
+
+    def _clear(self, drive: Drive) -> None:
+        """Off the lanes, to come back at the node ahead, or before the lane on which it has still to stop."""
+        again = drive.clear()
+        self.parked_at = self.node if again is None else again.edge[0]
+        self.traffic.clear(self.body, self.parked_at)
+        self.itinerary.resume(drive.rest)
+        self.itinerary.routes.unblock(self.body)
+        self.record("cleared")
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""

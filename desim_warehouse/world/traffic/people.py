@@ -14,7 +14,7 @@ from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import Good
 from desim_warehouse.model.sections.popularity import shares
-from desim_warehouse.values.distributions import Distribution, drawn
+from desim_warehouse.values.distributions import drawn, mean_left
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Sequence
@@ -53,10 +53,7 @@ class Aisle:
         return self.busy_until
 
     def expected_until(self, time: float, now: float) -> float:
-        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
-
-        Seen at any instant it is E[S^2] / (2 E[S]), the mean residual time of renewal theory.
-        """
+        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now."""
         return now + self.source.mean_left if self.closed_until(now) > now else time
 
 
@@ -71,9 +68,7 @@ class PeopleSource:
         self.aisles = [Aisle(self, edges) for edges in aisles]
         self.weights = weights
         self.visits: list[Visit] = []
-        stay = spec.stay
-        mean, variance = (stay.mean, stay.variance) if isinstance(stay, Distribution) else (stay, 0.0)
-        self.mean_left = (mean + variance / mean) / 2 if mean else 0.0
+        self.mean_left = mean_left(spec.stay)
         self._arrivals: Iterator[float]
         self._next = math.inf
 
