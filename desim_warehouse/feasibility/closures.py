@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
-from desim_warehouse.model.facts.disturbances import occupied, with_storage
+from desim_warehouse.model.facts.disturbances import breakdowns, occupied, with_storage
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -66,19 +66,15 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _blocked(model: Model) -> Iterator[Finding]:
     """Robots that stand where they broke down for longer than it takes to clear the lane."""
-    fleet = model.fleet
-    specs = {"fleet.robot": fleet.robot.breakdowns} | {
-        f"fleet.kinds.{name}": kind.breakdowns for name, kind in fleet.kinds.items()
-    }
-    for place, spec in specs.items():
-        if spec is None or spec.clear is not None or mean_of(spec.repair) * model.units.seconds <= LONGEST_BLOCKED:
+    for place, spec in breakdowns(model).items():
+        if spec.clear is not None or mean_of(spec.repair) * model.units.seconds <= LONGEST_BLOCKED:
             continue
         yield Finding(
             "LANES_BLOCKED",
-            f"{place}.breakdowns.repair",
+            f"{place}.repair",
             f"a robot that breaks down blocks its lane for {amount(mean_of(spec.repair))} {model.units.time} on "
             "average, until it is repaired",
-            f"{place}.breakdowns.clear: the time until it is off the lanes",
+            f"{place}.clear: the time until it is off the lanes",
         )
 
 

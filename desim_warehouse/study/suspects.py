@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study.fleet import Designs, refused
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Kind
     from desim_warehouse.run import Run
     from desim_warehouse.states import Queue
 
@@ -222,11 +222,10 @@ def _failures(run: Run) -> Iterator[Suspect]:
         broken = sum(run.kpis[f"share_{state}"] for state in BROKEN)
         yield Suspect("breakdowns", "robots never break down", never, broken)
         long = CLEARED / model.units.seconds
-        specs = {"fleet.robot": model.fleet.robot, **{f"fleet.kinds.{name}": kind for name, kind in _kinds(model)}}
         stand = {
-            f"{place}.breakdowns.clear": long
-            for place, robot in specs.items()
-            if robot.breakdowns and robot.breakdowns.clear is None and mean_of(robot.breakdowns.repair) > long
+            f"{key}.clear": long
+            for key, spec in breakdowns(model).items()
+            if spec.clear is None and mean_of(spec.repair) > long and not _dotted(model, key)
         }
         if stand:
             yield Suspect("broken robots in the lanes", "broken robots off the lanes after 2 min", stand)
@@ -239,14 +238,15 @@ def _failures(run: Run) -> Iterator[Suspect]:
         yield Suspect("outages of chargers", "chargers never fail", never)
 
 
+def _dotted(model: Model, key: str) -> bool:
+    """Whether a kind whose name cannot stand in a dotted key has it."""
+    return any("." in name and key.startswith(f"fleet.kinds.{name}.") for name in model.fleet.kinds)
+
+
 def _of_kinds(model: Model, key: str) -> list[str]:
     """Where kinds of robots have a key of their own."""
-    return [f"fleet.kinds.{name}.{key}" for name, kind in _kinds(model) if getattr(kind, key) is not None]
-
-
-def _kinds(model: Model) -> list[tuple[str, Kind]]:
-    """The kinds whose names can stand in a dotted key."""
-    return [(name, kind) for name, kind in model.fleet.kinds.items() if "." not in name]
+    kinds = model.fleet.kinds.items()
+    return [f"fleet.kinds.{name}.{key}" for name, kind in kinds if getattr(kind, key) is not None and "." not in name]
 
 
 def _plain(model: Model) -> Iterator[Suspect]:
