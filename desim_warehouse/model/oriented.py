@@ -100,6 +100,9 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge
         is_two_way = isinstance(item, dict) and item.pop("two_way", False)
         if isinstance(item, dict):
             item.pop("against", None)  # it is not driven that way any more
+            back = item.pop("speed_back", None)
+            if back is not None and edge in turned:
+                item["speed"] = back
         if edge in turned:
             if not is_two_way:
                 del edges[rank]  # its twin stays
