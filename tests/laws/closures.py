@@ -53,6 +53,8 @@ def with_closures(mapping, seed, contact=1.0):
                 {"times": sorted(draw.uniform(0, 500) for _ in range(5))},
             )
         )
+        if number == 0 and random.Random(f"give way {seed}").random() < 0.4:
+            people["p0"]["give_way"] = {"after": 0.3 * stay}
         if draw.random() < 0.3 and any(place.edge in free for place in layout.storage):
             del people[f"p{number}"]["aisles"]
     traffic = {**mapping.get("traffic", {}), "closures": closures, "slow": slow}

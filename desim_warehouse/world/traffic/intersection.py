@@ -226,7 +226,7 @@ class Intersection:
     def wait_for_opening(self, claim: Claim, now: float) -> None:
         """If a claim waits for a lane that is closed, look at it again when that opens."""
         closure = claim.shut_by
-        when = math.inf if closure is None else closure.closed_until(now)
+        when = math.inf if closure is None else closure.opens_for(claim.robot, now)
         if when < self.opening:
             self.opening = when
             Arrival(self.rules.env, when).callbacks.append(self._opened)
