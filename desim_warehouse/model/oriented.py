@@ -1,4 +1,4 @@
-"""A model whose two-way lanes are made one-way where they can be: in its file, comments and all, or as a model."""
+"""A model whose two-way lanes are made one-way, or prefer a direction: in its file, comments and all, or as a model."""
 
 from __future__ import annotations
 
@@ -57,17 +57,19 @@ def orient(model: Model) -> Model:
     return oriented(model, orientation(model))
 
 
-def oriented(model: Model, found: Orientation) -> Model:
-    """A copy of a model with its two-way lanes made one-way as found."""
+def oriented(model: Model, found: Orientation, against: float | None = None) -> Model:
+    """A copy of a model with its two-way lanes made one-way as found, or counting `against` times the other way."""
     content = model.content()
-    _turn(content["layout"], model.floor, found.kept)
+    _orient(content["layout"], model.floor, found.kept, against)
     return load(content)
 
 
-def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> dict[Path, str]:
+def oriented_files(
+    path: Path, model: Model, found: Orientation, out: Path, against: float | None = None
+) -> dict[Path, str]:
     """A model file with its lanes oriented, to be written to `out`: comments, order and all else stay as they are.
 
-    A layout file that it names is another one then, beside `out`: the last of the files.
+    `against` as for `oriented`. A layout file that it names is another one then, beside `out`: the last of the files.
     """
     from ruamel.yaml import YAML
 
@@ -77,7 +79,7 @@ def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> d
     content = yaml.load(path.read_text(encoding="utf-8-sig"))
     section = content["layout"]
     beside = layout_file.read(path.parent / section["file"]) if "file" in section else {}
-    _turn(ChainMap(section, beside), model.floor, found.kept)
+    _orient(ChainMap(section, beside), model.floor, found.kept, against)
     files: dict[Path, str] = {}
     if beside:
         files[layout_file.beside(out)] = layout_file.text(beside)
@@ -85,6 +87,35 @@ def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> d
     text = io.StringIO()
     yaml.dump(content, text)
     return {out: text.getvalue(), **files}
+
+
+def _orient(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge], against: float | None) -> None:
+    if against is None:
+        _turn(section, layout, kept)
+    else:
+        _prefer(section, kept, against)
+
+
+def _prefer(section: MutableMapping[str, Any], kept: Iterable[Edge], against: float) -> None:
+    """Change a layout section in place: lanes count `against` times where they are not driven as `kept`."""
+    from ruamel.yaml.comments import CommentedMap
+
+    ways = set(kept)
+    edges: MutableSequence[Any] = section.get("edges", [])
+    for rank, item in enumerate(edges):
+        edge = _ends(item)
+        if isinstance(item, dict):
+            if edge in ways or edge[::-1] in ways:
+                item.pop("against", None)
+            if edge[::-1] in ways and item.get("two_way"):
+                item["from"], item["to"] = edge = edge[::-1]
+                if "speed_back" in item:
+                    item["speed"], item["speed_back"] = item["speed_back"], item.pop("speed", None)
+        elif edge in ways:
+            item = edges[rank] = CommentedMap({"from": edge[0], "to": edge[1]})  # noqa: PLW2901
+            item.fa.set_flow_style()
+        if edge in ways:
+            item["against"] = against
 
 
 def _turn(section: MutableMapping[str, Any], layout: Layout, kept: Iterable[Edge]) -> None:
