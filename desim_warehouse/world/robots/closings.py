@@ -33,7 +33,7 @@ class Closings:
     def is_cut_off(self) -> bool:
         """Whether its way is closed, to a task for which no robot has turned off before."""
         job, now = self.robot.job, self.env.now
-        if job is None or not self.cut_off.closures or job.number in self.cut_off.turned_back:
+        if job is None or job.number in self.cut_off.turned_back:
             return False
         return self.cut_off.opens(self.robot.node, self.robot.tour.stops, now) > now
 

@@ -106,7 +106,8 @@ class Robot:
         self.leaving: Bay | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
-        self.closings = Closings(env, self, reach.openings.cut_off, dispatcher.take_back)
+        cut_off = reach.openings.cut_off
+        self.closings = Closings(env, self, cut_off, dispatcher.take_back) if cut_off.closures else None
         self.tour = Tour(
             self,
             env,
@@ -459,7 +460,8 @@ class Robot:
             self.bays.leave(self)
             if self.reach.scarce:
                 self.dispatcher.call()
-        self.closings.look()
+        if self.closings is not None:
+            self.closings.look()
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""

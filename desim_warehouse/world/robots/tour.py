@@ -46,7 +46,7 @@ class Tour:
         stations: Stations,
         handling: HandlingTimes,
         departures: Departures,
-        closings: Closings,
+        closings: Closings | None,
     ) -> None:
         self.robot = robot
         self.env = env
@@ -64,7 +64,7 @@ class Tour:
         """Drive to the first stop and load there. Returns False if the battery sent the robot home before."""
         robot = self.robot
         if robot.docked is None or robot.docked is not self.stops[0].station:
-            if not robot.body.is_on_lanes and self.closings.is_cut_off:
+            if self.closings is not None and not robot.body.is_on_lanes and self.closings.is_cut_off:
                 self.closings.turn_back()
                 return False
             if not self._declare():
@@ -75,7 +75,8 @@ class Tour:
                 self.departures.under_way.add(robot.number)
                 robot.enter("empty")
                 self._declare()
-            self.closings.watch()
+            if self.closings is not None:
+                self.closings.watch()
             route, place = robot.itinerary.legs.pop(0)
             drive = robot.drive(route, place)
             while not (yield from drive):
