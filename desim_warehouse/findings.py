@@ -53,6 +53,7 @@ CODES: dict[str, Code] = {
     "SHARP_MERGE": Code("warning", "edges meet at less than 60 degrees"),
     "CROSSING_EDGES": Code("warning", "edges cross where there is no node"),
     "AISLES_OCCUPIED": Code("warning", "people are in the aisles for more than 90 % of the time"),
+    "LANES_BLOCKED": Code("warning", "a broken robot stands in its lane for more than five minutes"),
     "ZONES_JOINED": Code("warning", "zones of one robot that share a node: one robot at a time is in all of them"),
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
@@ -98,7 +99,7 @@ CODES: dict[str, Code] = {
     "MORE_THAN_FIT": Code("warning", "more robots than the lanes hold, loads than a robot, or chargers than robots"),
     "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
     "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),
-    "CLOSED_GOODS": Code("note", "storage places that no robot can reach while something is closed"),
+    "CLOSED_GOODS": Code("note", "storage places and stations that no robot can reach while something is closed"),
     "PRICE_A_YEAR": Code("note", "a price a year that is usual for buying"),
     "QUANTITY_IS_TRIPS": Code("note", "rows of orders with a quantity are as many tasks, each a trip"),
 }

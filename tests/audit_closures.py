@@ -18,6 +18,7 @@ class Shut:
     edges: frozenset
     begin: float
     end: float
+    person: bool = False
 
 
 class Closures:
@@ -52,10 +53,10 @@ class Closures:
                 if math.isinf(until):
                     break
                 begin, until = hours.following(until)
-        people = defaultdict(lambda: Shut(frozenset(), math.inf, math.inf))
+        people = defaultdict(lambda: Shut(frozenset(), math.inf, math.inf, person=True))
         for time, kind, _, _, _, edge, value, *_ in self.run.record.rows:
             if kind == "person_in":
-                people[value] = Shut(people[value].edges | {edge}, time, math.inf)
+                people[value] = Shut(people[value].edges | {edge}, time, math.inf, person=True)
             elif kind == "person_out":
                 people[value].end = time
         yield from people.values()
@@ -83,8 +84,41 @@ class Closures:
                         continue
                     waited = any(begin + TOL < end <= visit.enter + TOL for end in waits[robot])
                     repaired = self.was_broken(robot, shut.begin, visit.enter)
-                    if waited or not (repaired or self.was_let_in(visits[:rank], begin)):
+                    let_in = not waited and (repaired or self.was_let_in(visits[:rank], begin))
+                    if not let_in and not self.stepped_aside(robot, shut, by_edge[visit.edge], visit.enter):
                         self.fault(visit.enter, f"robot {robot} enters {visit.edge}, which is closed")
+
+    def stepped_aside(self, robot, shut, others, enter):
+        """Whether people who give way let a robot pass, which has waited for as long with them there."""
+        after = [one.give_way.after for one in self.run.model.people.values() if one.give_way is not None]
+        if not after or not shut.person:
+            return False
+        begin = shut.begin
+        for other in sorted((one for one in others if one.person), key=lambda one: -one.begin):
+            if other.begin < begin <= other.end:  # somebody was there before
+                begin = other.begin
+        return any(
+            time <= enter + TOL and time - max(time - value, begin) >= min(after) - TOL
+            for time, kind, number, _, node, _, value, *_ in self.run.record.rows
+            if number == robot and node is not None and kind in {"waiting_person", "waiting_closed", "collision"}
+        )
+
+    def check_held(self):
+        """No task is given out that is fetched on an edge which is closed, and opens while nothing else is closed."""
+        closures = self.run.model.traffic.closures.values()
+        held = [(self.members(spec), self.run.model.hours(spec.hours)) for spec in closures if spec.tasks == "hold"]
+        goods = {row[3]: int(row[6]) for row in self.run.record.rows if row[1] == "released"}
+        for time, kind, robot, task, *_ in self.run.record.rows if held else ():
+            if kind != "assigned" or goods[task] < 0:
+                continue
+            edge = self.run.layout.storage[goods[task]].edge
+            for edges, hours in held:
+                if not {edge, edge[::-1]} & self.graph.edges.keys() <= edges:
+                    continue
+                begin, until = hours.following(time)
+                shut = begin + TOL < time < until - TOL
+                if shut and not any(others.is_open(until + TOL) for _, others in held):
+                    self.fault(time, f"robot {robot} is given task {task} on {edge}, which is closed")
 
     def was_broken(self, robot, begin, enter):
         """Whether a robot was broken down as something closed until it entered: it was let in, and is so still."""

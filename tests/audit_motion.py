@@ -12,7 +12,7 @@ from tests.audit_work import STATES
 from tests.world.closed_form import drive_time
 
 TOL = 1e-6
-STANDS = {"loading", "unloading", "parked", "docked"}
+STANDS = {"loading", "unloading", "parked", "docked", "cleared"}
 
 
 class Motion:

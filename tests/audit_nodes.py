@@ -97,7 +97,7 @@ class Nodes:
                     continue
                 stay.left, stay.away = visit.enter, visit
                 stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
-                if math.isfinite(stay.begin):
+                if math.isfinite(stay.begin) and not (visit.cleared and stay.begin >= visit.leave):
                     found[end].append(stay)
         for robot, node, begin, end in self.loads_on_nodes():
             self.add_load(found[of[node]], robot, begin, end)
@@ -109,7 +109,9 @@ class Nodes:
         if before is not None or not any(hasattr(place, "node") for place in places):
             return visit.enter
         mine = (
-            row for row in self.run.record.rows if row[2] == visit.robot and row[1] in {"parked", "docked", "enter"}
+            row
+            for row in self.run.record.rows
+            if row[2] == visit.robot and row[1] in {"parked", "docked", "cleared", "enter"}
         )
         return 0.0 if next(mine)[1] == "enter" else visit.enter
 
@@ -127,7 +129,7 @@ class Nodes:
                 good[task] = self.run.layout.storage[int(value)].edge
             elif kind == "loading" and task in good and good[task][0] == good[task][1]:
                 begun[robot] = time, good[task][0]
-            elif kind in {"enter", "parked", "docked"} and robot in begun:
+            elif kind in {"enter", "parked", "docked", "cleared"} and robot in begun:
                 since, node = begun.pop(robot)
                 if time > since + TOL:
                     yield robot, node, since, time

@@ -35,6 +35,7 @@ class Visit:
     times: list[float] = field(default_factory=list)
     places: list[float] = field(default_factory=list)
     into_bay: bool = False
+    cleared: bool = False
     limit: float = math.inf
 
     def at(self, time):
@@ -87,6 +88,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
         self.check_turns()
         self.check_zones(edges)
         self.check_closures()
+        self.check_held()
         self.check_nodes()
         self.check_motion()
         return self.problems
@@ -111,6 +113,9 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
                 self.drives(where.get(robot), time, robot, edge, value, until)
             elif kind in STATES:
                 self.state[robot] = kind
+            elif kind == "cleared" and robot in where:
+                visit = where.pop(robot)
+                visit.leave, visit.into_bay, visit.cleared = time, True, True
             elif kind in {"parked", "docked"} and robot in where:
                 visit = where.pop(robot)
                 visit.leave, visit.into_bay = time, True
@@ -183,8 +188,8 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
     # Lanes: D apart, in order
 
     def check_lane(self, visits):
-        for first, then in pairwise(visits):
-            if first.leave > then.leave + TOL:
+        for first, then in self.one_behind_the_other(visits):
+            if first.leave > then.leave + TOL and not then.cleared:
                 self.fault(then.leave, f"robot {then.robot} overtook robot {first.robot} on {then.edge}")
             begin, end = then.enter, min(first.leave, then.leave, self.run.record.end)
             if end <= begin + TOL:
@@ -195,6 +200,13 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
                     gap = first.at(time) - then.at(time)
                     self.fault(time, f"robots {first.robot} and {then.robot} are {gap:g} apart on {then.edge}")
                     break
+
+    def one_behind_the_other(self, visits):
+        """Each with the one before it, and where that was cleared off the edge with the one before that, too."""
+        before = []
+        for visit in visits:
+            yield from ((first, visit) for first in before)
+            before = [*(before if visit.cleared else ()), visit]
 
     def check_turns(self):
         """Between the end of an edge and the next a robot spends the time at the node, and that of its turn.

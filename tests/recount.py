@@ -115,7 +115,7 @@ class Recount:
         self.queued = Counter()
         self.lowest, self.gained = math.inf, 0.0
         for time, kind, robot, task, node, _, _, _, _ in self.rows:
-            if kind in {"parked", "docked"}:
+            if kind in {"parked", "docked", "cleared"}:
                 place[robot] = node if kind == "parked" else None
             elif kind == "enter":
                 place[robot] = None
@@ -161,7 +161,7 @@ class Recount:
                 self.people["time"] += passed
                 self.people["shared"] += passed * any(edges[one] in aisle for one in edges)
             last = time
-            if kind in {"enter", "parked", "docked"}:
+            if kind in {"enter", "parked", "docked", "cleared"}:
                 edges[robot] = edge
             elif kind == "person_in":
                 present[value].add(edge)

@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
     from desim_warehouse.model import Model
 
+_AGAINST = (1.5, 2)
+_OPEN = "throughput_per_hour"
 _FAR = 1.3
 _SHOWN = 12
-_RUNS, _RUNS_SEARCHED = 10, 500
+_RUNS, _RUNS_SEARCHED = 5, 500
 
 
 @click.command("orient")
@@ -26,9 +28,12 @@ _RUNS, _RUNS_SEARCHED = 10, 500
 @click.option("-o", "--out", "file", required=True, metavar="FILE", help="The model file to write.")
 @click.option("--indicator", metavar="NAME", help="Search by simulation: what should be best, such as on_time.")
 @click.option(
+    "--prefer", is_flag=True, help="Try two-way lanes that prefer these directions, too; write what does best."
+)
+@click.option(
     "--runs",
     type=click.IntRange(0),
-    help=f"The most runs in all.  [default: {_RUNS}, to compare both floors; with --indicator {_RUNS_SEARCHED}]",
+    help=f"The most runs in all.  [default: {_RUNS} for each floor compared; with --indicator {_RUNS_SEARCHED}]",
 )
 @with_seed
 @with_execution_in("--study")
@@ -41,13 +46,16 @@ def command(
     seed: int,
     execution: ExecutionOptions,
     *,
+    prefer: bool,
     force: bool,
 ) -> None:
     """Make the two-way lanes of MODEL one-way where the floor stays connected, or search better directions.
 
     Without --indicator: parallel aisles alternate at first; then aisles and lanes are turned as long as that shortens
     the mean trip between goods and stations. Bridges stay two-way. Says how much longer trips are, and by paired runs
-    which of the two floors does better.
+    which of the two floors does better. With --prefer the floor that does best is written: two-way lanes as they are
+    (then nothing is), one-way ones, or two-way ones that count 1.5 or 2 times when they are driven the other way
+    (against), bridges as they are.
 
     With --indicator, aisles that are drawn one-way may be turned, too, and two-way ones become one-way or prefer a
     direction. A search simulates the floors, and the best is compared with the floor as drawn in runs that the search
@@ -55,10 +63,15 @@ def command(
     Example: desim orient w.yaml -o turned.yaml --indicator throughput_per_hour
     """
     if indicator is not None:
+        if prefer:
+            raise click.UsageError(
+                "--prefer is for floors without --indicator, which tries preferred directions anyhow"
+            )
         _search(model, file, indicator, runs or _RUNS_SEARCHED, seed, execution, force=force)
+    elif prefer:
+        _prefer(model, file, runs, seed, force=force)
     else:
-        _by_distance(model, file, _RUNS if runs is None else runs, seed, force=force)
-    click.echo(f"{file} is written; next: desim check {file}")
+        _by_distance(model, file, runs, seed, force=force)
 
 
 def _search(
@@ -75,17 +88,28 @@ def _search(
     if found.gain is None:
         sys.exit(NONE_MEETS)
     write_files(turned_files(Path(model), base, found.ways, Path(file)), force=force)
+    _written(file)
 
 
-def _by_distance(model: str, file: str, runs: int, seed: int, *, force: bool) -> None:
+def _by_distance(model: str, file: str, runs: int | None, seed: int, *, force: bool) -> None:
     from desim_warehouse.model.oriented import orientation, oriented_files
 
     base = load_model(model, ())
     found = orientation(base)
     write_files(oriented_files(Path(model), base, found, Path(file)), force=force)
     click.echo("\n".join(_said(found)))
-    if runs > 1:
-        click.echo(_compared(base, load_model(file, ()), runs // 2, seed))
+    if each := _of_each(runs, 2, seed):
+        click.echo(_compared(base, load_model(file, ()), each))
+    _written(file)
+
+
+def _of_each(runs: int | None, floors: int, seed: int) -> range:
+    """The seeds with which each floor is simulated."""
+    return range(seed, seed + (_RUNS if runs is None else runs // floors))
+
+
+def _written(file: str) -> None:
+    click.echo(f"{file} is written; next: desim check {file}")
 
 
 def _said(found: Orientation) -> list[str]:
@@ -100,20 +124,66 @@ def _said(found: Orientation) -> list[str]:
     return lines
 
 
-def _compared(two_way: Model, one_way: Model, runs: int, first: int) -> str:
-    """Compare the two floors by paired runs."""
-    from desim_warehouse import simulate
+def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -> None:
+    """Write the best of the floors by paired runs, and say how each of them does."""
+    from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.report.text.printed import said
     from desim_warehouse.study.statistics import paired
 
-    key = "cycle_time_mean" if two_way.run.length else "T"  # what is delivered follows demand on either floor
-    kpis = [[simulate(floor, seed).kpis[key] for seed in range(first, first + runs)] for floor in (one_way, two_way)]
+    base = load_model(path, ())
+    found = orientation(base)
+    key = _judged_by(base)
+    floors: dict[str, float | None] = {"one-way": None} | {f"preferred, {factor:g}": factor for factor in _AGAINST}
+    each = _of_each(runs, 1 + len(floors), seed)
+    if not each:
+        raise click.UsageError(f"--prefer chooses by runs; expected --runs {1 + len(floors)} or more")
+    kpis = {"two-way": _runs(base, key, each)}
+    kpis |= {name: _runs(oriented(base, found, factor), key, each) for name, factor in floors.items()}
+    means = {name: sum(values) / len(each) for name, values in kpis.items()}
+    best = (max if key == _OPEN else min)(means, key=means.__getitem__)
+    click.echo(f"{key} of {len(each)} runs each, and the difference to two-way by pairs:")
+    for name, values in kpis.items():
+        gain = "" if name == "two-way" else f"  {said(paired(values, kpis['two-way']))}"
+        click.echo(f"  {name:15}{means[name]:10,.1f}{gain}{'  best' if name == best else ''}")
+    if best == "two-way":
+        click.echo(f"two-way lanes as they are do best: {file} is not written")
+        return
+    write_files(oriented_files(Path(path), base, found, Path(file), floors[best]), force=force)
+    if floors[best] is None:
+        click.echo("\n".join(_said(found)))
+    else:
+        click.echo(f"{len(found.kept)} two-way lanes prefer a direction: against: {floors[best]:g} on each")
+    _written(file)
+
+
+def _judged_by(model: Model) -> str:
+    """What floors are compared by: what is delivered follows demand on any floor, but where tasks are always open."""
+    if model.tasks.never_end and not model.tasks.arrive:
+        return _OPEN
+    return "cycle_time_mean" if model.run.length else "T"
+
+
+def _runs(floor: Model, key: str, seeds: range) -> list[float]:
+    from desim_warehouse import simulate
+
+    return [simulate(floor, seed).kpis[key] for seed in seeds]
+
+
+def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
+    """Compare the two floors by paired runs."""
+    from desim_warehouse.report.text.printed import said
+    from desim_warehouse.study.statistics import paired
+
+    key = _judged_by(two_way)
+    kpis = [_runs(floor, key, seeds) for floor in (one_way, two_way)]
     gain = paired(kpis[0], kpis[1])
     interval = gain.interval or (gain.mean, gain.mean)
     verdict = "no significant difference"
+    if key == _OPEN:
+        interval = -interval[1], -interval[0]
     if interval[1] < 0:
         verdict = "one-way does better"
     elif interval[0] > 0:
         verdict = "two-way does better"
-    means = " against ".join(f"{sum(values) / runs:,.1f}" for values in kpis)
-    return f"{key} of {runs} runs each: one-way {means} two-way, {said(gain)} by pairs: {verdict}"
+    means = " against ".join(f"{sum(values) / len(seeds):,.1f}" for values in kpis)
+    return f"{key} of {len(seeds)} runs each: one-way {means} two-way, {said(gain)} by pairs: {verdict}"

@@ -10,6 +10,7 @@ from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model.facts.demand import demand, order_files
+from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.sections.flows import Profile, Rates, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 LONGEST_BREAK = 6 * 3600.0
 """Seconds; a longer one is rather turned round."""
+MOST_NAMED = 5
+"""Nodes of stations that a message names."""
 
 
 def warnings(model: Model) -> Iterator[Finding]:
@@ -183,12 +186,12 @@ def _profiles(model: Model) -> Iterator[Finding]:
 
 
 def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Storage places that no robot can get to while something is closed, and that tasks fetch from."""
+    """Storage places and stations that no robot can get to while something is closed, and that tasks go to."""
     import networkx as nx
 
-    if not model.traffic.closures or not _fetches(model):
+    if not model.traffic.closures:
         return
-    share = demand(model, layout)
+    share = demand(model, layout) if _fetches(model) else [0.0] * len(layout.storage)
     for name, closure in model.traffic.closures.items():
         if never_in_run(model, closure.hours):
             continue
@@ -205,14 +208,29 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
             )
         ]
         part = sum(float(share[number]) for number in lost)
-        if part:
+        behind = [f"{len(lost)} storage places, with {amount(100 * part)} % of the tasks,"] if part else []
+        if cut_off := [node for node in destinations(model, layout) if node not in reached]:
+            behind.append(f"{', '.join(cut_off[:MOST_NAMED])}{', ...' * (len(cut_off) > MOST_NAMED)}")
+        if behind:
+            then = "robots that are sent there wait before it, and hold up others"
+            if closure.tasks == "hold":
+                then = "tasks there wait until it opens"
             yield Finding(
                 "CLOSED_GOODS",
                 f"traffic.closures.{name}",
-                f"while it is closed {len(lost)} storage places cannot be reached, with {amount(100 * part)} % of the "
-                "tasks: robots that fetch there wait before it, and hold up others",
+                f"while it is closed, {_how_long(model, closure.hours)}, {' and '.join(behind)} cannot be reached: "
+                + then,
                 "hours for these tasks, or other members",
             )
+
+
+def _how_long(model: Model, calendar: str) -> str:
+    """For how long a calendar is open in a run."""
+    hours, end, unit = model.hours(calendar), model.run.end, model.units.time
+    if math.isinf(end):
+        return "at times"
+    longest = max(until - since for since, until in hours.between(0.0, end))
+    return f"{amount(hours.open_time(end))} {unit} of the run and up to {amount(longest)} {unit} at a time"
 
 
 def _fetches(model: Model) -> bool:

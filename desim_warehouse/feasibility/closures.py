@@ -1,4 +1,4 @@
-"""Closures, slow zones and people: what names nothing, what cannot be closed, and what would be cut off for good."""
+"""Closures, slow zones, people and breakdowns: what names nothing, and what is closed, cut off or blocked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import edges_inside, edges_of, zones_on
-from desim_warehouse.model.facts.disturbances import occupied, with_storage
+from desim_warehouse.model.facts.disturbances import breakdowns, occupied, with_storage
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
 
+LONGEST_BLOCKED = 300.0
+"""Seconds; a robot that stands in a lane for longer is pushed or carried away, as a rule."""
 MOST_OCCUPIED = 0.9
 """An aisle in which people are for a larger share of the time is as good as closed."""
 
@@ -48,7 +51,8 @@ def errors(model: Model, layout: Layout, use: Use) -> Iterator[Finding]:
 
 
 def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Aisles that are occupied by people nearly all the time."""
+    """Aisles that are occupied by people nearly all the time, and lanes that broken robots block."""
+    yield from _blocked(model)
     for name, people in model.people.items():
         there = occupied(model, layout, people) or 0.0
         if there > MOST_OCCUPIED:
@@ -58,6 +62,20 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
                 f"an aisle has somebody in it for {amount(100 * there)} % of the time on average",
                 "fewer visits, shorter stays, or more aisles",
             )
+
+
+def _blocked(model: Model) -> Iterator[Finding]:
+    """Robots that stand where they broke down for longer than it takes to clear the lane."""
+    for place, spec in breakdowns(model).items():
+        if spec.clear is not None or mean_of(spec.repair) * model.units.seconds <= LONGEST_BLOCKED:
+            continue
+        yield Finding(
+            "LANES_BLOCKED",
+            f"{place}.repair",
+            f"a robot that breaks down blocks its lane for {amount(mean_of(spec.repair))} {model.units.time} on "
+            "average, until it is repaired",
+            f"{place}.clear: the time until it is off the lanes",
+        )
 
 
 def _missing(layout: Layout, place: str, edges: Iterable[Edge]) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from desim_warehouse.model.schema import Prices, RunSpec, Tasks
 from desim_warehouse.model.sections.fleet import Fleet, Kind, RobotSpec
 from desim_warehouse.model.sections.flows import FlowSpec, Profile
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
-from desim_warehouse.model.sections.people import PeopleSpec
+from desim_warehouse.model.sections.people import GiveWay, PeopleSpec
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.traffic import SlowSpec, TrafficSpec
 from desim_warehouse.policies import catalogue
@@ -59,6 +59,7 @@ USUAL: dict[type[Part], dict[str, Usual]] = {
     OutageSpec: _FAILS,
     DelaySpec: {"time": Usual(0.1, 600)},
     PeopleSpec: {"stay": Usual(2, 4 * HOUR), "per_hour": Usual(0, 2000, "")},
+    GiveWay: {"after": Usual(0.5, 600)},
     Fleet: {"exit_time": Usual(0, 600), "first_exit_time": Usual(0, 600)},
     TrafficSpec: {"node_time": Usual(0, 20), "turn_time": Usual(0, 30)},
     SlowSpec: {"speed": Usual(0.05, 3, "speed")},

@@ -109,13 +109,26 @@ def _drawn(spec: LayoutSpec) -> nx.DiGraph:
     beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
     for edge in spec.edges:
         straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
-        data = {"length": edge.length or straight, "speed": edge.speed or math.inf}
-        graph.add_edge(edge.source, edge.target, **data)
+        length, speed = edge.length or straight, edge.speed or math.inf
+        graph.add_edge(edge.source, edge.target, length=length, speed=speed)
         if edge.two_way:
-            graph.add_edge(edge.target, edge.source, **data)
+            graph.add_edge(edge.target, edge.source, length=length, speed=edge.speed_back or speed)
+    _backwards(spec)
     _join_twins(graph, beside)
     _prefer(graph, spec)
     return graph
+
+
+def _backwards(spec: LayoutSpec) -> None:
+    """Refuse a speed limit back on an edge that does not lead back itself."""
+    wrong = [
+        f"layout.edges[{rank}].speed_back: {edge.source}>{edge.target} is not two-way; say two_way: true, or give the "
+        "edge back a speed of its own"
+        for rank, edge in enumerate(spec.edges)
+        if edge.speed_back is not None and not edge.two_way
+    ]
+    if wrong:
+        raise LayoutError(wrong)
 
 
 def _prefer(graph: nx.DiGraph, spec: LayoutSpec) -> None:
@@ -145,9 +158,9 @@ def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
     for source, target, data in graph.edges(data=True):
         back = graph.edges.get((target, source))
         data["two_way"] = back is not None and frozenset((source, target)) not in beside
-        if data["two_way"] and source < target and (back["length"], back["speed"]) != (data["length"], data["speed"]):
+        if data["two_way"] and source < target and back["length"] != data["length"]:
             unequal.append(
-                f"layout: edges {source}>{target} and {target}>{source} differ in length or speed, but are one two-way "
+                f"layout: edges {source}>{target} and {target}>{source} differ in length, but are one two-way "
                 "lane; make them equal, or set side_by_side: true where there are two lanes"
             )
     if unequal:

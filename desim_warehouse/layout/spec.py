@@ -199,6 +199,9 @@ class Edge(Part):
     target: NodeName = Field(alias="to", description="the node it leads to")
     length: Length | None = Field(None, description="default: the straight distance")
     speed: Speed | None = Field(None, title="speed limit", description="speed limit; default: none")
+    speed_back: Speed | None = Field(
+        None, title="speed limit back", description="with two_way, from to to from; default: speed"
+    )
     two_way: Flag = Field(False, description="one lane for both directions, used in one at a time")
     side_by_side: Flag = Field(False, description="with an edge back: two lanes side by side, not one for both")
     against: Annotated[float, Field(strict=True, ge=1), limited()] = Field(

@@ -55,32 +55,42 @@ def orientation(model: Model) -> Orientation:
     return orient_lanes(layout.graph.subgraph(main), lanes, ends, hubs, seconds)
 
 
-def oriented(model: Model, found: Orientation) -> Model:
-    """A copy of a model with its two-way lanes made one-way as found; bridges stay two-way."""
-    return model.replace(changes(model, _one_way(found)))
+def oriented(model: Model, found: Orientation, against: float | None = None) -> Model:
+    """A copy of a model with its two-way lanes made one-way as found, or counting `against` times the other way.
+
+    Bridges stay two-way.
+    """
+    return model.replace(changes(model, _ways(found, against), against or AGAINST))
 
 
-def oriented_files(path: Path, model: Model, found: Orientation, out: Path) -> dict[Path, str]:
-    """A model file with its lanes oriented, to be written to `out` (see `turned_files`)."""
-    return turned_files(path, model, _one_way(found), out)
+def oriented_files(
+    path: Path, model: Model, found: Orientation, out: Path, against: float | None = None
+) -> dict[Path, str]:
+    """A model file with its lanes oriented as by `oriented`, to be written to `out` (see `turned_files`)."""
+    return turned_files(path, model, _ways(found, against), out, against or AGAINST)
 
 
-def _one_way(found: Orientation) -> dict[Edge, Way]:
-    return dict.fromkeys(found.kept, "along")
+def _ways(found: Orientation, against: float | None) -> dict[Edge, Way]:
+    return dict.fromkeys(found.kept, "along" if against is None else "rather along")
 
 
-def changes(model: Model, ways: Mapping[Edge, Way]) -> dict[str, Any]:
-    """What makes a model's lanes be driven in other ways, as overrides of its keys."""
+def changes(model: Model, ways: Mapping[Edge, Way], against: float = AGAINST) -> dict[str, Any]:
+    """What makes a model's lanes be driven in other ways, as overrides of its keys.
+
+    `against`: as many times as long a lane counts that is driven against its preferred direction.
+    """
     section = model.content()["layout"]
     before = copy.deepcopy(section)
-    _turn(section, model.floor, ways)
+    _turn(section, model.floor, ways, against)
     return {f"layout.{key}": value for key, value in section.items() if value != before.get(key)}
 
 
-def turned_files(path: Path, model: Model, ways: Mapping[Edge, Way], out: Path) -> dict[Path, str]:
+def turned_files(
+    path: Path, model: Model, ways: Mapping[Edge, Way], out: Path, against: float = AGAINST
+) -> dict[Path, str]:
     """A model file whose lanes are driven in other ways, to be written to `out`: comments, order and the rest stay.
 
-    A layout file that it names is another one then, beside `out`: the last of the files.
+    `against` as for `changes`. A layout file that it names is another one then, beside `out`: the last of the files.
     """
     from ruamel.yaml import YAML
 
@@ -90,7 +100,7 @@ def turned_files(path: Path, model: Model, ways: Mapping[Edge, Way], out: Path) 
     content = yaml.load(path.read_text(encoding="utf-8-sig"))
     section = content["layout"]
     beside = layout_file.read(path.parent / section["file"]) if "file" in section else {}
-    _turn(ChainMap(section, beside), model.floor, ways)
+    _turn(ChainMap(section, beside), model.floor, ways, against)
     files: dict[Path, str] = {}
     if beside:
         files[layout_file.beside(out)] = layout_file.text(beside)
@@ -100,7 +110,7 @@ def turned_files(path: Path, model: Model, ways: Mapping[Edge, Way], out: Path) 
     return {out: text.getvalue(), **files}
 
 
-def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge, Way]) -> None:
+def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge, Way], against: float) -> None:
     """Change a layout section in place, so that lanes are driven in other ways; goods lie along what is left."""
     if "blocks" in section:
         _turn_blocks(section["blocks"], ways)
@@ -112,26 +122,48 @@ def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge,
         item = edges[rank]
         edge = _ends(item)
         way = ways.get(edge) or mirrored(ways.get(edge[::-1], "both"))
-        one_way = way in {"along", "back"}
-        if way == "both" or (way == "along" and edge[::-1] not in listed and not _is_two_way(item)):
+        has_twin = edge[::-1] in listed
+        if way == "both" or (way == "along" and not has_twin and not _is_two_way(item)):
             continue
-        if one_way:
-            closed.add(edge[::-1] if way == "along" else edge)
-        if isinstance(item, dict):
-            item.pop("against", None)
-            if one_way:
-                item.pop("two_way", None)
-            else:
-                item["against"] = AGAINST
-        if not way.endswith("back"):
-            continue
-        if edge[::-1] in listed:
-            del edges[rank]  # its twin stays
-        elif isinstance(item, dict):
-            item["from"], item["to"] = edge[::-1]
-        else:
+        is_back, is_one_way = way.endswith("back"), not way.startswith("rather")
+        if is_one_way:
+            closed.add(edge if is_back else edge[::-1])
+        if is_back and has_twin and is_one_way:
+            del edges[rank]
+        elif is_back and has_twin:
+            _drop(item, "against")  # its twin has the preferred direction
+        elif isinstance(item, dict) or not is_one_way:
+            edges[rank] = item if isinstance(item, dict) else _as_section(edge)
+            _drive(edges[rank], None if is_one_way else against, is_back=is_back)
+        elif is_back:
             item[0], item[1] = edge[::-1]
     _turn_storage(section, layout, closed)
+
+
+def _drive(item: MutableMapping[str, Any], against: float | None, *, is_back: bool) -> None:
+    """Make an edge lead the other way round if so, one-way without `against`, with it both ways."""
+    _drop(item, "against")
+    if is_back:
+        item["from"], item["to"] = item["to"], item["from"]
+        if "speed_back" in item:
+            item["speed"], item["speed_back"] = item["speed_back"], item.pop("speed", None)
+    if against is None:
+        _drop(item, "two_way", "speed_back")
+    else:
+        item["against"] = against
+
+
+def _drop(item: Any, *keys: str) -> None:
+    for key in keys if isinstance(item, dict) else ():
+        item.pop(key, None)
+
+
+def _as_section(edge: Edge) -> MutableMapping[str, Any]:
+    from ruamel.yaml.comments import CommentedMap
+
+    item = CommentedMap({"from": edge[0], "to": edge[1]})
+    item.fa.set_flow_style()
+    return item
 
 
 def _turn_storage(section: MutableMapping[str, Any], layout: Layout, closed: Container[Edge]) -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.charging import chargers_at, start_levels
-from desim_warehouse.outcome.log import KINDS, NONE, STATES, LogRow
+from desim_warehouse.outcome.log import KINDS, NONE, PLACES, STATES, LogRow
 from desim_warehouse.outcome.records import (
     Assignment,
     Blocked,
@@ -287,7 +287,7 @@ class History:
         """All waiting episodes, in the order in which they ended. Needs `log: all`."""
         on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
         found = []
-        for row in self.rows("drive", "enter", "parked", "docked", "collision", *APART):
+        for row in self.rows("drive", *PLACES, "collision", *APART):
             if row.kind == "collision":
                 stands = on[row.robot] if row.edge is None else row.edge
                 start = row.time - (row.value or 0.0)
@@ -323,7 +323,7 @@ class History:
         """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
         starts = self.model.fleet.starts(self.layout.bays)
         found = [[Whereabouts(0.0, start.edge, start.node)] for start in starts]
-        for row in self.rows("enter", "parked", "docked"):
+        for row in self.rows(*PLACES):
             found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
         return found
 

@@ -68,7 +68,11 @@ KINDS = {
     "assigned": RowKind(
         "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
     ),
-    "returned": RowKind("tasks", "a robot recalled to charge gives its task back, to the front of the list", "energy"),
+    "returned": RowKind(
+        "tasks",
+        "a robot recalled to charge, or turned off by a closure, gives its task back, to the front of the list",
+        "energy",
+    ),
     "delivered": RowKind("tasks", "a task is unloaded", "energy"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
     "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),
@@ -76,6 +80,7 @@ KINDS = {
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
     "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
     "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),
+    "cleared": RowKind("tasks", "a broken robot is off the lanes; it comes back at the node", "energy"),
     "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
     "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
     "drive": RowKind(
@@ -90,6 +95,9 @@ KINDS = {
 }
 """The kinds of rows (energy: the robot's)."""
 
+
+PLACES = ("enter", "parked", "docked", "cleared")
+"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
 
 _MOVES = frozenset(name for name, kind in KINDS.items() if kind.level == "moves")
 

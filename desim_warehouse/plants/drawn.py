@@ -76,8 +76,9 @@ class _Drawing:
 
     def lane(self, edge: Edge, stops: dict[float, int]) -> None:
         (a, b), data = edge, self.layout.graph.edges[edge]
-        length, speed = data["length"] * self.metre, data["speed"] * self.metre / self.model.units.seconds
-        back = speed if data.get("two_way") else 0.0
+        seconds = self.model.units.seconds
+        length, speed = data["length"] * self.metre, data["speed"] * self.metre / seconds
+        back = self.layout.graph.edges[b, a]["speed"] * self.metre / seconds if data.get("two_way") else 0.0
         beside = not data.get("two_way") and (b, a) in self.layout.graph.edges
         chain, names = [(a, 0.0)], []
         for at, count in sorted(stops.items()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,10 +14,13 @@ if TYPE_CHECKING:
 ALIKE = 0.05
 """Two links there and back whose lengths differ by more than this share are two lanes side by side."""
 
+CRAWL = 0.1
+"""Who drives a lane back at less than this part of the speed there is not meant to drive it."""
+
 
 @dataclass(slots=True)
 class DrawnLane:
-    """A lane from source to target; `side_by_side`: there is another, of its own, back; `against`: as of links."""
+    """A lane from source to target; `side_by_side`: there is another, of its own, back; the rest as of links."""
 
     source: str
     target: str
@@ -25,6 +29,7 @@ class DrawnLane:
     two_way: bool = False
     side_by_side: bool = False
     against: float = 1.0
+    speed_back: float | None = None
 
 
 @dataclass(slots=True)
@@ -73,7 +78,7 @@ def _directions(plant: Plant, link: Link) -> list[_Direction]:
 
 
 def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[DrawnLane]:
-    lanes, slower, apart, done = [], [], [], set()
+    lanes, crawls, apart, done = [], [], [], set()
     for (a, b), there in found.items():
         back = found.get((b, a))
         done.add((a, b))
@@ -85,13 +90,19 @@ def _joined(plant: Plant, found: dict[tuple[str, str], _Direction]) -> list[Draw
             lanes.append(DrawnLane(a, b, there.length, there.speed, side_by_side=True))
             apart.append(there.link)
         elif (b, a) not in done:
-            lanes.append(DrawnLane(a, b, there.length, min(there.speed, back.speed), two_way=True))
-            if there.link is back.link:
+            # A model cannot say that there is a limit there and none back.
+            one, other = (back, there) if there.speed < back.speed == math.inf else (there, back)
+            ends = one.source, one.target
+            lanes.append(DrawnLane(*ends, there.length, one.speed, two_way=True, speed_back=other.speed))
+            if one.link is other.link and not one.back:
                 lanes[-1].against = there.link.against
-            if there.speed != back.speed:
-                slower.append(there.link)
-    why = "faster in one direction; a two-way lane has one speed limit, the lower one"
-    plant.note_parts("changed", "link", slower, why)
+            if min(there.speed, back.speed) < CRAWL * max(there.speed, back.speed):
+                crawls.append(there.link)
+    why = (
+        f"in one direction at less than {CRAWL:.0%} of the speed in the other, drawn so to forbid it as a rule: leave "
+        "out two_way and speed_back, and the lane is one-way"
+    )
+    plant.note_parts("doubtful", "link", crawls, why)
     why = f"with one back whose length differs by more than {ALIKE:.0%}, so they are taken for two lanes side by side"
     plant.note_parts("changed", "link", apart, why)
     return lanes

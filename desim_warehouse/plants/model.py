@@ -182,7 +182,9 @@ class _Maker:
         layout["stations"] = self.stations()
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
-        self.plant.assume("policies", "nearest robot, shortest route, nearest free parking")
+        routing = "fastest" if any(lane.speed_back not in (None, lane.speed) for lane in self.lanes) else "shortest"
+        why = " (lanes are faster in one direction)" if routing == "fastest" else ""
+        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking")
         if not self.stops.tasks:
             self.plant.assume("run.length", "a shift of 8 h")
         return {
@@ -192,7 +194,7 @@ class _Maker:
             "fleet": fleet,
             "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
-            "policies": {"allocation": "nearest", "routing": "shortest", "parking": "nearest"},
+            "policies": {"allocation": "nearest", "routing": routing, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 
@@ -209,6 +211,8 @@ class _Maker:
             edge["length"] = _above_0(lane.length)
         if lane.speed < float("inf"):
             edge["speed"] = _above_0(lane.speed)
+        if lane.speed_back not in (None, lane.speed):
+            edge["speed_back"] = _above_0(lane.speed_back)
         edge.update({key: True for key in ("two_way", "side_by_side") if getattr(lane, key)})
         if lane.against != 1:
             edge["against"] = _round(lane.against)

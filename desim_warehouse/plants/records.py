@@ -35,11 +35,12 @@ EDGE = {
     "to": ("to", "target", "end", "to_node"),
     "length": ("length", "distance"),
     "speed": ("speed", "max_speed", "maxspeed", "speed_limit"),
+    "speed_back": ("speed_back", "max_reverse_speed"),
     "two_way": ("two_way", "twoway", "bidirectional", "both_ways"),
     "side_by_side": ("side_by_side",),
 }
 """Columns, each with the names that tables have for it; the first that is there counts."""
-_KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed"}
+_KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed", "speed_back": "speed"}
 _HEAD = re.compile(r"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _YES, _NO = {"yes", "true", "1", "x", "y", "ja", "wahr", "both"}, {"no", "false", "0", "", "-", "n", "nein", "falsch"}
 _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
@@ -221,7 +222,8 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
             hint = f"; did you mean {got(near)}?" if near else ""
             record.refuse(column, f"no such node (got {got(end)}), expected the name of a node{hint}")
     speed, both = record.above_0("speed") or math.inf, record.flag("two_way")
-    back = speed if (two_way if both is None else both) else 0.0
+    back = speed if record.get("speed_back") is None else record.above_0("speed_back") or math.inf
+    back = back if (two_way if both is None else both) else 0.0
     name = ">".join(ends) if record.get("name") is None else record.text("name")
     beside = bool(record.flag("side_by_side"))
     link = Link(name, *ends, record.above_0("length"), speed, back, record.position, side_by_side=beside)

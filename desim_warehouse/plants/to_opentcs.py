@@ -96,11 +96,14 @@ def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
     unlimited, rounded, beside = [], [], []
     for link in plant.links:
         length = length_of(plant, link)
-        speed = link.speed if math.isfinite(link.speed) else fastest
-        millimetres, velocity = max(round(length * _MM), 1), max(round(speed * _MM), 1)
-        if not math.isfinite(link.speed):
+        millimetres = max(round(length * _MM), 1)
+        limits = [link.speed, link.speed_back]
+        speeds = [speed if math.isfinite(speed) else fastest for speed in limits]
+        velocities = [max(round(speed * _MM), 1) if speed else 0 for speed in speeds]
+        if not all(map(math.isfinite, limits)):
             unlimited.append(link.name)
-        if abs(millimetres / _MM - length) > _EXACT or abs(velocity / _MM - speed) > _EXACT:
+        off = [abs(velocity / _MM - speed) for velocity, speed in zip(velocities, speeds, strict=True)]
+        if max(abs(millimetres / _MM - length), *off) > _EXACT:
             rounded.append(link.name)
         if link.side_by_side:
             beside.append(link)
@@ -111,8 +114,8 @@ def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
             sourcePoint=link.source,
             destinationPoint=link.target,
             length=millimetres,
-            maxVelocity=velocity,
-            maxReverseVelocity=velocity if link.speed_back else 0,
+            maxVelocity=velocities[0],
+            maxReverseVelocity=velocities[1],
             locked="false",
         )
         yield _empty("pathLayout", 2, connectionType="DIRECT", layerId=0)

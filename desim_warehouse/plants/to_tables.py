@@ -24,11 +24,16 @@ def tables(plant: Plant) -> dict[str, str]:
     """The two tables by the names of their files; what they cannot hold is noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
-    return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_EDGE_COLUMNS, edges)}
+    return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
 
 
 _NODE_COLUMNS = ("name", "x", "y", "role", "station")
-_EDGE_COLUMNS = ("from", "to", "length", "speed", "two_way", "side_by_side")
+_EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
+
+
+def _columns(edges: list[Row]) -> tuple[str, ...]:
+    """Those of edges: a speed back only where one differs."""
+    return tuple(name for name in _EDGE_COLUMNS if name != "speed_back" or any(name in row for row in edges))
 
 
 def graphml(plant: Plant) -> str:
@@ -45,9 +50,12 @@ def graphml(plant: Plant) -> str:
         lines.append(f"    <node id={quoteattr(str(name))}>{_data(row)}</node>")
     for link in plant.links:
         row = _edge(plant, link)
-        both = [(link.source, link.target), (link.target, link.source)] if row.pop("two_way", False) else None
-        for a, b in both or [(link.source, link.target)]:
-            lines.append(f"    <edge source={quoteattr(a)} target={quoteattr(b)}>{_data(row)}</edge>")
+        ways = [(link.source, link.target, row)]
+        if row.pop("two_way", False):
+            back = row.pop("speed_back", None)
+            ways.append((link.target, link.source, row if back is None else {**row, "speed": back}))
+        for a, b, data in ways:
+            lines.append(f"    <edge source={quoteattr(a)} target={quoteattr(b)}>{_data(data)}</edge>")
     return "\n".join([*lines, "  </graph>", "</graphml>", ""])
 
 
@@ -71,6 +79,8 @@ def _edge(plant: Plant, link: Link) -> Row:
         row["length"] = round(length, _DIGITS)
     if link.speed < float("inf"):
         row["speed"] = round(link.speed, _DIGITS)
+    if link.speed_back not in (0, link.speed):
+        row["speed_back"] = round(link.speed_back, _DIGITS) if link.speed_back < float("inf") else "inf"
     if link.speed_back:
         row["two_way"] = True
     if link.side_by_side:

@@ -1,7 +1,7 @@
 """Routing policies: which route a robot takes.
 
 `cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes. `fixed`
-says that routes never change, so that each is computed once a run.
+says that routes never change, so that each is computed once a run. `goes_round` says that they go round closed lanes.
 """
 
 from __future__ import annotations
@@ -88,8 +88,8 @@ NEVER = 1e12
 class CongestionAware:
     """The route with the least expected time: free driving, mean waiting on each edge so far, and the queues there now.
 
-    A closed edge, or one with a person in it, costs the time until it is expected to open; slow zones count as they are
-    now.
+    A closed edge, or one with a person or a broken robot in it, costs the time until it is expected to open; slow zones
+    count as they are now.
     A robot held up at a node decides again there, at most `detours` times on a route, so that it does arrive. A queue
     of n robots before a node counts as n times the time in which one clears it. Source: A* search, Hart, Nilsson and
     Raphael, IEEE Trans. Systems Science and Cybernetics 4 (1968) 100-107, with the free time left as its estimate.
@@ -101,6 +101,7 @@ class CongestionAware:
     queues: float = 1.0
     detours: int = 3
     cost: ClassVar[str] = "time"
+    goes_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
-from desim_warehouse.values.distributions import scaled
+from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -30,6 +31,8 @@ MOST_LANES = 3
 DOSE = 0.1
 """The part of a capacity, or of the work, by which gains are compared."""
 ROUNDING = 1e-9
+CLEARED = 120.0
+"""Seconds after which a broken robot is off the lanes, as a relief."""
 SOONER, FEWER = 0.1, 0.05
 """Parts by which handling times and demand are less."""
 
@@ -218,6 +221,14 @@ def _failures(run: Run) -> Iterator[Suspect]:
         never = dict.fromkeys(("fleet.robot.breakdowns", *_of_kinds(model, "breakdowns")))
         broken = sum(run.kpis[f"share_{state}"] for state in BROKEN)
         yield Suspect("breakdowns", "robots never break down", never, broken)
+        long = CLEARED / model.units.seconds
+        stand = {
+            f"{key}.clear": long
+            for key, spec in breakdowns(model).items()
+            if spec.clear is None and mean_of(spec.repair) > long and not _dotted(model, key)
+        }
+        if stand:
+            yield Suspect("broken robots in the lanes", "broken robots off the lanes after 2 min", stand)
     if any(robot.delays for robot in model.fleet.robots()):
         never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
         yield Suspect("delays", "no delays at nodes", never)
@@ -225,6 +236,11 @@ def _failures(run: Run) -> Iterator[Suspect]:
     if fail and model.battery is not None:
         never = {f"layout.bays.{name}.outages": None for name in fail}
         yield Suspect("outages of chargers", "chargers never fail", never)
+
+
+def _dotted(model: Model, key: str) -> bool:
+    """Whether a kind whose name cannot stand in a dotted key has it."""
+    return any("." in name and key.startswith(f"fleet.kinds.{name}.") for name in model.fleet.kinds)
 
 
 def _of_kinds(model: Model, key: str) -> list[str]:

@@ -443,6 +443,15 @@ def mean_of(time: float | Distribution) -> float:
     return time.mean if isinstance(time, Distribution) else time
 
 
+def mean_left(time: float | Distribution) -> float:
+    """Of a time that is seen under way at any instant, but not since when, the mean of what is left: E[S²] / (2 E[S]).
+
+    It is the mean residual time of renewal theory.
+    """
+    mean, variance = (time.mean, time.variance) if isinstance(time, Distribution) else (time, 0.0)
+    return (mean + variance / mean) / 2 if mean else 0.0
+
+
 def draws(time: float | Distribution, streams: Streams, purpose: str, entity: int) -> Callable[[], float]:
     """Draw a time that may vary again and again, from a stream of its own. One that does not vary needs none."""
     if not isinstance(time, Distribution) or not time.has_spread:

@@ -28,8 +28,12 @@ class BreakdownSpec(Part):
         title="time between breakdowns",
         description="time in operation between breakdowns: driving, loading and unloading, waits not counted",
     )
-    repair: Varying = Field(
-        title="repair time", description="from a breakdown until the robot goes on, where it stands"
+    repair: Varying = Field(title="repair time", description="from a breakdown until the robot can go on")
+    clear: Varying | None = Field(
+        None,
+        title="time until cleared",
+        description="from a breakdown until the robot is off the lanes, where it is in nobody's way until it is "
+        "repaired; it comes back at the node ahead; default: it is repaired where it stands",
     )
 
 

@@ -28,6 +28,7 @@ from desim_warehouse.world.orders.flows import Flows
 from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes, handling_of
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
@@ -123,7 +124,9 @@ class World:
             model.fleet.slowness,
         )
         lanes, contact = self.traffic.lanes, model.fleet.contact
-        self.routes = Routes(self.env, routing, layout, self.travel, lanes, contact, restrictions)
+        break_down = model.fleet.breaks_down
+        ways = self.env, routing, layout, self.travel, lanes, contact, restrictions
+        self.routes = Routes(*ways, break_down=break_down)
 
     def _open_places(self, homes: list[str]) -> None:
         """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
@@ -146,6 +149,7 @@ class World:
             bays=self.bays,
             open_tasks=open_tasks.values(),
             handling=handling_of(model, self.layout),
+            cut_off=CutOff(model, self.layout, self.travel.ways, goes_round=self.routes.goes_round),
         )
         self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reach)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))

@@ -109,3 +109,40 @@ def test_a_layout_file_is_oriented_into_one_beside_the_new_model(file: Path) -> 
     assert dw.load(file.with_name("split 1.yaml")) == dw.load(file.with_name("two-way 1.yaml"))
     assert file.with_name("split 1.layout.json").exists()
     assert file.with_name("floor.json").read_bytes() == before
+
+
+def test_preferred_directions_are_tried_and_the_best_floor_is_written(file: Path) -> None:
+    """Of 20 robots on these few lanes many meet head-on: 2 does best, and every lane but the bridge has it."""
+    file.write_text(FLOOR.replace("size: 3", "size: 6").replace("places: 2", "places: 3"), encoding="utf-8")
+    out = file.with_name("preferred.yaml")
+    text = told("orient", str(file), "-o", str(out), "--runs", "8", "--prefer")
+    lines = [line.split() for line in text.splitlines() if line.startswith("  ")]
+    assert [line[0].strip(",") for line in lines] == ["two-way", "one-way", "preferred", "preferred"]
+    [best] = [line for line in lines if line[-1] == "best"]
+    means = [float(line[2 if line[0] == "preferred," else 1]) for line in lines]
+    assert means[lines.index(best)] == min(means)
+    assert ("is not written" in text) == (best[0] == "two-way") != out.exists()
+
+
+@pytest.mark.parametrize("against", [1.5, 2.0])
+def test_a_preferred_direction_is_that_of_orient_and_bridges_have_none(file: Path, against: float) -> None:
+    from desim_warehouse.model.oriented import orientation, oriented, oriented_files
+
+    base = dw.load(file)
+    found = orientation(base)
+    [(out, text)] = oriented_files(file, base, found, file.with_name("preferred.yaml"), against).items()
+    out.write_text(text, encoding="utf-8")
+    model = dw.load(out)
+    assert model.floor.graph.edges == base.floor.graph.edges
+    counts = {edge: data.get("counts", 1) for edge, data in model.floor.graph.edges.items()}
+    assert {edge for edge, count in counts.items() if count == against} == {lane[::-1] for lane in found.kept}
+    assert set(counts.values()) == {1, against}
+    assert "# a comment that stays" in text
+    assert oriented(base, found, against).floor.graph.edges == model.floor.graph.edges
+    assert model.layout.storage == base.layout.storage
+
+
+def test_preferred_directions_are_chosen_by_runs(file: Path) -> None:
+    done = CliRunner().invoke(desim, ["orient", str(file), "-o", "x.yaml", "--runs", "0", "--prefer"])
+    assert done.exit_code == 2
+    assert "--prefer chooses by runs; expected --runs 4 or more" in done.output

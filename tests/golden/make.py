@@ -42,7 +42,7 @@ CASES = {
         {
             "run": {"length": 600, "warm_up": 100},
             "calendars": {"cleaning": {"every": 300, "lasts": 60, "first": 40}},
-            "traffic.closures": {"cross aisle": {"members": [["M2", "M3"]], "hours": "cleaning"}},
+            "traffic.closures": {"cross aisle": {"members": [["M2", "M3"]], "hours": "cleaning", "tasks": "go"}},
         },
         2,
     ),

@@ -33,7 +33,11 @@ def with_breakdowns(mapping, number):
 
 
 def failures(draw):
-    return {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}
+    """Half of those that are for long are cleared off the lanes before, some of them at once."""
+    found = {"every": varying(draw, draw.choice((15, 60, 300))), "repair": varying(draw, draw.choice((0, 3, 30)))}
+    if draw.random() < 0.5:
+        found["clear"] = varying(draw, draw.choice((0, 2, 10)))
+    return found
 
 
 def varying(draw, mean):

@@ -32,6 +32,7 @@ def with_closures(mapping, seed, contact=1.0):
     for number in range(draw.randint(0, 3)):
         calendars[f"c{number}"] = calendar(draw)
         closures[f"c{number}"] = {"members": members(layout.graph, draw, free, inside), "hours": f"c{number}"}
+        closures[f"c{number}"]["tasks"] = draw.choice(("hold", "hold", "go"))
     for number in range(draw.randint(0, 2)):
         calendars[f"s{number}"] = calendar(draw)
         slow[f"s{number}"] = {
@@ -52,6 +53,8 @@ def with_closures(mapping, seed, contact=1.0):
                 {"times": sorted(draw.uniform(0, 500) for _ in range(5))},
             )
         )
+        if number == 0 and random.Random(f"give way {seed}").random() < 0.4:
+            people["p0"]["give_way"] = {"after": 0.3 * stay}
         if draw.random() < 0.3 and any(place.edge in free for place in layout.storage):
             del people[f"p{number}"]["aisles"]
     traffic = {**mapping.get("traffic", {}), "closures": closures, "slow": slow}

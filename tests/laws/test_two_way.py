@@ -19,6 +19,9 @@ def model(kind, seed):
     homes = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
     unload = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
     edges = [{"from": a, "to": b, "length": length} for a, b, length in graph.edges(data="length")]
+    speeds = random.Random(f"speeds {kind} {seed}")
+    if speeds.random() < 0.3:  # other limits there than back
+        edges = [{**edge, "speed": speeds.choice((0.3, 0.6, 1.0))} for edge in edges]
     battery = {"capacity": 4000.0, "threshold": 0.0, "consumption": 1, "charge_rate": 20, "reserve": 1e9}
     charging = "threshold"
     if draw.random() < 0.5:

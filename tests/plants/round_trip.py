@@ -30,6 +30,8 @@ def models(draw, *, in_lanes=False):
             edges += [{**there, "side_by_side": True}, {"from": b, "to": a, **limits(draw)}]
         else:
             edges.append({**there, "two_way": kind == "two-way"})
+            if kind == "two-way":
+                edges[-1]["speed_back"] = draw(SPEED)
     some = st.lists(st.sampled_from(nodes), unique=True, min_size=1, max_size=3)
     storage = [{"node": node} for node in draw(some)]
     if in_lanes:

@@ -43,9 +43,9 @@ def test_a_plant_in_metres_with_y_downwards():
 def test_paths_there_and_back_are_one_two_way_lane():
     model = dw.read_layout(YARD)
     edges = {(edge.source, edge.target): edge for edge in model.layout.edges}
-    # twin paths (the slower speed counts), and a path with a reverse velocity
+    # twin paths, each with its own speed, and a path with a reverse velocity
     assert edges["C", "pack"].two_way
-    assert edges["C", "pack"].speed == 0.8
+    assert (edges["C", "pack"].speed, edges["C", "pack"].speed_back) == (1.0, 0.8)
     assert edges["plug", "D"].two_way
     assert ("pack", "C") not in edges
     # the loop is one-way; of two paths from A to B the shorter one
@@ -89,7 +89,7 @@ def test_what_could_not_be_carried_over_is_said_by_name():
         ("height", ("roof",)),
         ("vehicle", ("Vehicle-1",)),
     }
-    assert remarks(made, "changed") == {("link", ("C --- pack",)), ("link", ("D --- A",)), ("block", ("crossing",))}
+    assert remarks(made, "changed") == {("link", ("D --- A",)), ("block", ("crossing",))}
     assert remarks(made, "unreachable") == {("point", ("roof",)), ("location", ("rack on the roof",))}
     for word in ("yard.xml", "1 vehicle", "tasks.goods"):
         assert word in made.model.description
@@ -350,3 +350,17 @@ def test_loads_that_go_nowhere_are_told(tmp_path):
     stays = model.replace({"layout.storage": [{"node": at}], "tasks.unload_at": [at], "layout.stations": {}})
     assert "NOTHING_TO_DRIVE" in {finding.code for finding in check(stays).findings}
     assert "NOTHING_TO_DRIVE" not in {finding.code for finding in check(model).findings}
+
+
+@pytest.mark.parametrize(("back", "named"), [(1, True), (90, True), (100, False), (1000, False)])
+def test_a_path_that_is_crawled_back_is_named_as_one_way(tmp_path, back, named):
+    """Both speeds are kept, and robots drive by time, so they go round."""
+    whole = 'name="D --- 100" sourcePoint="D" destinationPoint="100" length="4000" maxVelocity="1000" '
+    text = YARD.read_text(encoding="utf-8")
+    text = text.replace(f'{whole}maxReverseVelocity="1000"', f'{whole}maxReverseVelocity="{back}"')
+    (tmp_path / "yard.xml").write_text(text, encoding="utf-8")
+    made = import_layout(tmp_path / "yard.xml")
+    lane = next(edge for edge in made.model.layout.edges if edge.target == "100")
+    assert (lane.speed, lane.speed_back) == (1.0, None if back == 1000 else back / 1000)
+    assert made.model.policies.routing.name == "fastest"
+    assert (("link", ("D --- 100",)) in remarks(made, "doubtful")) == named

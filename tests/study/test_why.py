@@ -53,7 +53,7 @@ GATED = {
     "calendars": {"night": {"every": 1000, "lasts": 800}, "day": {"every": 1000, "lasts": 600}},
 }
 EVERYTHING = {
-    "traffic.closures": {"gate": {"members": [["A", "B"]], "hours": "night"}},
+    "traffic.closures": {"gate": {"members": [["A", "B"]], "hours": "night", "tasks": "go"}},
     "traffic.slow": {"ramp": {"members": [["C", "E"]], "speed": 0.5}},
     "people": {"pickers": {"per_hour": 10, "stay": 20}},
     "layout.stations.desk": {"at": ["E"], "hours": "day", "at_close": "pause", "work_time": 9, "buffer": 1},
@@ -64,6 +64,12 @@ EVERYTHING = {
     "fleet.kinds": {"old": {"count": 1, "hours": "night", "breakdowns": {"every": 500, "repair": 50}}},
     "battery": {"capacity": 1e5, "threshold": 10, "consumption": 1, "charge_rate": 100},
 }
+
+
+def test_broken_robots_off_the_lanes_are_a_relief_where_repairs_are_long():
+    model = dw.load(SQUARE, {**GATED, "fleet.robot.breakdowns": {"every": 900, "repair": 600}})
+    [found] = [one for one in suspects(dw.simulate(model)) if one.name == "broken robots in the lanes"]
+    assert found.overrides == {"fleet.robot.breakdowns.clear": 120}
 
 
 def test_what_goes_wrong_and_what_is_closed_are_suspects():

@@ -9,6 +9,8 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.report.run_parts import answer
 from desim_warehouse.run import check
+from tests.auditor import audit
+from tests.recount import differences
 
 near = pytest.approx
 
@@ -319,3 +321,100 @@ def test_a_task_that_repairs_make_it_give_back_is_tried_with_more_energy_each_ti
     assert run.kpis["tasks"] == 1
     # 160: 60 to the good, and 100 below which nobody works; then 5 % of the capacity more each time.
     assert began == pytest.approx([180, 160, 185, 210, 235], abs=0.01)
+
+
+# Cleared off the lanes
+
+
+def two_on_the_ring(clear, **more):
+    """Robot 0 breaks down before B, at 29, from 32 to 82 (see above), and is off the lanes after a time."""
+    kinds = {"old": {"count": 1, "breakdowns": {"every": 20, "repair": 50, "clear": clear}}}
+    return ring(goods=[0, 0], **{"fleet.size": 2, "fleet.kinds": kinds, "run.length": 90, **more})
+
+
+def test_a_robot_that_is_cleared_is_in_nobodys_way_and_comes_back_at_the_node_ahead():
+    """The other comes up at 35, goes on at 37, and is on B>C from 39 on; robot 0 is back on B at 82, and goes on."""
+    run = dw.simulate(two_on_the_ring(5))
+    assert states(run)[3:5] == [(32, "broken"), (82, "loaded")]
+    assert [row[:5] for row in run.record.rows if row[1] == "cleared"] == [(37, "cleared", 0, 0, "B")]
+    entered = {row[2]: row[0] for row in run.record.rows if row[1] == "enter" and row[5] == ("B", "C")}
+    assert entered == {1: near(39), 0: near(82)}
+    behind = run.waits[run.waits.start > 20].iloc[0]
+    assert tuple(behind[["start", "end", "robot", "other"]]) == (35, 37, 1, 0)
+    assert run.robots.broken.to_list() == [near(50), 0]
+    assert run.robots.distance[0] == near(29 + 8)  # of A>B, and of B>C, 1 short of its end
+    assert audit(run) == differences(run) == []
+
+
+def test_a_repair_that_is_over_sooner_is_made_where_it_stands():
+    assert dw.simulate(two_on_the_ring(50)).record.rows == dw.simulate(two_on_the_ring(60)).record.rows
+    assert not [row for row in dw.simulate(two_on_the_ring(60)).record.rows if row[1] == "cleared"]
+
+
+def test_it_waits_until_there_is_room_where_it_comes_back():
+    """B>C is 1.5 long, too short to stand on, and the other unloads on C for 100: robot 0 comes back after that."""
+    over = {"tasks.unload_time": 100, "layout.nodes.C": [30, 1.5], "run.length": 400}
+    run = dw.simulate(two_on_the_ring(5, **over))
+    entered = {row[2]: row[0] for row in run.record.rows if row[1] == "enter" and row[5] == ("B", "C")}
+    assert entered[1] < 82
+    assert entered[0] > 140
+    assert audit(run) == differences(run) == []
+
+
+def test_a_robot_that_has_still_to_stop_on_its_lane_drives_it_again():
+    """Robot 1 breaks down behind robot 0 at 10, 1 before its good, is off A>B at 15, and back on A at 60."""
+    kinds = {
+        "new": {"count": 1},
+        "old": {"count": 1, "breakdowns": {"every": 8, "repair": 50, "clear": 5}},
+    }
+    run = dw.simulate(ring(goods=[0, 0], **{"fleet.size": 2, "fleet.kinds": kinds, "tasks.load_time": 33}))
+    broken = next(span for span in states(run, 1) if span[1] == "broken")
+    [cleared, *_] = [row for row in run.record.rows if row[1] == "cleared"]
+    assert (cleared[0], cleared[4]) == (broken[0].expected + 5, "A")
+    assert [row[0] for row in run.record.rows if row[1] == "enter" and row[2] == 1 and row[5] == ("A", "B")][:2] == [
+        near(1),
+        near(broken[0].expected + 50),
+    ]
+    assert audit(run) == differences(run) == []
+
+
+FORK = {
+    "nodes": {"A": [0, 0], "B": [10, 0], "C": [30, 0], "D": [40, 0], "u": [10, 10], "v": [30, 10], "E": [20, -20]},
+    "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["B", "u"], ["u", "v"], ["v", "C"], ["D", "E"], ["E", "A"]],
+    "storage": [{"edge": ["C", "D"], "offset": 5.0}],
+    "bays": {"home": {"at": ["A"]}},
+}
+
+
+@pytest.mark.parametrize(
+    ("repair", "routing", "round_it"),
+    [
+        (90, "congestion-aware", True),  # half of it is expected to be left, and the way round is 20 longer
+        (30, "congestion-aware", False),
+        (90, "shortest", False),
+    ],
+)
+def test_new_routes_go_round_a_broken_robot(repair, routing, round_it):
+    """Robot 0 breaks down before C, at 29; robot 1 sets out at 40."""
+    kinds = {"old": {"count": 1, "breakdowns": {"every": 20, "repair": repair}}}
+    over = {
+        "layout": FORK,
+        "fleet.size": 2,
+        "fleet.kinds": kinds,
+        "tasks.unload_at": ["A"],
+        "policies.routing": routing,
+    }
+    run = dw.simulate(ring(goods=[0, {"good": 0, "release": 40}], **over))
+    assert (29, "broken") in states(run)
+    assert bool([row for row in run.record.rows if row[2] == 1 and row[5] == ("u", "v")]) == round_it
+    assert audit(run) == differences(run) == []
+
+
+def test_check_warns_of_lanes_that_are_blocked_for_long():
+    def said(**breakdowns):
+        found = check(ring({"every": 1e5, **breakdowns})).findings
+        return [(item.place, item.text) for item in found if item.code == "LANES_BLOCKED"]
+
+    text = "a robot that breaks down blocks its lane for 600 s on average, until it is repaired"
+    assert said(repair=600) == [("fleet.robot.breakdowns.repair", text)]
+    assert said(repair=600, clear=120) == said(repair=300) == []

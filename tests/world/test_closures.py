@@ -19,7 +19,7 @@ def closed(*members, at, **more):
             "fleet.size": 1,
             "tasks.goods": [0],
             "calendars": {"works": {"between": [list(stretch) for stretch in at]}},
-            "traffic.closures": {"works": {"members": list(members), "hours": "works"}},
+            "traffic.closures": {"works": {"members": list(members), "hours": "works", "tasks": "go"}},
             **more,
         },
     )
@@ -170,7 +170,7 @@ def test_who_waits_for_an_edge_on_two_way_lanes_holds_nobody_else_in_their_bays(
         "tasks": {"goods": [0, *[1] * 40], "unload_at": ["packing"], "load_time": 5, "unload_time": 5},
         "policies": {"routing": "shortest"},
         "calendars": {"works": {"between": [[0, 7200]]}},
-        "traffic": {"closures": {"works": {"members": [["C", "X"]], "hours": "works"}}},
+        "traffic": {"closures": {"works": {"members": [["C", "X"]], "hours": "works", "tasks": "go"}}},
     }
     run = dw.simulate(dw.load(model))
     delivered = [task.delivered for task in run.history.delivered]
@@ -234,7 +234,7 @@ def test_a_slow_zone_that_always_holds_is_a_speed_limit_to_routes_and_estimates_
 def test_a_new_route_goes_round_an_edge_that_is_closed_longer_than_the_way_round_takes(until, routing, round_it):
     over = {
         "calendars": {"works": {"between": [[0, until]]}},
-        "traffic.closures": {"works": {"members": [["B", "C"]], "hours": "works"}},
+        "traffic.closures": {"works": {"members": [["B", "C"]], "hours": "works", "tasks": "go"}},
         "policies.routing": routing,
     }
     run = dw.simulate(dw.load(FORK, over))
@@ -273,3 +273,96 @@ def test_policies_see_for_how_long_edges_are_closed():
     world.routes.route("A", "D")
     assert seen == [[0.0, 15.0, 0.0, pytest.approx(1e12 - 60)]]
     assert math.isfinite(seen[0][3])
+
+
+# Tasks behind a closure
+
+
+def behind(model, *between, members=(("B", "C"),), **over):
+    """A model with a closure that holds tasks back, by default."""
+    closures = {"works": {"members": [list(edge) for edge in members], "hours": "works"}}
+    return dw.load(
+        model, {"calendars.works": {"between": [list(one) for one in between]}, "traffic.closures": closures, **over}
+    )
+
+
+def rows(run, *kinds):
+    return [(row[0], row[1]) for row in run.record.rows if row[1] in kinds]
+
+
+@pytest.mark.parametrize(
+    ("routing", "until", "assigned", "picked"),
+    [
+        ("shortest", 32, 32, 32 + 35),  # robots do not go round, so the good is behind it
+        ("congestion-aware", 200, 0, 55),  # they go round by u and v, 20 longer
+    ],
+)
+def test_a_task_waits_until_there_is_an_open_way_to_its_good(routing, until, assigned, picked):
+    run = dw.simulate(behind(FORK, (0, until), **{"policies.routing": routing, "fleet.exit_time": 0}))
+    assert rows(run, "assigned", "loading") == [(assigned, "assigned"), (picked, "loading")]
+    assert run.kpis["waiting_closed"] == 0
+    assert audit(run) == differences(run) == []
+
+
+def test_a_robot_on_its_way_turns_off_at_the_next_node_and_the_task_waits():
+    """It closes at 5, on the way from A to B at 10; by u and w it is home at 40. At 200 it sets out again, for 35."""
+    layout = {**FORK["layout"], "nodes": {**FORK["layout"]["nodes"], "w": [0, 10]}}
+    layout["edges"] = [*layout["edges"], ["u", "w"], ["w", "A"]]
+    over = {"policies.routing": "shortest", "layout": layout}
+    run = dw.simulate(behind(FORK, (5, 200), **over))
+    found = rows(run, "assigned", "returned", "parked", "loading")
+    assert found[:5] == [(0, "assigned"), (5, "returned"), (40, "parked"), (200, "assigned"), (235, "loading")]
+    assert run.kpis["waiting_closed"] == 0
+    assert audit(run) == differences(run) == []
+
+
+def test_it_goes_on_where_its_way_home_is_closed_too():
+    run = dw.simulate(behind(FORK, (5, 200), **{"policies.routing": "shortest"}))
+    assert rows(run, "returned") == []
+    assert run.kpis["waiting_closed"] == 200 - 9
+
+
+def test_on_two_way_lanes_it_declares_its_way_home_first():
+    """Closed at 5, at B at 20 and home at 40; from 100 on all is as without the closure, where it takes 86."""
+    run = dw.simulate(behind(SPUR, (5, 100)))
+    assert rows(run, "returned", "parked")[:2] == [(5, "returned"), (40, "parked")]
+    assert dw.simulate(dw.load(SPUR)).T + 100 == run.T
+    assert audit(run) == differences(run) == []
+
+
+def test_it_turns_off_for_a_task_only_once():
+    """It sets out at 100 again, on the way at 105, and is at the stop line before B from 119 to 300."""
+    run = dw.simulate(behind(SPUR, (5, 100), (105, 300)))
+    assert [time for time, _ in rows(run, "returned")] == [5]
+    assert run.kpis["waiting_closed"] == 300 - 119
+    assert audit(run) == differences(run) == []
+
+
+def test_a_task_behind_closures_that_are_never_open_together_is_not_held_back():
+    over = {
+        "calendars": {"even": {"every": 100, "lasts": 50}, "odd": {"every": 100, "lasts": 50, "first": 50}},
+        "traffic.closures": {
+            "first": {"members": [["A", "B"]], "hours": "even"},
+            "second": {"members": [["B", "C"]], "hours": "odd"},
+        },
+    }
+    run = dw.simulate(dw.load(SPUR, over))
+    assert rows(run, "assigned")[0][0] == 0
+    assert run.kpis["waiting_closed"] > 0
+    assert audit(run) == []
+
+
+def test_while_a_station_is_cut_off_nothing_is_fetched_for_it():
+    run = dw.simulate(behind(LOOP, (0, 500), members=[("C", "D")], **{"tasks.goods": [0], "fleet.size": 1}))
+    assert rows(run, "assigned") == [(500, "assigned")]
+
+
+@pytest.mark.parametrize(("tasks", "said"), [("hold", "tasks there wait until it opens"), ("go", "wait before it")])
+def test_check_says_what_is_cut_off_and_for_how_long(tasks, said):
+    closure = {"works": {"members": [["C", "D"]], "hours": "works", "tasks": tasks}}
+    over = {"traffic.closures": closure, "run.length": 1000}
+    [found] = [item for item in check(behind(LOOP, (100, 400), (900, 1200), **over)).findings if "works" in item.place]
+    assert found.code == "CLOSED_GOODS"
+    assert "while it is closed, 400 s of the run and up to 300 s at a time" in found.text
+    assert "1 storage places, with 100 % of the tasks, and D cannot be reached" in found.text
+    assert said in found.text

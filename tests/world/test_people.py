@@ -42,6 +42,33 @@ def test_a_robot_waits_before_an_aisle_until_all_have_left():
     assert audit(run) == differences(run) == []
 
 
+def test_people_step_aside_for_each_robot_that_has_waited_for_so_long():
+    """Robot 0 is at the stop line at 9 and sets out at 14; robot 1 is there at 15, and sets out at 20."""
+    over = {"fleet.size": 2, "tasks.goods": [0, 0]}
+    model = with_people(robots=over, aisles=[["B", "C"]], times=[5], stay=95, give_way={"after": 5})
+    run = dw.simulate(model)
+    assert on(run, ("B", "C"))[:2] == [(15, 35), (21, 41)]
+    assert run.kpis["waiting_person"] == 5 + 5
+    assert audit(run) == differences(run) == []
+
+
+@pytest.mark.parametrize(("come", "stay", "enters"), [(8, 95, 15), (5, 7, 13), (2, 4, 10)])
+def test_who_leaves_sooner_need_not_step_aside(come, stay, enters):
+    """Who has come later, at 8, is asked from 9 on, too; else the robot waits until they leave, or not at all."""
+    model = with_people(aisles=[["B", "C"]], times=[come], stay=stay, give_way={"after": 5})
+    assert on(dw.simulate(model), ("B", "C"))[0][0] == enters
+
+
+def test_it_waits_from_when_both_are_there():
+    """B>C is closed until 20, with a robot before it from 9 on; somebody is there from 12, and steps aside at 17."""
+    over = {"calendars.works": {"between": [[0, 20]]}}
+    over["traffic.closures"] = {"works": {"members": [["B", "C"]], "hours": "works", "tasks": "go"}}
+    model = with_people(robots={**ONE, **over}, aisles=[["B", "C"]], times=[12], stay=95, give_way={"after": 5})
+    run = dw.simulate(model)
+    assert on(run, ("B", "C"))[0][0] == 21
+    assert audit(run) == differences(run) == []
+
+
 def test_a_robot_that_is_in_the_aisle_drives_on_and_both_share_it():
     """B>C is driven from 10 to 30; somebody comes at 15 and stays to 55, so they share 15 of 40."""
     run = dw.simulate(with_people(aisles=[["B", "C"]], times=[15], stay=40))

@@ -116,3 +116,51 @@ def test_robots_of_different_size_all_keep_the_distance_of_the_largest():
     assert stops[1][:2] == (1, 11.5)
     assert run.kpis["tasks"] == 3
     assert audit(run) == []
+
+
+def there_and_back(**edge):
+    """One robot on a two-way lane of 20: the good is 10 beyond A, and unloaded at A."""
+    lane = {"from": "A", "to": "B", "two_way": True, **edge}
+    return {
+        "layout": {
+            "nodes": {"A": [0, 0], "B": [20, 0]},
+            "edges": [lane],
+            "storage": [{"edge": ["A", "B"], "offset": 10.0}],
+            "bays": {"home": {"at": ["A"], "places": 1}},
+        },
+        "fleet": {"size": 1, "robot": {"radius": 0.5, "speed": 1}},
+        "tasks": {"goods": [0], "unload_at": ["A"], "load_time": 0, "unload_time": 0},
+    }
+
+
+@pytest.mark.parametrize(
+    ("edge", "lasts"),
+    [({}, 40), ({"speed": 0.5}, 80), ({"speed_back": 0.5}, 20 + 40), ({"speed": 0.8, "speed_back": 0.4}, 25 + 50)],
+)
+def test_a_two_way_lane_has_a_speed_for_each_direction(edge, lasts):
+    run = dw.simulate(dw.load(there_and_back(**edge)))
+    assert pytest.approx(lasts) == run.T
+    assert audit(run) == []
+
+
+def test_two_edges_are_one_lane_with_the_speed_of_each():
+    apart = there_and_back()
+    apart["layout"]["edges"] = [{"from": "A", "to": "B", "speed": 0.8}, {"from": "B", "to": "A", "speed": 0.4}]
+    together = dw.load(there_and_back(speed=0.8, speed_back=0.4))
+    assert dw.simulate(dw.load(apart)).record.rows == dw.simulate(together).record.rows
+
+
+def test_a_speed_back_of_a_one_way_edge_is_refused():
+    mapping = there_and_back(two_way=False, speed_back=0.5)
+    mapping["layout"]["edges"].append(["B", "A"])
+    with pytest.raises(dw.LayoutError, match=r"edges\[0\].speed_back: A>B is not two-way; say two_way: true, or give"):
+        dw.load(mapping).floor  # noqa: B018 - it is built as it is asked for
+
+
+@pytest.mark.parametrize(("kept", "speed"), [(("A", "B"), 0.8), (("B", "A"), 0.4)])
+def test_made_one_way_it_keeps_the_speed_of_its_direction(kept, speed):
+    from desim_warehouse.model.oriented import _turn
+
+    content = there_and_back(speed=0.8, speed_back=0.4)
+    _turn(content["layout"], dw.load(content).floor, [kept])
+    assert content["layout"]["edges"] == [{"from": kept[0], "to": kept[1], "speed": speed}]

@@ -39,6 +39,15 @@ def _failures(model: Model) -> Iterator[str]:
             )
 
 
+def breakdowns(model: Model) -> dict[str, BreakdownSpec]:
+    """The breakdowns of robots by the key at which they stand."""
+    fleet = model.fleet
+    found = {"fleet.robot.breakdowns": fleet.robot.breakdowns} | {
+        f"fleet.kinds.{name}.breakdowns": kind.breakdowns for name, kind in fleet.kinds.items()
+    }
+    return {key: spec for key, spec in found.items() if spec is not None}
+
+
 def _delays(model: Model) -> Iterator[str]:
     for kind, robot in _kinds(model):
         if robot.delays is not None and robot.delays.share:

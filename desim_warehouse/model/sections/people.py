@@ -27,6 +27,14 @@ def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
 Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_line)]
 
 
+class GiveWay(Part):
+    """People step aside for a robot that has waited before their aisle, and for the next when that has waited, too."""
+
+    after: Time = Field(
+        title="wait until people step aside", description="how long the robot has waited since both are there"
+    )
+
+
 class PeopleSpec(Part):
     """People who come into aisles, each into one: no robot is let in until they have left; one that is in it drives on.
 
@@ -49,6 +57,9 @@ class PeopleSpec(Part):
     )
     hours: CalendarName | None = Field(None, description="with per_hour: people come only then; default: always")
     stay: Varying = Field(title="length of a visit", description="how long each stays in the aisle")
+    give_way: GiveWay | None = Field(
+        None, description="they let robots pass; default: robots wait until they have left"
+    )
 
     def is_random(self, model: Any) -> bool:
         """Whether it is left to chance when people come, into which aisle, or for how long."""

@@ -45,6 +45,12 @@ class ClosureSpec(Part):
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
     )
     hours: CalendarName = Field(description="when it is closed")
+    tasks: Literal["hold", "go"] = Field(
+        "hold",
+        title="tasks behind a closure",
+        description="of tasks to whose places no way leads that is open: hold: they wait until one opens, and robots "
+        "on their way to load turn off at the next node; go: robots are sent, and wait before the closure",
+    )
 
 
 class SlowSpec(Part):

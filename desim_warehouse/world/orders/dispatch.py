@@ -131,16 +131,22 @@ class Dispatcher:
         self._put_back(robot.number)
 
     def give_back(self, robot: Robot) -> None:
-        """A robot cannot fetch its good after all: the task goes to the front of the list at once."""
+        """A robot's battery does not let it fetch its good after all."""
         task = robot.job
         assert task is not None
-        self._record("returned", robot, task)
         robot.charging.require()  # else it would take the task again at once
         if self.reach.give_back(task) > RETURNS:
             raise PolicyError(
                 f"at time {self.env.now:g} task {task.number} (good {task.good}) was given back {RETURNS} times; "
                 f"no battery seems to last for it: {self.reach.why_none_lasts([robot.view()], task)}"
             )
+        self.take_back(robot)
+
+    def take_back(self, robot: Robot) -> None:
+        """A robot does not fetch its good: the task goes to the front of the list at once."""
+        task = robot.job
+        assert task is not None
+        self._record("returned", robot, task)
         self._put_back(robot.number)
         self._forget(robot)
         self.open[task.number] = task
@@ -234,7 +240,7 @@ class Dispatcher:
             self._next_of_queues()
         if not (self.open and self._able()):
             self._pass()
-        elif self.stations.close and not self.situation().tasks:
+        elif self.reach.openings.holds and not self.situation().tasks:
             self.decide(())  # all are held back
         elif self.allocation is None:
             self.waiting = True
@@ -245,7 +251,7 @@ class Dispatcher:
             self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
 
     def _look_again(self) -> None:
-        """Decide anew when the first task that was held back, as a station is closed, can be given out."""
+        """Decide anew when the first task that was held back, as a station or the way is closed, can be given out."""
         openings = self.reach.openings
         due, openings.due = openings.due, math.inf
         if due < self._looks_at - EPS and not self.is_in_vain:

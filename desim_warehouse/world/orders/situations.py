@@ -66,9 +66,9 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
-        """The open tasks, without those that are held back as a station is closed."""
-        tasks = self.open_tasks.values()
-        return self.reach.openings.admit_tasks(free, tasks) if self.reach.stations.close else tasks
+        """The open tasks, without those that are held back as a station or the way is closed."""
+        tasks, openings = self.open_tasks.values(), self.reach.openings
+        return openings.admit_tasks(free, tasks) if openings.holds else tasks
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""

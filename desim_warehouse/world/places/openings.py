@@ -1,9 +1,9 @@
-"""Tasks held back at the source while a station is closed, so that no robot sets out only to wait for its hours.
+"""Tasks held back at the source while a station or the way is closed, so that no robot sets out only to wait for that.
 
 A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
 task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked at
 again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes, it
-sets out all the same: the load has to wait somewhere.
+sets out all the same: the load has to wait somewhere. What lies behind a closure says `cut_off`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.policies import Handling, RobotView, Task
+    from desim_warehouse.world.places.cut_off import CutOff
     from desim_warehouse.world.places.stations import Stations
+    from desim_warehouse.world.places.stops import Stop
 
 
 KEPT = 100_000
@@ -30,7 +32,7 @@ KEPT = 100_000
 
 
 class Openings:
-    """The robots that would come before a station opens.
+    """The robots that would come before a station or the way to it opens; with `holds` there may be some.
 
     `due` is when the first task that was held back may be given out.
     """
@@ -39,12 +41,15 @@ class Openings:
         self,
         env: Environment,
         stations: Stations,
+        cut_off: CutOff,
         handling: Handling,
         travel: Callable[[float], FreeTravel],
         loaded_speed: Callable[[RobotView], float],
     ) -> None:
         self.env = env
         self.stations = stations
+        self.cut_off = cut_off
+        self.holds = stations.close or bool(cut_off.closures)
         self.handling = handling
         self.travel = travel
         self.loaded_speed = loaded_speed
@@ -56,11 +61,11 @@ class Openings:
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
 
     def admit(self, robot: RobotView, task: Task, node: str) -> bool:
-        """Let a robot set out for a task to `node` now, or hold the task back until it finds the stations open.
+        """Let a robot set out for a task to `node` now, or hold the task back until it finds way and stations open.
 
         Returns whether it may set out. If not, `due` says when the task is looked at again.
         """
-        if not self.stations.close:
+        if not self.holds:
             return True
         now, key = self.env.now, (robot.number, robot.node, robot.free_in, task.number, node)
         held, until = self._known.get(key, (False, -math.inf))
@@ -94,12 +99,19 @@ class Openings:
         return found
 
     def _wait(self, robot: RobotView, task: Task, node: str) -> tuple[float, float]:
-        """By how much later it may set out to be at the first station that is closed no later than that opens.
+        """By how much later it may set out to find the way open, and to be no later at a station than that opens.
 
-        And by how much later it would still find open all stations that it finds open now.
+        And by how much later it would still find open all that it finds open now.
         """
+        stops, now = self.stations.stops(robot, task, node), self.env.now
+        opens = self.cut_off.opens(robot.node, stops, now)
+        if opens > now:
+            return opens - now, 0.0
+        wait, spare = self._wait_for_stations(robot, stops)
+        return wait, min(spare, self.cut_off.changes(now) - now)
+
+    def _wait_for_stations(self, robot: RobotView, stops: Sequence[Stop]) -> tuple[float, float]:
         travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
-        stops = self.stations.stops(robot, task, node)
         first = stops[0]
         time = self.env.now + robot.free_in + travel.half_turn
         time += travel.to_edge(robot.node, first.edge) + travel.along(first.edge, first.offset)[0]

@@ -8,9 +8,10 @@ waits counted, robots that wait for a repair would break down as they wait, and 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.values.distributions import draws
+from desim_warehouse.values.distributions import draws, mean_left
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
@@ -19,16 +20,19 @@ if TYPE_CHECKING:
 
 
 class Breakdowns:
-    """After which time in operation a robot breaks down next, and for how long.
+    """After which time in operation a robot breaks down next, for how long, and when it is off the lanes.
 
-    `count` is the number of breakdowns so far.
+    `count` is the number of breakdowns so far. `mean_left`: for how long a broken robot is expected to be in the way
+    yet by one who sees it, but not since when.
     """
 
     def __init__(self, spec: BreakdownSpec, robot: int, streams: Streams) -> None:
         self.count = 0
         self._every = draws(spec.every, streams, "breakdown", robot)
         self._repair = draws(spec.repair, streams, "repair", robot)
+        self._clear = None if spec.clear is None else draws(spec.clear, streams, "clear", robot)
         self._due_after = self._every()
+        self.mean_left = min(mean_left(time) for time in (spec.repair, spec.clear) if time is not None)
 
     def least_until_due(self, operated: float) -> float:
         """The least time until the next is due, after so much in operation: longer if the robot waits meanwhile."""
@@ -38,8 +42,8 @@ class Breakdowns:
         """Whether the next is due after so much time in operation."""
         return operated >= self._due_after - EPS
 
-    def begin(self) -> float:
-        """Break down, as is due, and return how long the repair takes."""
+    def begin(self) -> tuple[float, float]:
+        """Break down, as is due: how long the repair takes, and how long until the robot is cleared off the lanes."""
         self.count += 1
         self._due_after += self._every()
-        return self._repair()
+        return self._repair(), math.inf if self._clear is None else self._clear()

@@ -147,6 +147,11 @@ class Itinerary:
             self.guard.declare(self.body, route)
         self.legs = [(route, None)]
 
+    def resume(self, rest: Sequence[Lane]) -> None:
+        """Off the lanes for a repair it declares anew what is left of its route: the `rest` of this leg, and others."""
+        if self.guard is not None:
+            self.guard.declare(self.body, [*rest, *(lane for leg, _ in self.legs for lane in leg)])
+
     def leg(self, node: str, goal: str) -> list[Lane]:
         """The next leg, from `node` to `goal`."""
         if self.guard is None:

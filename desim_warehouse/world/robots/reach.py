@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.battery import Consumption
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.cut_off import CutOff
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.levels import ChargingLevels
@@ -77,6 +78,7 @@ class Reach:
         bays: Bays,
         open_tasks: Collection[Task],
         handling: Handling,
+        cut_off: CutOff,
     ) -> None:
         self.batteries = model.battery is not None
         self._model, self._layout = model, layout
@@ -97,7 +99,7 @@ class Reach:
         self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
         self.scarce = bays.chargers_are_scarce(model.fleet.size)
         self._loaded_speeds = [robot.loaded_speed for robot in model.fleet.robots()]
-        self.openings = Openings(env, stations, handling, self.travel, self.loaded_speed)
+        self.openings = Openings(env, stations, cut_off, handling, self.travel, self.loaded_speed)
         self._known = travel
         self._travel = {travel.speed: travel}
         self._given_back: Counter[int] = Counter()
@@ -181,7 +183,7 @@ class Reach:
             table &= np.array([fit[shape] for shape in shapes])
         levels = [self.levels(robot) for robot in robots] if self.batteries else []
         stations = self.stations
-        if stations.full or stations.close or any(level.margin is not None for level in levels):
+        if stations.full or self.openings.holds or any(level.margin is not None for level in levels):
             chosen = self._stations_of(robots, tasks)
         else:
             chosen = [[]] * len(robots)  # not read then
@@ -191,7 +193,7 @@ class Reach:
             if key not in rooms:
                 rooms[key] = self._have_room(robot, tasks, chosen[i])
             table[i] &= rooms[key]
-        for i, robot in enumerate(robots if stations.close else ()):
+        for i, robot in enumerate(robots if self.openings.holds else ()):
             table[i] &= [self.openings.admit(robot, *pair) for pair in zip(tasks, chosen[i], strict=True)]
         if not (self.batteries and table.any()):
             return table

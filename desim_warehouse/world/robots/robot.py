@@ -19,6 +19,7 @@ from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
+from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.tour import Tour
@@ -105,6 +106,8 @@ class Robot:
         self.leaving: Bay | None = None
         self.docked: Station | None = None
         self.job: Task | None = None
+        cut_off = reach.openings.cut_off
+        self.closings = Closings(env, self, cut_off, dispatcher.take_back) if cut_off.closures else None
         self.tour = Tour(
             self,
             env,
@@ -112,6 +115,7 @@ class Robot:
             stations=around.stations,
             handling=around.handling,
             departures=around.departures,
+            closings=self.closings,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.offer: Event | None = None
@@ -288,8 +292,8 @@ class Robot:
 
     @property
     def is_out(self) -> bool:
-        """Whether it is in no bay: on a lane, in a station, or on the node by which it has just come out."""
-        return self.body.is_on_lanes or self.docked is not None
+        """Whether it is in no bay: on a lane, in a station, on the node by which it has come out, or cleared away."""
+        return self.body.is_on_lanes or self.body.cleared or self.docked is not None
 
     @property
     def phase(self) -> Phase | None:
@@ -445,8 +449,10 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Out of the bay or station: its slot there is free."""
-        if self.docked is not None:
+        """Out of the bay or station: its slot there is free. Or it is back on the lanes, from which it was cleared."""
+        if self.body.cleared:
+            self.body.come_back()
+        elif self.docked is not None:
             self.tour.leaves(self.docked)
             self.docked = None
             self.dispatcher.call()
@@ -454,6 +460,8 @@ class Robot:
             self.bays.leave(self)
             if self.reach.scarce:
                 self.dispatcher.call()
+        if self.closings is not None:
+            self.closings.look()
 
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot that is held up before `route[index]`, if the routing policy knows one."""
@@ -462,19 +470,38 @@ class Robot:
             self.body.count_detour()
         return other
 
-    def halt(self) -> Steps:
-        """Broken down where it stands, until it is repaired. Then what it was `doing` goes on. Never in a bay."""
+    def halt(self, drive: Drive) -> Steps:
+        """Broken down where it stands, until it is repaired, or cleared off the lanes and repaired. Never in a bay.
+
+        Then what it was `doing` goes on.
+        """
         breakdowns = self.breakdowns
         assert breakdowns is not None
         while self.is_out and breakdowns.is_due(self.operated()):
             yield Arrival(self.env, self.body.brake_to_stand(self.env.now))
-            repair = breakdowns.begin()
+            repair, clear = breakdowns.begin()
             self.enter("broken")
             self.body.break_down()
+            if self.body.is_on_lanes:
+                self.itinerary.routes.block(self.body, breakdowns.mean_left)
+            if clear < repair and self.body.is_on_lanes and drive.may_be_cleared:
+                yield Timeout(self.env, clear)
+                self._clear(drive)
+                repair -= clear
             yield Timeout(self.env, repair)
             self.body.be_repaired()
+            self.itinerary.routes.unblock(self.body)
             self.enter(self.doing)
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
+
+    def _clear(self, drive: Drive) -> None:
+        """Off the lanes, to come back at the node ahead, or before the lane on which it has still to stop."""
+        again = drive.clear()
+        self.parked_at = self.node if again is None else again.edge[0]
+        self.traffic.clear(self.body, self.parked_at)
+        self.itinerary.resume(drive.rest)
+        self.itinerary.routes.unblock(self.body)
+        self.record("cleared")
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""

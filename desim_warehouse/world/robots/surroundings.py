@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.model import Model
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.traffic.events import Clock
     from desim_warehouse.world.traffic.routes import Routes
     from desim_warehouse.world.traffic.traffic import Traffic
 
@@ -44,7 +44,10 @@ class WorkGiver(Protocol):
         """A robot in a bay is no longer free."""
 
     def give_back(self, robot: Robot) -> None:
-        """A robot cannot fetch its good after all."""
+        """A robot's battery does not let it fetch its good after all."""
+
+    def take_back(self, robot: Robot) -> None:
+        """A robot does not fetch its good: the task is open again."""
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
         """A robot has unloaded."""
@@ -63,7 +66,7 @@ class WorkGiver(Protocol):
 class Surroundings:
     """The same for all robots of a run; `states` are those that robots of this model can be in."""
 
-    env: Environment
+    env: Clock
     model: Model
     streams: Streams
     log: Log

@@ -1,6 +1,7 @@
 """How a robot does its task, or several on one tour: from stop to stop, loading and unloading, in stations when served.
 
-Until it has loaded for the first time its battery may call it back. Then it goes on to the end.
+Until it has loaded for the first time its battery may call it back, and a closure turn it off. Then it goes on to the
+end.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.station import Station
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.closings import Closings
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.robots.surroundings import WorkGiver
@@ -44,6 +46,7 @@ class Tour:
         stations: Stations,
         handling: HandlingTimes,
         departures: Departures,
+        closings: Closings | None,
     ) -> None:
         self.robot = robot
         self.env = env
@@ -51,6 +54,7 @@ class Tour:
         self.stations = stations
         self.handling = handling
         self.departures = departures
+        self.closings = closings
         self.stops: list[Stop] = []
         self.slots: list[Station] = []
 
@@ -60,6 +64,9 @@ class Tour:
         """Drive to the first stop and load there. Returns False if the battery sent the robot home before."""
         robot = self.robot
         if robot.docked is None or robot.docked is not self.stops[0].station:
+            if self.closings is not None and not robot.body.is_on_lanes and self.closings.is_cut_off:
+                self.closings.turn_back()
+                return False
             if not self._declare():
                 # To the bay where its declared route ends: from there it can set out anew.
                 robot.body.recall_from(math.inf)
@@ -68,6 +75,8 @@ class Tour:
                 self.departures.under_way.add(robot.number)
                 robot.enter("empty")
                 self._declare()
+            if self.closings is not None:
+                self.closings.watch()
             route, place = robot.itinerary.legs.pop(0)
             drive = robot.drive(route, place)
             while not (yield from drive):
@@ -136,7 +145,7 @@ class Tour:
     def _turns_back(self) -> bool:
         """Recalled on the way to the first stop: whether it may go to the bay where it has a slot instead."""
         robot = self.robot
-        if not robot.itinerary.is_declared:
+        if not robot.itinerary.is_declared or robot.job is None:  # turned off, it has declared its way home already
             return True
         assert robot.bay is not None
         return robot.itinerary.go(robot.node, robot.bay.node)

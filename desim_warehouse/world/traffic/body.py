@@ -43,7 +43,8 @@ class Body:
     `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
     `stretch` is what it has driven since it stood, or None if it gathers speed and brakes in no time.
     From `recall_at` on it stops at the next node. From `halts_at` on it breaks down at its next decision: at its
-    target, on a node, or before it sets off. While `broken`, it stands until it is repaired. `delays`: those at nodes.
+    target, on a node, or before it sets off. While `broken`, it stands until it is repaired. `cleared`: it is off the
+    lanes for a repair, or comes back from it. `delays`: those at nodes.
     `waited` is all time waited in traffic, of it `waited_apart` for closures and people, which are no collisions.
     `encounters` counts episodes of waiting for people.
     """
@@ -54,6 +55,7 @@ class Body:
         "behind",
         "broken",
         "claim",
+        "cleared",
         "crossings",
         "delay",
         "delays",
@@ -120,7 +122,7 @@ class Body:
         self.delay: Delay | None = None
         self.recall_at = self.halts_at = self.train_pace = self.limit = math.inf
         self.delays = delays
-        self.broken = False
+        self.broken = self.cleared = False
         self.ready_at = -math.inf
         self.detours = 0
         self.task = -1
@@ -153,7 +155,7 @@ class Body:
     def place(self, now: float) -> str:
         """Where it is, in words."""
         if self.lane is None:
-            return f"in the bay at {self.at.name}"
+            return f"{'off the lanes' if self.cleared else 'in the bay'} at {self.at.name}"
         if self.held is not None and self.position(now) >= self.lane.length:
             return f"on node {self.lane.edge[1]}"
         return f"on edge {self.lane.edge[0]}>{self.lane.edge[1]} at {self.position(now):g}"
@@ -284,6 +286,20 @@ class Body:
     def break_down(self) -> None:
         """It stands until it is repaired."""
         self.broken = True
+
+    def be_cleared(self, node: Intersection) -> None:
+        """Out of its lane's queue and off the node that it held; it is beside a node from now on."""
+        lane = self.lane
+        if lane is not None:
+            self.driven -= lane.length - self.pos
+            self.off_lane(-math.inf)  # it has not passed the lane's end
+        self.give_up_room()
+        self.into_bay(node)
+        self.cleared = True
+
+    def come_back(self) -> None:
+        """It stands on a node again."""
+        self.cleared = False
 
     def be_repaired(self) -> None:
         """It works again."""

@@ -42,6 +42,9 @@ class Closure(Protocol):
     def closed_until(self, now: float) -> float:
         """When it opens: not after `now` if it is open, inf if it never opens again."""
 
+    def opens_for(self, robot: Body, now: float) -> float:
+        """When it opens for a robot: the same, or earlier if it makes an exception for one that has waited long."""
+
     def expected_until(self, time: float, now: float) -> float:
         """When it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
 
@@ -59,6 +62,10 @@ class ClosedHours:
         """When it opens."""
         begin, end = self.hours.following(now)
         return end if begin <= now + EPS < end else now
+
+    def opens_for(self, robot: Body, now: float) -> float:  # noqa: ARG002 - it is open to all or to none
+        """When it opens."""
+        return self.closed_until(now)
 
     def expected_until(self, time: float, now: float) -> float:  # noqa: ARG002 - it is known
         """When it opens for one that comes at `time`."""
@@ -143,7 +150,7 @@ class RestrictedLane(Lane):
         """What keeps a robot out now. A robot in a lane of the same closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
-            if closure.closed_until(now) > now and not self._is_reached_within(closure, robot.lane):
+            if closure.opens_for(robot, now) > now and not self._is_reached_within(closure, robot.lane):
                 return closure
         return None
 

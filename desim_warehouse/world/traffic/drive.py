@@ -45,7 +45,20 @@ class Drive:
     it is there, or has to decide or to wait for something at an intersection.
     """
 
-    __slots__ = ("_ok", "callbacks", "env", "held_up", "index", "robot", "route", "rules", "slow", "stop", "turn_time")
+    __slots__ = (
+        "_ok",
+        "callbacks",
+        "cleared_before_stop",
+        "env",
+        "held_up",
+        "index",
+        "robot",
+        "route",
+        "rules",
+        "slow",
+        "stop",
+        "turn_time",
+    )
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -57,6 +70,7 @@ class Drive:
         self.route = route
         self.stop = stop
         self.index = 0
+        self.cleared_before_stop = False
         # Crossing takes more than a drive and node time.
         self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
         self.held_up: Event
@@ -113,12 +127,36 @@ class Drive:
                 yield from self._pass_when_free(onward)
 
     def _halt(self) -> Steps:
-        """Stand until a breakdown is repaired, and go no farther meanwhile even if others make way."""
+        """Stand until a breakdown is repaired, and go no farther meanwhile even if others make way.
+
+        A robot that was cleared off the lanes meanwhile is beside a node then, as in a bay.
+        """
         robot = self.robot
         goal = robot.goal
         robot.head_for(robot.pos)
-        yield from robot.driver.halt()
-        robot.head_for(goal)
+        yield from robot.driver.halt(self)
+        if not robot.cleared:
+            robot.head_for(goal)
+
+    @property
+    def may_be_cleared(self) -> bool:
+        """Whether a broken robot may be off its lane: once where it has still to stop there, as it must drive it again.
+
+        Else one that broke down sooner than it came there would never do so.
+        """
+        return not (self.cleared_before_stop and self._stops_on_its_lane)
+
+    @property
+    def _stops_on_its_lane(self) -> bool:
+        return self.robot.lane is not None and self.stop is not None and self.onward is None
+
+    def clear(self) -> Lane | None:
+        """A broken robot is off its lane now. Returned is the lane if it has to drive it again."""
+        if not self._stops_on_its_lane:
+            return None
+        lane: Lane = self.robot.lane
+        self.route, self.index, self.cleared_before_stop = [lane], 0, True
+        return lane
 
     def _under_way(self) -> Event:
         """Due when the robot is there, or at an intersection where it cannot just go on."""
@@ -365,6 +403,8 @@ class Drive:
         while True:
             if robot.halts_at <= self.env._now:
                 yield from self._halt()
+                if robot.cleared:
+                    yield from self._out_of_bay()
             if robot.recall_at <= self.env._now and self._may_stay:
                 robot.give_up_room()
                 return Departure.RECALLED
@@ -384,7 +424,7 @@ class Drive:
                 return Departure.THERE
 
     def _out_of_bay(self) -> Steps:
-        """From a bay or station onto the node beside it."""
+        """From a bay or station onto the node beside it, or back from where it was cleared off the lanes."""
         robot = self.robot
         if robot.halts_at <= self.env._now:
             yield from self._halt()

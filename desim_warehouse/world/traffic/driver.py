@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 
     from simpy.events import Event
 
+    from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.lane import Lane
 
     Steps = Generator[Event, object, None]
@@ -29,8 +30,8 @@ class Driver(Protocol):
     def notice_delay(self, begin: float, end: float) -> None:
         """It is known that it will wait in traffic from `begin` to `end`."""
 
-    def halt(self) -> Steps:
-        """A breakdown is due: the robot stands until it is repaired. It never breaks down in a bay."""
+    def halt(self, drive: Drive) -> Steps:
+        """A breakdown is due: the robot stands until it is repaired, or cleared off the lanes. Never in a bay."""
 
 
 class NoDriver:
@@ -49,6 +50,6 @@ class NoDriver:
     def notice_delay(self, begin: float, end: float) -> None:
         """Nothing to do."""
 
-    def halt(self) -> Steps:
+    def halt(self, drive: Drive) -> Steps:  # noqa: ARG002
         """It never breaks down."""
         yield from ()

@@ -12,6 +12,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.outcome.log import PLACES
 from desim_warehouse.values.calendars import merged
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
     found: defaultdict[Edge, list[Stay]] = defaultdict(list)
-    for row in log.of("enter", "parked", "docked"):
+    for row in log.of(*PLACES):
         if row.robot in where:
             left, since = where.pop(row.robot)
             found[left].append((row.robot, since, row.time))

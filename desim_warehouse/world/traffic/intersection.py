@@ -53,6 +53,12 @@ class Claim(Event):
             return found
         return None if self.over is None else self.over.shut_by(self.robot)
 
+    def give_up_room(self) -> None:
+        """From now on it is for the intersection alone: the robot goes another way from there."""
+        if self.lane is not None:
+            self.lane.wanted -= 1
+        self.lane = self.over = None
+
     @property
     def has_room(self) -> bool:
         """Whether the lanes beyond are open, with room to stand."""
@@ -220,7 +226,7 @@ class Intersection:
     def wait_for_opening(self, claim: Claim, now: float) -> None:
         """If a claim waits for a lane that is closed, look at it again when that opens."""
         closure = claim.shut_by
-        when = math.inf if closure is None else closure.closed_until(now)
+        when = math.inf if closure is None else closure.opens_for(claim.robot, now)
         if when < self.opening:
             self.opening = when
             Arrival(self.rules.env, when).callbacks.append(self._opened)

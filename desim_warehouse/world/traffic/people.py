@@ -14,7 +14,7 @@ from desim_warehouse.layout.zones import edges_along
 from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import Good
 from desim_warehouse.model.sections.popularity import shares
-from desim_warehouse.values.distributions import Distribution, drawn
+from desim_warehouse.values.distributions import drawn, mean_left
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Sequence
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.people import PeopleSpec
     from desim_warehouse.values.calendars import Hours
     from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.traffic.body import Body
 
     Edge = tuple[str, str]
 
@@ -45,19 +46,29 @@ class Aisle:
     def __init__(self, source: PeopleSource, edges: tuple[Edge, ...]) -> None:
         self.source = source
         self.edges = edges
-        self.busy_until = -math.inf
+        self.busy_since = self.busy_until = -math.inf
 
     def closed_until(self, now: float) -> float:
         """When those who are in it now will all have left."""
         self.source.come(now)
         return self.busy_until
 
+    def opens_for(self, robot: Body, now: float) -> float:
+        """When they have all left, or step aside for a robot that waits."""
+        until, give_way = self.closed_until(now), self.source.spec.give_way
+        if give_way is None or robot.claim is None:
+            return until
+        return min(until, max(robot.waiting_since, self.busy_since) + give_way.after)
+
     def expected_until(self, time: float, now: float) -> float:
         """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
 
-        Seen at any instant it is E[S^2] / (2 E[S]), the mean residual time of renewal theory.
+        Or sooner, if people step aside for it.
         """
-        return now + self.source.mean_left if self.closed_until(now) > now else time
+        if self.closed_until(now) <= now:
+            return time
+        left, give_way = now + self.source.mean_left, self.source.spec.give_way
+        return left if give_way is None else min(left, time + give_way.after)
 
 
 class PeopleSource:
@@ -71,9 +82,7 @@ class PeopleSource:
         self.aisles = [Aisle(self, edges) for edges in aisles]
         self.weights = weights
         self.visits: list[Visit] = []
-        stay = spec.stay
-        mean, variance = (stay.mean, stay.variance) if isinstance(stay, Distribution) else (stay, 0.0)
-        self.mean_left = (mean + variance / mean) / 2 if mean else 0.0
+        self.mean_left = mean_left(spec.stay)
         self._arrivals: Iterator[float]
         self._next = math.inf
 
@@ -104,6 +113,8 @@ class PeopleSource:
             which = 0 if len(self.aisles) == 1 else int(stream().choice(len(self.aisles), p=self.weights))
             aisle, end = self.aisles[which], self._next + drawn(self.spec.stay, stream)
             self.visits.append(Visit(self._next, end, aisle.edges))
+            if aisle.busy_until < self._next:
+                aisle.busy_since = self._next
             aisle.busy_until = max(aisle.busy_until, end)
             self._next = next(self._arrivals, math.inf)
 

@@ -12,12 +12,13 @@ from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.traffic.closures import wait_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from simpy import Environment
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Restrictions
     from desim_warehouse.world.traffic.lane import Lane
 
@@ -44,7 +45,8 @@ class PassageMeans(Mapping[Edge, float]):
 class Routes:
     """Asks the routing policy.
 
-    `waits` and `collisions` are means per passage of each edge, its end node included.
+    `waits` and `collisions` are means per passage of each edge, its end node included. Robots `break_down`: then lanes
+    may be blocked.
     """
 
     def __init__(
@@ -56,11 +58,14 @@ class Routes:
         lanes: Mapping[Edge, Lane],
         contact: float,
         restrictions: Restrictions,
+        *,
+        break_down: bool = False,
     ) -> None:
         self.env = env
         self.policy = policy
         self.lanes = lanes
         self.detours = int(getattr(policy, "detours", 0))
+        self.goes_round = bool(getattr(policy, "goes_round", False))
         self.waits = PassageMeans(
             lanes, lambda lane: lane.blocked / (lane.passages + 1) + lane.end.blocked / (lane.end.passages + 1)
         )
@@ -77,9 +82,10 @@ class Routes:
             node_times=travel.node_times,
             contact=contact,
             turning=self._turning if travel.turn_time else None,
-            closed_for=self._closed_for if restrictions.closures else None,
+            closed_for=self._closed_for if restrictions.closures or break_down else None,
             limit=self._limit if restrictions.slow else None,
         )
+        self._broken: dict[Body, tuple[Collection[Edge], float]] = {}
         self._in_lane = layout.in_lane
         self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}
@@ -129,7 +135,21 @@ class Routes:
         return self.lanes[before, node].turn_to(self.lanes[node, after])
 
     def _closed_for(self, edge: Edge, after: float) -> float:
-        return wait_at(self.lanes[edge], after, self.env.now)
+        blocked = max((left for edges, left in self._broken.values() if edge in edges), default=0.0)
+        return max(wait_at(self.lanes[edge], after, self.env.now), blocked - after)
+
+    def block(self, robot: Body, left: float) -> None:
+        """A robot has broken down: its lane, or all that lead to its node, are expected to be blocked for so long."""
+        if robot.held is not None:
+            edges = [edge for edge, lane in self.lanes.items() if lane.end is robot.held]
+        else:
+            lane = robot.lane
+            edges = [lane.edge] if lane.twin is None else [lane.edge, lane.twin.edge]
+        self._broken[robot] = edges, left
+
+    def unblock(self, robot: Body) -> None:
+        """It works again, or is off the lanes."""
+        self._broken.pop(robot, None)
 
     def _limit(self, edge: Edge) -> float:
         return self.lanes[edge].limit

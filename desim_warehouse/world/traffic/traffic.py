@@ -97,6 +97,21 @@ class Traffic:
         else:
             self.lanes[start.edge].place(robot, start.offset)
 
+    def clear(self, robot: Body, name: str) -> None:
+        """From where it stands on the lanes to beside a node: what it held is free, and those behind move up."""
+        now, node = self.rules.env._now, self.nodes[name]
+        held, lane, behind = robot.held, robot.lane, robot.behind
+        robot.be_cleared(node)
+        if self.rules.guard is not None:
+            self.rules.guard.left(robot)
+        if held is not None and held.holder is robot:
+            held.holder = None
+        if lane is not None and (behind is not None or lane.wanted):
+            lane.made_room(behind, now)
+        for place in (held, None if lane is None else lane.end):  # at a two-way lane's end others wait to come in
+            if place is not None and place.claims:
+                place.freed(now)
+
     def into_bay(self, robot: Body) -> None:
         """From the node it stands on into the bay beside it: at once, and the node is open to all."""
         now = self.rules.env._now

@@ -1,0 +1,122 @@
+"""What lies behind closures that hold tasks back (`tasks: hold`): places to which all ways are closed now.
+
+A robot that set out for such a place would stand before the closure and hold up others. So its task waits until there
+is a way, and a robot that is on its way to load turns off at the next node. One that carries a load goes on: the load
+has to wait somewhere. Where routes do not go round closed lanes, a place is behind one if the usual way is closed.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.world.traffic.closures import ClosedHours
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.oracle import RouteOracle
+    from desim_warehouse.model import Model
+    from desim_warehouse.world.places.stops import Stop
+
+    Edge = tuple[str, str]
+
+TRIES = 100
+"""After so many openings in a row at which other closures are in the way, a task is not held back for them."""
+
+
+class CutOff:
+    """The closures of a model that hold tasks back.
+
+    `ways` are the routes that robots take. `goes_round`: unless those are closed, in which case they take others.
+    `turned_back`: tasks on the way to which a robot has turned off. The next one goes on to the end, so that closures
+    that come and go put no task off for ever.
+    """
+
+    def __init__(self, model: Model, layout: Layout, ways: RouteOracle, *, goes_round: bool) -> None:
+        self.layout = layout
+        self.ways = ways
+        self.goes_round = goes_round
+        self.closures = [
+            (frozenset(edges_of(layout, closure.members)), ClosedHours(model.hours(closure.hours)))
+            for closure in model.traffic.closures.values()
+            if closure.tasks == "hold"
+        ]
+        self.turned_back: set[int] = set()
+        self._reached: dict[tuple[str, frozenset[Edge]], set[str]] = {}
+        self._open: dict[tuple[str, str, frozenset[Edge]], bool] = {}
+
+    def opens(self, node: str, stops: Sequence[Stop], now: float) -> float:
+        """When a robot at `node` has a way to all of some stops: `now`, if it has one, or if it never will."""
+        time = now
+        for _ in range(TRIES):
+            shut, until = self._shut(time)
+            if not shut or not self._is_behind(node, stops, shut):
+                return time
+            if math.isinf(until):
+                break
+            time = until
+        return now
+
+    def has_way(self, origin: str, goal: str, now: float) -> bool:
+        """Whether robots find a way from one node to another that is open now."""
+        return self._leads(origin, goal, self._shut(now)[0])
+
+    def changes(self, now: float) -> float:
+        """When a closure begins or ends next, inf if none does."""
+        return min((hours.hours.changes(now) for _, hours in self.closures), default=math.inf)
+
+    def _shut(self, time: float) -> tuple[frozenset[Edge], float]:
+        """The edges that are closed at a time, and when the first of them opens."""
+        until = [(edges, hours.closed_until(time)) for edges, hours in self.closures]
+        shut = [(edges, opens) for edges, opens in until if opens > time]
+        found = frozenset().union(*(edges for edges, _ in shut))
+        return found, min((opens for _, opens in shut), default=time)
+
+    def _is_behind(self, node: str, stops: Sequence[Stop], shut: frozenset[Edge]) -> bool:
+        """Whether the way from a node to one of some stops, in their order, is closed."""
+        for rank, stop in enumerate(stops):
+            if stop.edge[0] == stop.edge[1]:
+                if not self._leads(node, stop.node, shut):
+                    return True
+                node = stop.node
+                continue
+            then = stop.node if rank + 1 == len(stops) else stops[rank + 1].edge[0]
+            onto = [edge for edge in self._approaches(node, stop, then) if edge not in shut]
+            edge = next((edge for edge in onto if self._leads(node, edge[0], shut)), None)
+            if edge is None:
+                return True
+            node = edge[1]
+        return False
+
+    def _approaches(self, node: str, stop: Stop, then: str) -> list[Edge]:
+        """The edges by which a robot may come to a storage place: the one that it takes, or any if it goes round."""
+        edges = [edge for edge, _ in self.layout.approaches(stop.edge, stop.offset)]
+        time = self.ways.time
+        edges.sort(key=lambda edge: time(node, edge[0]) + time(edge[1], then))
+        return edges if self.goes_round else edges[:1]
+
+    def _leads(self, origin: str, goal: str, shut: frozenset[Edge]) -> bool:
+        """Whether robots find a way from one node to another."""
+        if self.goes_round:
+            return goal in self._from(origin, shut)
+        key = origin, goal, shut
+        if key not in self._open:
+            self._open[key] = shut.isdisjoint(pairwise(self.ways.way(origin, goal)))
+        return self._open[key]
+
+    def _from(self, origin: str, shut: frozenset[Edge]) -> set[str]:
+        """The nodes to which a way leads that is not closed; none leads on through a bay in the lane."""
+        key = origin, shut
+        if key not in self._reached:
+            found, line, after = {origin}, [origin], self.layout.graph.adj
+            for here in line:
+                if here == origin or here not in self.layout.in_lane:
+                    further = [there for there in after[here] if there not in found and (here, there) not in shut]
+                    found.update(further)
+                    line += further
+            self._reached[key] = found
+        return self._reached[key]

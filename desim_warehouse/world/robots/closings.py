@@ -1,0 +1,87 @@
+"""Robots on their way to load turn off where a closure that holds tasks back comes between them and their goods."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.states import STATES, Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from desim_warehouse.world.places.cut_off import CutOff
+    from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.traffic.events import Clock
+
+
+class Closings:
+    """The closures that a robot with a task may have to turn off for; `take_back` takes its task from it.
+
+    It goes home from the next node. One that waits for room beyond that node gives up the room. It goes on, and waits
+    before the closure, where its way home is closed, too, and where routes are declared and others could not change.
+    """
+
+    def __init__(self, env: Clock, robot: Robot, cut_off: CutOff, take_back: Callable[[Robot], None]) -> None:
+        self.env = env
+        self.robot = robot
+        self.cut_off = cut_off
+        self.take_back = take_back
+        self._looks_at = math.inf
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether its way is closed, to a task for which no robot has turned off before."""
+        job, now = self.robot.job, self.env.now
+        if job is None or job.number in self.cut_off.turned_back:
+            return False
+        return self.cut_off.opens(self.robot.node, self.robot.tour.stops, now) > now
+
+    def turn_back(self) -> None:
+        """It gives its task back."""
+        job = self.robot.job
+        assert job is not None
+        self.cut_off.turned_back.add(job.number)
+        self.take_back(self.robot)
+
+    def watch(self) -> None:
+        """Look again when something opens or closes."""
+        time = self.cut_off.changes(self.env.now)
+        if time < self._looks_at:
+            self._looks_at = time
+            self.env.tick(time, self._change)
+
+    def _change(self) -> None:
+        self._looks_at = math.inf
+        if self.robot.job is not None and not self.env.only_ticks:
+            self.look()
+            self.watch()
+
+    def look(self) -> None:
+        """Turn off, if the way to its good is closed, at the node that it comes to next."""
+        robot, body, now = self.robot, self.robot.body, self.env.now
+        loads = STATES[robot.doing].phase is Phase.TO_GOOD
+        if not loads or not body.is_on_lanes or not self.is_cut_off or robot.is_at_good_edge:
+            return
+        declared, bay = robot.itinerary.is_declared, robot.home if robot.bay is None else robot.bay.node
+        if not self.cut_off.has_way(robot.node, bay, now) or (declared and not self._declares_way_to(bay)):
+            return
+        self.turn_back()
+        body.recall_from(now)
+        claim = body.claim
+        if claim is not None and self._may_give_up_room:
+            claim.give_up_room()
+            claim.node.freed(now)
+
+    @property
+    def _may_give_up_room(self) -> bool:
+        """Whether it waits before an intersection for robots, not on one, nor for something to open."""
+        body = self.robot.body
+        return body.claim is None or (body.held is None and body.claim.because is None)
+
+    def _declares_way_to(self, bay: str) -> bool:
+        """Declare the way from the next node to its bay, if it can still stop and others let it."""
+        robot, body = self.robot, self.robot.body
+        if body.lane is None or body.granted is not None or not self._may_give_up_room:
+            return False
+        return robot.itinerary.go(robot.node, bay)
