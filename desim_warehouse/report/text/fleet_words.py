@@ -137,10 +137,10 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
             changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
             command = command_line(model, assignments, changed, one.verdict.n, (plan.target.indicator,), seed)
             found.append(Evidence(f"{strategy.label}: {_fleet(one)}", _found(plan, one), one.verdict.n, command))
-        for shown in (one for one in sized.below if (one.robots, one.chargers) in strategy.same):
-            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **shown.overrides}
+        for one in (one for one in sized.below if (one.robots, one.chargers) in strategy.same):
+            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
             command = command_line(model, assignments, changed, GLANCE, (plan.target.indicator,), seed)
-            found.append(Evidence(f"{strategy.label}: {_fleet(shown)}", f"all as with {plan.own}", GLANCE, command))
+            found.append(Evidence(f"{strategy.label}: {_fleet(one)}", f"all as with {plan.own}", GLANCE, command))
     return found
 
 
