@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.positions import Positions
     from desim_warehouse.report.replay import Replay
+    from desim_warehouse.run.stop import Stop
 
 
 class Run:
@@ -296,8 +297,8 @@ def _no_collector() -> Iterator[None]:
             gc.enable()
 
 
-def simulate(model: Model, seed: int = 0) -> Run:
-    """Simulate a model once; the same model and seed give the same log.
+def simulate(model: Model, seed: int = 0, stop: Stop | None = None) -> Run:
+    """Simulate a model once; the same model and seed give the same log. `stop` ends it from another thread.
 
     Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
     and the model does not accept, SimulationError and PolicyError for what goes wrong during the run.
@@ -305,6 +306,8 @@ def simulate(model: Model, seed: int = 0) -> Run:
     from desim_warehouse.world import World
 
     world = World(model, seed)
+    if stop is not None:
+        stop.obey(world.env)
     with _no_collector():
         world.run()
     deterministic = not world.streams.used and not model.policies.own()

@@ -15,8 +15,9 @@ from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.study import Study
@@ -180,14 +181,29 @@ def size(
         return study.carry_out(runner, steps, goal.indicator)
 
 
-def cannot_last(study: Study, runner: StudyRunner, number: int) -> str | None:
-    """Why a design cannot last, by the means of its runs so far, or None if it can."""
+_DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")
+"""Indicators whose size says that a design cannot last."""
+
+
+def cannot_last(study: Study, runner: StudyRunner, number: int, *, glance: bool = False) -> str | None:
+    """Why a design cannot last, by its runs so far, or None if it can; `glance`: as of `not_lasting`."""
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):
         return "a robot runs flat"
     model = study.plan.base.replace(study.points[number].overrides)
-    found = judge_design([row.indicators for row in rows], model)
-    return next((verdict.text for verdict in found if verdict.code in LASTING), None)
+    return not_lasting([row.indicators for row in rows], model, glance=glance)
+
+
+def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bool = False) -> str | None:
+    """Why a design cannot last, by the means of its runs, or None if it can.
+
+    `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
+    """
+    why = next((verdict.text for verdict in judge_design(runs, model) if verdict.code in LASTING), None)
+    if not glance or why is None:
+        return why
+    halved = [{name: value / 2 if name in _DRIFTS else value for name, value in run.items()} for run in runs]
+    return why if not_lasting(halved, model) else None
 
 
 def more_is_better(name: str) -> bool:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
+    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.store import Store
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Procedure
@@ -168,18 +169,23 @@ class StudyRunner:
             return
         self.progress.want(len(missing), len({(self.keys[n], r) for n, r in there}))
         yield from (self.row(*one) for one in there)
-        names = list(missing)
-        wanted = [Wanted(of[0][0], self.points[of[0][0]].overrides, seed) for (_, seed), of in missing.items()]
-        if not wanted:
-            return
-        with closing(self.executor.run(wanted)) as outcomes:
-            for position, outcome in outcomes:
-                self.store.add(*names[position], outcome)
-                self.progress.step(failed=outcome.error is not None)
-                if monotonic() - self.written > _WRITE_EVERY:
-                    self.write(self.finished())
-                    self.written = monotonic()
-                yield from (self.row(*one) for one in missing[names[position]])
+        names: dict[Handle, tuple[str, int]] = {}
+        try:
+            for name, of in missing.items():
+                wanted = Wanted(of[0][0], self.points[of[0][0]].overrides, name[1])
+                names[self.executor.submit(wanted)] = name
+            with closing(self.executor.ended(list(names))) as ended:
+                for handle in ended:
+                    assert handle.outcome is not None  # we cancel none of them before all have ended
+                    self.store.add(*names[handle], handle.outcome)
+                    self.progress.step(failed=handle.outcome.error is not None)
+                    if monotonic() - self.written > _WRITE_EVERY:
+                        self.write(self.finished())
+                        self.written = monotonic()
+                    yield from (self.row(*one) for one in missing[names[handle]])
+        finally:
+            for handle in names:
+                handle.cancel()
 
     def found(self, number: int, replication: int) -> Row | None:
         """A run if it is finished."""

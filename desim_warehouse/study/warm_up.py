@@ -121,14 +121,14 @@ def settle_designs(
         for point in designs
         for r in range(PILOT)
     ]
-    outcomes: dict[int, Outcome] = {}
-    for position, outcome in executor.run(wanted):
-        outcomes[position] = outcome
-        done(outcome)
+    handles = [executor.submit(one) for one in wanted]
+    for handle in executor.ended(handles):
+        assert handle.outcome is not None  # nobody cancels it
+        done(handle.outcome)
     times, remarks = [], []
     for number, point in enumerate(designs):
         model = plan.base.replace(point.overrides)
-        pilots = [outcomes[number * PILOT + r] for r in range(PILOT)]
+        pilots = [handle.outcome for handle in handles[number * PILOT : (number + 1) * PILOT] if handle.outcome]
         spans = [pilot.spans for pilot in pilots if pilot.spans is not None]
         if not spans:
             times.append(model.run.warm_up)

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from pathlib import Path
 from pkgutil import resolve_name
+from queue import SimpleQueue
 
 import pandas as pd
 import pytest
@@ -19,6 +20,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.study.execution.batches import BATCH_TIME, Batches
+from desim_warehouse.study.execution.handle import Handle
 from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import JOURNAL, Store
@@ -318,9 +320,9 @@ def test_one_stuck_run_in_a_batch_of_short_ones_is_done_again_with_the_others(pa
         batches.run_time = BATCH_TIME / 10
         return take(batches, workers)
 
-    def note(batches, positions, outcome):
-        sizes.append(len(positions))
-        stuck(batches, positions, outcome)
+    def note(batches, handles, outcome):
+        sizes.append(len(handles))
+        stuck(batches, handles, outcome)
 
     timeout = ample(study(1).run(workers=2).table)
     monkeypatch.setattr(Batches, "take", take_ten)
@@ -340,7 +342,7 @@ def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(r
     now = 100.0
     worker = Worker()
     try:
-        worker.begun, worker.positions = True, list(range(runs))
+        worker.begun, worker.handles = True, [Handle(Wanted(0, {}, seed), id) for seed in range(runs)]
         for now in (100.0, 102.9, 103.1, 103.9, 104.1, 1000.0):
             assert worker.late(1.0) == (seconds is not None and now > 100 + seconds)
             assert not worker.late(None)
@@ -352,16 +354,18 @@ def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(r
 def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monkeypatch):
     monkeypatch.setattr("desim_warehouse.study.execution.work.ENOUGH", 0.0)
     base = study(1).plan.base
-    wanted = [Wanted(0, {}, seed) for seed in range(5)]
-    done = []
-    batches = Batches(wanted, lambda position, _: done.append(position))
+    batches, told = Batches(), SimpleQueue()
+    for seed in range(5):
+        handle = Handle(Wanted(0, {}, seed), id)
+        handle.tell(told)
+        batches.add(handle)
     simulator = Simulator(base)
     batches.run_time = 0.0001
-    while positions := batches.take(1):
-        outcomes = simulator.batch([wanted[position] for position in positions])
+    while handles := batches.take(1):
+        outcomes = simulator.batch([handle.wanted for handle in handles])
         assert len(outcomes) == 1
-        batches.finish(positions, outcomes)
-    assert done == [0, 1, 2, 3, 4]
+        batches.finish(handles, outcomes)
+    assert [told.get().wanted.seed for _ in range(5)] == [0, 1, 2, 3, 4]
     assert not batches.open
 
 

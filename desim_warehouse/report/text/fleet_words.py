@@ -13,6 +13,7 @@ from desim_warehouse.model import options_of
 from desim_warehouse.report.text import words
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
+from desim_warehouse.study.statistics import GLANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -136,6 +137,10 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
             changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
             command = command_line(model, assignments, changed, one.verdict.n, (plan.target.indicator,), seed)
             found.append(Evidence(f"{strategy.label}: {_fleet(one)}", _found(plan, one), one.verdict.n, command))
+        for one in (one for one in sized.below if (one.robots, one.chargers) in strategy.same):
+            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
+            command = command_line(model, assignments, changed, GLANCE, (plan.target.indicator,), seed)
+            found.append(Evidence(f"{strategy.label}: {_fleet(one)}", f"all as with {plan.own}", GLANCE, command))
     return found
 
 
@@ -212,8 +217,12 @@ def _strategy(plan: FleetPlan) -> str:
     """Whether another strategy makes do with less."""
     if plan.strategy is not None:
         return f"With {plan.strategy.label} instead of {plan.own} fewer are needed: these numbers are for it."
-    others = spoken([strategy.label for strategy in plan.strategies], "or")
-    return f"With {others} instead of {plan.own} no fewer are enough."
+    judged = [strategy.label for strategy in plan.strategies if strategy.shown]
+    same = [strategy.label for strategy in plan.strategies if not strategy.shown]
+    if not judged:
+        return f"With {spoken(same, 'or')} instead of {plan.own} nothing changes."
+    line = f"With {spoken(judged, 'or')} instead of {plan.own} no fewer are enough"
+    return f"{line}, and {spoken(same)} change{'s' * (len(same) == 1)} nothing." if same else f"{line}."
 
 
 def _bottleneck(plan: FleetPlan) -> str:
@@ -274,7 +283,11 @@ def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, A
         "today": _demand_content(plan.today),
         "grown": None if plan.grown is None else _demand_content(plan.grown),
         "strategies": {
-            one.label: {"saves": one.saves, "designs": [shown.verdict.verdict for shown in one.shown]}
+            one.label: {
+                "saves": one.saves,
+                "designs": [shown.verdict.verdict for shown in one.shown],
+                "same": [{"robots": robots, "chargers": chargers} for robots, chargers in one.same],
+            }
             for one in plan.strategies
         },
         "strategy": plan.strategy.label if plan.strategy else plan.own,

@@ -1,8 +1,9 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
-The results are the same. `work` simulates runs in any process. `pool` has the worker processes, whose own code is
-`worker`. `auto` says when they are worth it, `batches` which runs are handed out next. `signals` makes Ctrl-C safe.
-`store` keeps finished runs in a folder, or in the user's `cache`.
+The results are the same. A run is submitted, which gives a `handle`, and `work` simulates it in any process. `pool` has
+the worker processes, whose own code is `worker`. `auto` says when they are worth it, `batches` which runs are handed
+out next, in the thread of a `dispatcher`. `signals` makes Ctrl-C safe. `store` keeps finished runs in a folder, or in
+the user's `cache`.
 """
 
 from __future__ import annotations
@@ -17,19 +18,27 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.signals import Interrupts
-    from desim_warehouse.study.execution.work import Outcome, Wanted
+    from desim_warehouse.study.execution.work import Wanted
 
 MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no more at once
 
 
 class Executor(Protocol):
-    """Simulates runs, in any order. Processes and connections are made when the first run is wanted."""
+    """Simulates runs, in any order, for any number of callers, each in a thread of its own.
 
-    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
-        """Simulate every wanted run: the position of each and its outcome, as soon as it is finished.
+    Processes and connections are made when the first run is wanted.
+    """
 
-        Closing the generator cancels what is not finished.
+    def submit(self, run: Wanted) -> Handle:
+        """Have a run simulated; `Handle.cancel`, from any thread, stops it or has it never begun."""
+        ...
+
+    def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
+        """Wait for runs that were submitted here: each of them as soon as it has ended or was cancelled.
+
+        What is simulated in this process is simulated now, in the thread that asks.
         """
         ...
 
@@ -57,7 +66,7 @@ def make_executor(
     if cluster is not None:
         from desim_warehouse.study.execution.cluster import Cluster
 
-        return Cluster(base, cluster, count, timeout, say)
+        return Cluster(base, cluster, count, timeout, say, interrupts)
     from desim_warehouse.study.execution.work import Serial
 
     if count > 1:

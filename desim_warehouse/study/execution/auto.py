@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.study.execution.handle import Handle
+
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.study.execution.pool import Pool
-    from desim_warehouse.study.execution.work import Outcome, Serial, Wanted
+    from desim_warehouse.study.execution.work import Serial, Wanted
 
 ALONE = 1.0
 """Seconds of runs in this process: about as long as worker processes take to start."""
@@ -22,17 +24,26 @@ class Auto:
         self.pool = pool
         self.left = ALONE if pool.timeout is None else 0.0  # a pool can kill what runs too long
 
-    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
-        """Simulate every wanted run; raises as `Pool.run`."""
+    def submit(self, run: Wanted) -> Handle:
+        """Have a run simulated, as soon as somebody waits for it."""
+        return Handle(run, self._stop)
+
+    def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
+        """These runs, each as soon as it has ended; raises as `Pool.ended`."""
         first = 0
-        while first < len(wanted) and self.left > 0:
-            for _, outcome in self.alone.run([wanted[first]]):
-                self.left -= outcome.run_time
-                yield first, outcome
+        while first < len(handles) and self.left > 0:
+            for handle in self.alone.ended([handles[first]]):
+                self.left -= 0.0 if handle.outcome is None else handle.outcome.run_time
+                yield handle
             first += 1
-        for position, outcome in self.pool.run(wanted[first:]):
-            yield first + position, outcome
+        for handle in handles[first:]:
+            self.pool.add(handle)
+        yield from self.pool.ended(handles[first:])
 
     def close(self) -> None:
         """End all processes."""
         self.pool.close()
+
+    def _stop(self, handle: Handle) -> None:
+        self.alone.stop(handle)
+        self.pool.stop(handle)

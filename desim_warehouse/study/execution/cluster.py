@@ -5,20 +5,21 @@ from __future__ import annotations
 import importlib
 import pickle
 import queue
-from collections import deque
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.dispatcher import Dispatcher
 from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.work import Outcome, Simulator, Wanted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Sequence
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.handle import Handle
+    from desim_warehouse.study.execution.signals import Interrupts
 
 _AHEAD = 3  # batches for each thread of the cluster
 _POLL = 1.0  # seconds
@@ -41,12 +42,19 @@ def simulate_batch(simulator: Simulator, batch: Sequence[Wanted], timeout: float
     return simulator.batch(batch, timeout)
 
 
-class Cluster:
+class Cluster(Dispatcher):
     """The executor that simulates on the cluster of a scheduler, or on one of this machine (`local`)."""
 
     def __init__(
-        self, base: Model, address: str, workers: int, timeout: float | None, say: Callable[[str], None]
+        self,
+        base: Model,
+        address: str,
+        workers: int,
+        timeout: float | None,
+        say: Callable[[str], None],
+        interrupts: Interrupts,
     ) -> None:
+        super().__init__(interrupts)
         self.base = base
         self.address = address
         self.workers = workers
@@ -54,55 +62,68 @@ class Cluster:
         self.say = say
         self.client: Any = None
         self.local: Any = None
-        self.run_time: float | None = None
+        self.threads = 0
+        self.simulator: Any = None
+        self.handed_out: dict[str, tuple[Any, list[Handle]]] = {}
+        self.finished: queue.SimpleQueue[Any] = queue.SimpleQueue()  # None: something else is to be done
         self._children = ExitStack()
 
-    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
-        """Simulate every wanted run.
+    def wake(self) -> None:
+        """There is something to do."""
+        self.finished.put(None)
+
+    def turn(self) -> None:
+        """Hand out runs, and take what is finished.
 
         Raises:
-            StudyError: where no cluster answers, it is lost, or its workers cannot run our models.
+            StudyError: where the cluster is lost, or its workers cannot run our models.
         """
-        if self.client is None:
-            self._connect()
-        ended: deque[tuple[int, Outcome]] = deque()
-        batches = Batches(wanted, lambda *one: ended.append(one), self.run_time)
-        finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        handed_out: dict[str, tuple[Any, list[int]]] = {}
-        simulator = self.client.submit(make_simulator, pickle.dumps(self.base), __version__)
-        threads = self._threads()
+        while len(self.handed_out) < _AHEAD * max(self.threads, 1):
+            handles = self.batches.take(max(self.threads, 1), _BATCH_TIME)
+            if not handles:
+                break
+            runs = [handle.wanted for handle in handles]
+            future = self.client.submit(simulate_batch, self.simulator, runs, self.timeout, pure=False)
+            self.handed_out[future.key] = (future, handles)
+            future.add_done_callback(self.finished.put)
         try:
-            while batches.open:
-                while len(handed_out) < _AHEAD * max(threads, 1):
-                    positions = batches.take(max(threads, 1), _BATCH_TIME)
-                    if not positions:
-                        break
-                    runs = [wanted[position] for position in positions]
-                    future = self.client.submit(simulate_batch, simulator, runs, self.timeout, pure=False)
-                    handed_out[future.key] = (future, positions)
-                    future.add_done_callback(finished.put)
-                try:
-                    future = finished.get(timeout=_POLL)
-                except queue.Empty:
-                    self._check()
-                    threads = self._threads()
-                    continue
-                _, positions = handed_out.pop(future.key)
-                self._finish(future, positions, batches)
-                while ended:
-                    yield ended.popleft()
-        finally:
-            self.client.cancel([future for future, _ in handed_out.values()])
-        self.run_time = batches.run_time
+            future = self.finished.get(timeout=_POLL)
+        except queue.Empty:
+            self._check()
+            self.threads = self._threads()
+            return
+        if future is None:
+            self._heed()
+        elif future.key in self.handed_out:
+            _, handles = self.handed_out.pop(future.key)
+            self._finish(future, handles)
 
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """Disconnect from the cluster, and shut down a local one."""
+        if self.client.status == "running":
+            self.client.cancel([future for future, _ in self.handed_out.values()])
         for part in (self.client, self.local):
             if part is not None:
                 part.close()
         self._children.close()
 
-    def _connect(self) -> None:
+    def _heed(self) -> None:
+        """Batches of which every run was cancelled are not begun. One that has begun is not stopped."""
+        with suppress(queue.Empty):
+            while True:
+                self.to_stop.get_nowait()
+        gone = [key for key, (_, handles) in self.handed_out.items() if all(handle.ended for handle in handles)]
+        for key in gone:
+            future, handles = self.handed_out.pop(key)
+            self.client.cancel([future])
+            self.batches.finish(handles, [])
+
+    def connect(self) -> None:
+        """Find the cluster.
+
+        Raises:
+            StudyError: where none answers.
+        """
         try:
             distributed: Any = importlib.import_module("distributed")
         except ImportError as error:
@@ -121,7 +142,9 @@ class Cluster:
                 f"cluster {self.address}: no Dask scheduler answers there ({reason(error)}); "
                 "expected an address such as tcp://10.0.0.1:8786, or local"
             ) from error
-        if not self._threads():
+        self.threads = self._threads()
+        self.simulator = self.client.submit(make_simulator, pickle.dumps(self.base), __version__)
+        if not self.threads:
             self.say(f"cluster {self.address}: no workers yet; waiting for them")
 
     def _threads(self) -> int:
@@ -136,10 +159,10 @@ class Cluster:
                 "kept: start the study again when it is back"
             )
 
-    def _finish(self, future: Any, positions: list[int], batches: Batches) -> None:
+    def _finish(self, future: Any, handles: list[Handle]) -> None:
         """Take the outcomes of a batch."""
         if future.status == "finished":
-            batches.finish(positions, future.result())
+            self.batches.finish(handles, future.result())
             return
         error = future.exception() if future.status == "error" else None
         if error is not None and type(error).__name__ != "KilledWorker":
@@ -151,4 +174,4 @@ class Cluster:
             ) from error
         self._check()
         self.say("workers of the cluster were lost; their runs are retried")
-        batches.died(positions)
+        self.batches.died(handles)

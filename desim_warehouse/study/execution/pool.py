@@ -1,9 +1,9 @@
 """Runs in worker processes of this machine.
 
 The parent simulates nothing: it starts the processes, hands batches to those that are idle, and passes on what is
-finished. It kills and replaces a process that is stuck or dead. Every process has a pipe of its own and at most one
-batch. So the runs lost with it are known, and the others go on. (`ProcessPoolExecutor` shares its pipes: one dead
-process breaks the pool, and none can be killed alone.)
+finished. It kills and replaces a process that is stuck or dead, or does not stop a run that was cancelled. Every
+process has a pipe of its own and at most one batch. So the runs lost with it are known, and the others go on.
+(`ProcessPoolExecutor` shares its pipes: one dead process breaks the pool, and none can be killed alone.)
 """
 
 from __future__ import annotations
@@ -13,28 +13,30 @@ import os
 import signal
 import sys
 import threading
-from collections import deque
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
+from queue import Empty
 from time import monotonic
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import worker as child
-from desim_warehouse.study.execution.batches import Batches
+from desim_warehouse.study.execution.dispatcher import Dispatcher
 from desim_warehouse.study.execution.safe_path import safe_path
-from desim_warehouse.study.execution.work import ENOUGH, Outcome, Wanted
+from desim_warehouse.study.execution.work import ENOUGH, Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.signals import Interrupts
 
 _CONTEXT = multiprocessing.get_context("spawn")  # a process of many threads, such as a notebook, must not be forked
-_POLL = 0.1  # seconds between looks at Ctrl-C, time-outs and dead processes
+_POLL = 0.1  # seconds between looks at time-outs and dead processes
+_HEED = 0.5  # seconds that a run may take to stop
 _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cannot be interrupted is killed
 _START = 120.0  # seconds that a process may take to start
 _STARTS = 3  # processes in a row that may end before they are ready
@@ -42,7 +44,7 @@ _END = 2.0  # seconds that a dying process may take to end
 
 
 class Worker:
-    """A process as the parent sees it, and the runs it is simulating, by position, none while it is idle."""
+    """A process as the parent sees it, and the runs it is simulating, none while it is idle."""
 
     def __init__(self) -> None:
         """Start the process.
@@ -53,8 +55,10 @@ class Worker:
         self.connection, theirs = _CONTEXT.Pipe()
         self.process = _CONTEXT.Process(target=child.main, args=(theirs,))
         self.begun = False  # it is ready for batches
-        self.positions: list[int] = []
+        self.handles: list[Handle] = []
+        self.batches = 0  # sent to it
         self.since = monotonic()
+        self.told_to_stop: float | None = None  # when one of these runs was last to be stopped
         try:
             with _inheriting_nothing():
                 self.process.start()
@@ -70,15 +74,38 @@ class Worker:
         with suppress(OSError):  # it is dead, which `run` notices
             self.connection.send(message)
 
+    def give(self, handles: list[Handle]) -> None:
+        """Have it simulate a batch."""
+        self.handles, self.told_to_stop = handles, None
+        self.batches += 1
+        self.send([handle.wanted for handle in handles])
+
+    def stop(self, handle: Handle) -> None:
+        """Have it stop a run, or not begin it."""
+        since, self.told_to_stop = self.since, monotonic()
+        self.send((self.batches, self.handles.index(handle)))
+        self.since = since
+
     def late(self, timeout: float | None) -> bool:
         """Whether it does not start, or its run can neither end nor be interrupted."""
         taken = monotonic() - self.since
         if not self.begun:
             return taken > _START
-        if timeout is None or not self.positions:
+        if timeout is None or not self.handles:
             return False
-        before = ENOUGH if len(self.positions) > 1 else 0.0
-        return taken > before + timeout + _GRACE
+        return taken > self._before + timeout + _GRACE
+
+    @property
+    def deaf(self) -> bool:
+        """Whether it does not stop a run that it was told to stop."""
+        if not self.handles or self.told_to_stop is None:
+            return False
+        return monotonic() - self.told_to_stop > self._before + _HEED
+
+    @property
+    def _before(self) -> float:
+        """Seconds that other runs of its batch may take before one."""
+        return ENOUGH if len(self.handles) > 1 else 0.0
 
     def kill(self) -> None:
         """Kill the process, and those that policies started in it."""
@@ -94,71 +121,84 @@ class Worker:
         self.connection.close()
 
 
-class Pool:
+class Pool(Dispatcher):
     """The executor that simulates in `count` processes, which begin when they are needed and stay until `close`."""
 
     def __init__(
         self, base: Model, count: int, timeout: float | None, say: Callable[[str], None], interrupts: Interrupts
     ) -> None:
+        super().__init__(interrupts)
         self.base = base
         self.count = count
         self.timeout = timeout
         self.say = say
-        self.interrupts = interrupts
         self.workers: list[Worker] = []
-        self.run_time: float | None = None
         self.false_starts = 0  # processes that ended before they were ready, since the last that was
+        self._waking = threading.Lock()
+        self._awake = True  # or there is nobody to wake
 
-    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
-        """Simulate every wanted run.
+    def connect(self) -> None:
+        """Make what wakes our thread."""
+        self._woken, self._wake = _CONTEXT.Pipe(duplex=False)
+        self._awake = False
+
+    def wake(self) -> None:
+        """There is something to do."""
+        with self._waking:
+            if not self._awake:
+                self._awake = True
+                self._wake.send_bytes(b"!")
+
+    def turn(self) -> None:
+        """Start processes, hand out runs, and take what is finished.
 
         Raises:
             StudyError: where worker processes cannot be started.
-            KeyboardInterrupt: on Ctrl-C, between two outcomes.
         """
-        finished: deque[tuple[int, Outcome]] = deque()
-        batches = Batches(wanted, lambda *one: finished.append(one), self.run_time)
-        with self.interrupts.held(), self._cancelling():
-            while batches.open:
-                self._start(min(self.count, batches.open))
-                for worker in self.workers:
-                    self._hand_out(worker, batches)
-                self.interrupts.heed()
-                ready = wait([worker.connection for worker in self.workers], _POLL)
-                for worker in list(self.workers):
-                    if worker.connection in ready:
-                        self._receive(worker, batches)
-                    elif not worker.process.is_alive():  # its pipe need not end: a policy may have forked
-                        self._replace(worker, batches)
-                    elif worker.late(self.timeout):
-                        self._replace(worker, batches, stuck=True)
-                while finished:
-                    yield finished.popleft()
-        self.run_time = batches.run_time
+        self._start(min(self.count, self.batches.open))
+        for worker in self.workers:
+            self._hand_out(worker)
+        at_work = any(worker.handles or not worker.begun for worker in self.workers)
+        ready = wait([self._woken, *(worker.connection for worker in self.workers)], _POLL if at_work else None)
+        if self._woken in ready:
+            self._heed()
+        for worker in list(self.workers):
+            if worker.connection in ready:
+                self._receive(worker)
+            elif not worker.process.is_alive():  # its pipe need not end: a policy may have forked
+                self._replace(worker)
+            elif worker.late(self.timeout):
+                self._replace(worker, stuck=True)
+            elif worker.deaf:
+                self._end(worker)
+                self.batches.stuck(worker.handles, Outcome({}, 0.0, "cancelled", final=False))
 
-    @contextmanager
-    def _cancelling(self) -> Iterator[None]:
-        """However the block ends, no process is left at work: what it would say next is not for those who ask next."""
-        try:
-            yield
-        finally:
-            for worker in [worker for worker in self.workers if worker.positions]:
-                self.workers.remove(worker)
-                worker.kill()
-                worker.close()
-
-    def close(self) -> None:
+    def disconnect(self) -> None:
         """End all processes."""
-        with self.interrupts.held():
-            for worker in self.workers:
-                worker.kill()
-            while self.workers:
-                self.workers.pop().close()
+        for worker in self.workers:
+            worker.kill()
+        while self.workers:
+            self.workers.pop().close()
+        with self._waking:
+            self._awake = True
+            self._woken.close()
+            self._wake.close()
+
+    def _heed(self) -> None:
+        """Runs that were cancelled are stopped where they are simulated."""
+        with self._waking:
+            self._woken.recv_bytes()
+            self._awake = False
+        with suppress(Empty):
+            while True:
+                handle = self.to_stop.get_nowait()
+                for worker in self.workers:
+                    if handle in worker.handles:
+                        worker.stop(handle)
 
     def _start(self, count: int) -> None:
         """Start processes until there are `count`."""
-        while len(self.workers) < count:
-            self.interrupts.heed()
+        while len(self.workers) < count and not self.closing:
             try:
                 self.workers.append(Worker())
             except OSError as error:
@@ -167,19 +207,19 @@ class Pool:
                     "from a working directory that exists"
                 ) from error
 
-    def _hand_out(self, worker: Worker, batches: Batches) -> None:
+    def _hand_out(self, worker: Worker) -> None:
         """Give a worker that is idle its next batch."""
-        if worker.begun and not worker.positions:
-            worker.positions = batches.take(self.count)
-            if worker.positions:
-                worker.send([batches.wanted[position] for position in worker.positions])
+        if worker.begun and not worker.handles:
+            handles = self.batches.take(self.count)
+            if handles:
+                worker.give(handles)
 
-    def _receive(self, worker: Worker, batches: Batches) -> None:
+    def _receive(self, worker: Worker) -> None:
         """Handle a worker's message. It works on its next batch while the outcomes of this one are written down."""
         try:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
-            self._replace(worker, batches)
+            self._replace(worker)
             return
         if kind == "failed":
             raise StudyError(f"a worker process failed ({content}); try --workers 1")
@@ -188,17 +228,20 @@ class Pool:
             return
         worker.begun = True
         self.false_starts = 0
-        finished, worker.positions = worker.positions, []
-        self._hand_out(worker, batches)
-        batches.finish(finished, content)
+        finished, worker.handles = worker.handles, []
+        self._hand_out(worker)
+        self.batches.finish(finished, content)
 
-    def _replace(self, worker: Worker, batches: Batches, *, stuck: bool = False) -> None:
-        """A process died, or is stuck: others retry its runs, and `run` starts a new one."""
+    def _end(self, worker: Worker) -> None:
         self.workers.remove(worker)
-        if not stuck:
-            worker.process.join(_END)  # so that its exit status is its own
         worker.kill()
         worker.close()
+
+    def _replace(self, worker: Worker, *, stuck: bool = False) -> None:
+        """A process died, or is stuck: others retry its runs, and `turn` starts a new one."""
+        if not stuck:
+            worker.process.join(_END)  # so that its exit status is its own
+        self._end(worker)
         if not worker.begun:
             self.false_starts += 1
             if self.false_starts == _STARTS:
@@ -207,10 +250,10 @@ class Pool:
         if stuck and worker.begun:
             self.say("a run did not end and could not be interrupted; its process was killed")
             text = f"time-out: not finished after {self.timeout:g} s, and its process had to be killed"
-            batches.stuck(worker.positions, Outcome({}, float(self.timeout or 0), text, final=False))
+            self.batches.stuck(worker.handles, Outcome({}, float(self.timeout or 0), text, final=False))
         else:
             self.say("a worker process died; its runs are retried")
-            batches.died(worker.positions)
+            self.batches.died(worker.handles)
 
 
 _starting = threading.Lock()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from itertools import zip_longest
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.outcome.history import in_spans
 from desim_warehouse.run import simulate
+from desim_warehouse.run.stop import Stop, StoppedError
+from desim_warehouse.study.execution.handle import Handle
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
@@ -73,17 +77,16 @@ class Simulator:
         self.models[wanted.design] = (wanted.overrides, model)
         return model
 
-    def run(self, wanted: Wanted, timeout: float | None = None) -> Outcome:
+    def run(self, wanted: Wanted, timeout: float | None = None, stop: Stop | None = None) -> Outcome:
         """Simulate one run. Whatever goes wrong in it is its outcome."""
         begin = perf_counter()
         try:
             model = self.model(wanted)
             begin = perf_counter()
-            if timeout is None:
-                run = simulate(model, wanted.seed)
-            else:
-                with TimeLimit(timeout):
-                    run = simulate(model, wanted.seed)
+            with nullcontext() if timeout is None else TimeLimit(timeout):
+                run = simulate(model, wanted.seed, stop)
+        except StoppedError:
+            return Outcome({}, _since(begin), "cancelled", final=False)
         except TimeOutError:
             return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s", final=False)
         except KeyboardInterrupt:
@@ -95,12 +98,15 @@ class Simulator:
         spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
 
-    def batch(self, batch: Sequence[Wanted], timeout: float | None = None) -> list[Outcome]:
-        """Simulate several runs, one after the other, or fewer where they take longer than expected."""
+    def batch(self, batch: Sequence[Wanted], timeout: float | None = None, stops: Sequence[Stop] = ()) -> list[Outcome]:
+        """Simulate several runs, one after the other, or fewer where they take longer than expected.
+
+        `stops`: who may stop each of them.
+        """
         outcomes = []
         end = monotonic() + ENOUGH
-        for wanted in batch:
-            outcomes.append(self.run(wanted, timeout))
+        for wanted, stop in zip_longest(batch, stops):
+            outcomes.append(self.run(wanted, timeout, stop))
             if monotonic() > end:
                 break
         return outcomes
@@ -114,15 +120,32 @@ class Serial:
         self.timeout = timeout
         self.interrupts = interrupts
         self.simulator: Simulator | None = None
+        self.stops: dict[Handle, Stop] = {}  # of runs that are simulated now
 
-    def run(self, wanted: Sequence[Wanted]) -> Generator[tuple[int, Outcome]]:
-        """Simulate every wanted run, in this order."""
+    def submit(self, run: Wanted) -> Handle:
+        """Have a run simulated, as soon as somebody waits for it."""
+        return Handle(run, self.stop)
+
+    def stop(self, handle: Handle) -> None:
+        """Stop a run that was cancelled, if it is simulated now."""
+        stop = self.stops.get(handle)
+        if stop is not None:
+            stop.ask()
+
+    def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
+        """These runs, which are simulated now, in this order."""
         if self.simulator is None:
             with self.interrupts.held():
                 self.simulator = Simulator(self.base)
             self.interrupts.heed()
-        for position, one in enumerate(wanted):
-            yield position, self.simulator.run(one, self.timeout)
+        for handle in handles:
+            stop = self.stops[handle] = Stop()
+            try:
+                if not handle.ended:
+                    handle.end(self.simulator.run(handle.wanted, self.timeout, stop))
+            finally:
+                del self.stops[handle]
+            yield handle
             self.interrupts.heed()
 
     def close(self) -> None:

@@ -7,10 +7,16 @@ import gc
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, Any
+import threading
+from contextlib import suppress
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
+
+    from desim_warehouse.run.stop import Stop
+    from desim_warehouse.study.execution.work import Wanted
 
 _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
@@ -19,7 +25,8 @@ def main(parent: Connection[Any, Any]) -> None:
     """Take the base model and the time-out, then answer batches until the parent ends.
 
     It sends ("hello", None) when it waits for the model, which may be too long for a process that does not read. Then
-    come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours.
+    come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours. Meanwhile it is
+    told which runs are to be stopped.
     """
     _prepare()
     process = os.getpid()
@@ -32,8 +39,10 @@ def main(parent: Connection[Any, Any]) -> None:
         gc.freeze()
         gc.enable()
         parent.send(("ready", []))
-        while True:
-            outcomes = simulator.batch(parent.recv(), timeout)
+        given: SimpleQueue[Given | None] = SimpleQueue()
+        threading.Thread(target=_listen, args=(parent, given), daemon=True).start()
+        while (batch := given.get()) is not None:
+            outcomes = simulator.batch(batch.runs, timeout, batch.stops)
             if os.getpid() != process:  # a policy forked: the copy has nothing to say
                 os._exit(0)
             parent.send(("done", outcomes))
@@ -41,6 +50,29 @@ def main(parent: Connection[Any, Any]) -> None:
         return
     except Exception as error:  # noqa: BLE001 - the parent says it, in one line
         parent.send(("failed", f"{type(error).__name__}: {error}"))
+
+
+class Given(NamedTuple):
+    """A batch, and what stops each of its runs."""
+
+    runs: list[Wanted]
+    stops: list[Stop]
+
+
+def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> None:
+    """Pass on batches; a pair is the number of a batch and the place in it of a run to be stopped."""
+    from desim_warehouse.run.stop import Stop
+
+    count, last = 0, Given([], [])
+    with suppress(EOFError, OSError):
+        while True:
+            message = parent.recv()
+            if isinstance(message, list):
+                count, last = count + 1, Given(message, [Stop() for _ in message])
+                given.put(last)
+            elif message[0] == count:
+                last.stops[message[1]].ask()
+    given.put(None)
 
 
 def _prepare() -> None:

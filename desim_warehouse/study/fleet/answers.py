@@ -56,11 +56,16 @@ class Sized:
 
 @dataclass(frozen=True)
 class Strategy:
-    """Another strategy at designs that are too small with the model's own: whether they would do with it."""
+    """Another strategy at designs that are too small with the model's own: whether they would do with it.
+
+    `same`: robots and chargers of those whose first runs it leaves as they are, in every indicator; only the others
+    were judged with it.
+    """
 
     label: str
     overrides: Mapping[str, Any]
     shown: tuple[Shown, ...]
+    same: tuple[tuple[int, int], ...] = ()
 
     @property
     def saves(self) -> bool:

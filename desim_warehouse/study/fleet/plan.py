@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
+    from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
     from desim_warehouse.study.statistics.cheapest import Counts
+    from desim_warehouse.study.table import Row
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -53,8 +55,10 @@ class _Planner:
     budget: Budget
     where: dict[str, Any]
     untried: tuple[str, ...] = ()
+    sized: dict[str, dict[Counts, Sequence[Row]]] = field(default_factory=dict)
+    """The runs of the designs that were judged, by the name of a demand."""
 
-    def judge(self, veto: Callable[[int], str | None], exact: bool) -> statistics.Judge:
+    def judge(self, study: Study, runner: StudyRunner, exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
         return statistics.Judge(
             self.target,
@@ -65,7 +69,8 @@ class _Planner:
             deterministic=exact,
             within=within(self.target.indicator),
             budget=self.budget,
-            veto=veto,
+            veto=lambda number: cannot_last(study, runner, number),
+            hopeless=lambda number: cannot_last(study, runner, number, glance=True),
         )
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
@@ -82,18 +87,15 @@ class _Planner:
         made.plan = made.plan.unreplicated()
         return made
 
-    def follow(self, study: Study, make: Callable[[Callable[[int], str | None], bool], Procedure[Any]]) -> Any:
-        """Carry out a procedure that may ask whether a design can last, and whether runs are exact.
-
-        The runs become part of the study.
-        """
+    def follow(self, study: Study, make: Callable[[statistics.Judge, StudyRunner], Procedure[Any]]) -> Any:
+        """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         out = self.where.get("out")
         where = {**self.where, "out": None if out is None else Path(out) / study.plan.name.replace(" ", "-")}
         with study.session(**where) as runner:
             missed = self.target.value - self.target.sign * max(1.0, abs(self.target.value))
             return study.carry_out(
                 runner,
-                lambda exact: make(lambda number: cannot_last(study, runner, number), exact),
+                lambda exact: make(self.judge(study, runner, exact), runner),
                 self.target.indicator,
                 flat=missed,
             )
@@ -109,6 +111,7 @@ class _Planner:
         counts = [(first, second) for first in robots for second in chargers]
         study = self.study(name, factors, changes, self.seed)
         found = self._cheapest(study, self.study(f"{name} scout", factors, changes, self.seed + 1), counts)
+        self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
             for number in (*found.below, *([] if found.design is None else [found.design]))
@@ -138,16 +141,14 @@ class _Planner:
             except statistics.RunsEndedError:
                 return None
 
-        doubts = self.follow(scout, lambda _, exact: scouting(exact))
+        doubts = self.follow(scout, lambda judge, _: scouting(judge.deterministic))
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
-            self.follow(study, lambda veto, exact: statistics.verdict_steps([], self.judge(veto, exact)))
+            self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
             return statistics.Cheapest(None, (), {}, {}, 0, self.confidence, self.zone, tuple(order))
         found: Cheapest = self.follow(
             study,
-            lambda veto, exact: statistics.cheapest_meeting_steps(
-                counts, self.designs.key, self.judge(veto, exact), doubts
-            ),
+            lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts),
         )
         return found
 
@@ -169,36 +170,59 @@ class _Planner:
             for robots, chargers in counts
         }
         study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides, self.seed)
-        own = {key: _level(self.model, key) for key in factors}
-        others: dict[str, list[Point]] = {}
-        for point in study.points:
-            if any(point.overrides.get(key) != own[key] for key in factors):
-                others.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
+        others = self._others(study, factors)
         if not others:
             return ()
+        fleets = {
+            point.number: count for points in others.values() for point, count in zip(points, counts, strict=True)
+        }
+        own, same = self.sized[sized.name], set[int]()
+
+        def changes_nothing(runner: StudyRunner, number: int) -> bool:
+            runs = [row for r in range(statistics.GLANCE) if (row := runner.found(number, r)) is not None]
+            if runs and all(map(_alike, runs, own[fleets[number]])):
+                same.add(number)
+            return number in same
+
         found = self.follow(
             study,
-            lambda veto, exact: statistics.verdict_steps(
-                [point.number for points in others.values() for point in points], self.judge(veto, exact)
+            lambda judge, runner: statistics.verdict_steps(
+                list(fleets), judge, lambda number: changes_nothing(runner, number)
             ),
         )
-        tried = {
-            label: points for label, points in others.items() if all(point.number in found.verdicts for point in points)
-        }
+        known = same.union(found.verdicts)
+        tried = {label: points for label, points in others.items() if all(point.number in known for point in points)}
         self.untried += tuple(label for label in others if label not in tried)
         return tuple(
             Strategy(
                 label,
                 {key: value for key, value in points[0].overrides.items() if key in factors},
                 tuple(
-                    self._shown(
-                        study, point.number, count, found.verdicts[point.number], found.vetoed.get(point.number)
-                    )
-                    for point, count in zip(points, counts, strict=True)
+                    self._shown(study, number, fleets[number], found.verdicts[number], found.vetoed.get(number))
+                    for number in (point.number for point in points)
+                    if number not in same
                 ),
+                tuple(fleets[point.number] for point in points if point.number in same),
             )
             for label, points in tried.items()
         )
+
+    def _others(self, study: Study, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
+        """The points of a study that have another strategy than the model, by what it is called."""
+        own = {key: _level(self.model, key) for key in factors}
+        found: dict[str, list[Point]] = {}
+        for point in study.points:
+            if any(point.overrides.get(key) != own[key] for key in factors):
+                found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
+        return found
+
+
+def _alike(one: Row, other: Row) -> bool:
+    """Whether two runs have the same value of every indicator, or ended with the same error."""
+    if one.indicators.keys() != other.indicators.keys() or one.outcome.error != other.outcome.error:
+        return False
+    pairs = ((value, other.indicators[name]) for name, value in one.indicators.items())
+    return all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in pairs)
 
 
 def _level(model: Model, key: str) -> Any:

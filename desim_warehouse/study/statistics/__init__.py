@@ -24,6 +24,7 @@ batch can be spread over workers.
 from __future__ import annotations
 
 from desim_warehouse.study.statistics.cheapest import (
+    GLANCE,
     Budget,
     Cheapest,
     Judge,
@@ -73,6 +74,7 @@ from desim_warehouse.study.statistics.targets import Target, parse_target
 from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 
 __all__ = [
+    "GLANCE",
     "SMALL_BATCHES",
     "Between",
     "Budget",

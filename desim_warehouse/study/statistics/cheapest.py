@@ -28,6 +28,8 @@ Counts: TypeAlias = tuple[int, int]
 """The two counts of a design."""
 Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 """What a design costs: a key to sort by, which no count may lower."""
+GLANCE = 3
+"""Runs of a design that may show that it is hopeless, or that nothing is new about it."""
 
 
 @dataclass(frozen=True)
@@ -135,8 +137,17 @@ def scout_steps(
 
 
 @dataclass
+class _Case:
+    """A design that is being judged: the level of its bounds, the looks still to come, and its values so far."""
+
+    level: float
+    looks: list[int]
+    data: list[float] = field(default_factory=list)
+
+
+@dataclass
 class Judge:
-    """Judges designs one after the other; the j-th at a level such that all verdicts hold at once.
+    """Judges designs, one look after the other; the j-th at a level such that all verdicts hold at once.
 
     `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
 
@@ -151,6 +162,7 @@ class Judge:
         within: what the indicator can be at all.
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
+        hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
     adds up to α (Bonferroni), however many are judged.
@@ -166,40 +178,84 @@ class Judge:
     within: Interval = ANYTHING
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
+    hopeless: Callable[[int], str | None] = lambda _: None
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
+    _cases: dict[int, _Case] = field(default_factory=dict, init=False)
 
     def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
         """Of a design, from as many runs as it takes, or as there may be."""
-        if number in self.verdicts:
-            return self.verdicts[number].verdict
-        j = len(self.verdicts) + 1
-        looks = [1] if self.deterministic else looks_at(self.n0, self.cap)
-        level = 1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(looks))
-        data: list[float] = []
-        for n in looks:
-            if not self.budget.allows(n - len(data)):
-                if not data:
-                    raise RunsEndedError("the runs allowed ended before there was an answer")
-                break
-            self.budget.take(n - len(data))
-            data += yield from request([(number, r) for r in range(len(data), n)])
-            found = judged(number, data, self.target, level, self.deterministic, self.within, self.zone)
-            why = self.veto(number)
-            if why is not None:
-                self.vetoed[number] = why
-                found = replace(found, verdict="fails")
-            self.verdicts[number] = found
-            if found.verdict != "undecided" or found.within_zone:
-                break
+        while not self.closed(number):
+            yield from self.look(number)
         return self.verdicts[number].verdict
 
+    def closed(self, number: int) -> bool:
+        """Whether no further look at a design is wanted, or possible."""
+        return number in self.verdicts and not self._cases[number].looks
 
-def verdict_steps(numbers: Sequence[int], judge: Judge) -> Procedure[Judge]:
-    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows."""
+    def glance(self, number: int) -> Procedure[None]:
+        """Do the first few runs of a design. They say nothing of the target, but may show that it is hopeless."""
+        if number in self._cases or self.deterministic:
+            return
+        yield from self._run(number, min(GLANCE, self.n0))
+        self._veto(number, self.hopeless(number))
+
+    def look(self, number: int) -> Procedure[None]:
+        """Look at a design once more, after as many further runs as that takes."""
+        yield from self.glance(number)
+        if self.closed(number):
+            return
+        case = self._case(number)
+        runs = case.looks.pop(0)
+        if number in self.verdicts and not self.budget.allows(runs - len(case.data)):
+            case.looks.clear()
+            return
+        yield from self._run(number, runs)
+        found = self._judged(number)
+        self.verdicts[number] = found
+        self._veto(number, self.veto(number))
+        if found.verdict != "undecided" or found.within_zone:
+            case.looks.clear()
+
+    def _case(self, number: int) -> _Case:
+        if number not in self._cases:
+            j = len(self._cases) + 1
+            looks = [1] if self.deterministic else looks_at(self.n0, self.cap)
+            self._cases[number] = _Case(1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(looks)), looks)
+        return self._cases[number]
+
+    def _run(self, number: int, runs: int) -> Procedure[None]:
+        """Have a design run so many times in all."""
+        done = len(self._cases[number].data) if number in self._cases else 0
+        if not self.budget.allows(runs - done):
+            raise RunsEndedError("the runs allowed ended before there was an answer")
+        self.budget.take(runs - done)
+        self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
+
+    def _judged(self, number: int) -> DesignVerdict[int]:
+        case = self._cases[number]
+        return judged(number, case.data, self.target, case.level, self.deterministic, self.within, self.zone)
+
+    def _veto(self, number: int, why: str | None) -> None:
+        """A design fails whatever the target says, if there is a reason."""
+        if why is not None:
+            self.vetoed[number] = why
+            self.verdicts[number] = replace(self._judged(number), verdict="fails")
+            self._cases[number].looks.clear()
+
+
+def verdict_steps(
+    numbers: Sequence[int], judge: Judge, known: Callable[[int], bool] = lambda _: False
+) -> Procedure[Judge]:
+    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows.
+
+    A design that is `known` by its first few runs is not judged.
+    """
     try:
         for number in numbers:
-            yield from judge.verdict(number)
+            yield from judge.glance(number)
+            if not known(number):
+                yield from judge.verdict(number)
     except RunsEndedError:
         pass  # of the others nothing is known
     return judge
@@ -261,10 +317,10 @@ class _Proof:
         designs, judge = self.designs, self.judge
         top = max(self.order, key=lambda n: designs[n])
         while self.best is None and top not in self.failing:
-            yield from self._meets(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
+            yield from self._try(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
         self.open = self._cheaper()
         while self.best is not None and self.open:
-            yield from self._meets(max(self.open, key=lambda n: designs[n]))  # no other of them has more of both
+            yield from self._meets(self._next(self.best))
             self.open = self._cheaper()
         if self.best is None:
             return
@@ -281,6 +337,27 @@ class _Proof:
             for number in self.order[: self.order.index(self.best)]:
                 if (yield from self._meets(number)):
                     break
+
+    def _try(self, number: int) -> Procedure[None]:
+        """Judge a candidate, unless its looks lean to a failure that is not clear.
+
+        Then the design with as much of the first count and most of the second is judged: if it fails, all of them do.
+        """
+        judge, first = self.judge, self.designs[number][0]
+        most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
+        while most != number and not judge.closed(number):
+            yield from judge.look(number)
+            if not judge.closed(number) and not judge.target.met_by(judge.verdicts[number].mean):
+                number = most
+        yield from self._meets(number)
+
+    def _next(self, best: int) -> int:
+        """Of the cheaper designs that nothing rules out yet, the one to judge next."""
+        first = self.designs[best][0]
+        beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
+        if beside:  # halve them: the best is one that was judged for them all
+            return sorted(beside, key=lambda n: self.designs[n])[len(beside) // 2]
+        return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of both
 
     def end_early(self) -> None:
         """Keep what is certain, as the runs allowed have ended."""

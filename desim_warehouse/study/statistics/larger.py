@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics.intervals import Estimate
     from desim_warehouse.study.statistics.targets import Target
 
-MOST_PAIRS = 40
-"""Replications of a larger design."""
+FIRST_PAIRS, MOST_PAIRS = 10, 40
+"""Replications of a larger design: at first, and where they lean to its being worse."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +40,27 @@ def larger_steps(
 ) -> Procedure[tuple[Larger, ...]]:
     """Judge the designs with one more of either count than the best, as far as the runs allowed go.
 
-    Both are held against it run by run with the same random numbers, each at half of the error that is allowed.
+    Both are held against it run by run with the same random numbers, each at half of the error that is allowed, and
+    each look at one at half of that.
     """
     numbers = {design: number for number, design in enumerate(designs)}
     first, second = designs[best]
     more = [numbers[design] for design in ((first + 1, second), (first, second + 1)) if design in numbers]
     runs, found = min(runs, MOST_PAIRS), list[Larger]()
     base = yield from request([(best, r) for r in range(runs)])
+    looks = sorted({min(runs, FIRST_PAIRS), runs})
+    level = 1 - (1 - confidence) / (2 * len(looks))
     for number in more:
-        if not budget.allows(runs):
-            break
-        budget.take(runs)
-        values = yield from request([(number, r) for r in range(runs)])
-        difference = paired(values, base, 1 - (1 - confidence) / 2, deterministic=deterministic)
-        low, high = difference.interval or (difference.mean, difference.mean)
-        found.append(Larger(number, difference, (high if target.sign > 0 else -low) < 0))
+        values, now = list[float](), None
+        for n in looks:
+            if not budget.allows(n - len(values)):
+                break
+            budget.take(n - len(values))
+            values += yield from request([(number, r) for r in range(len(values), n)])
+            difference = paired(values, base[:n], level, deterministic=deterministic)
+            low, high = difference.interval or (difference.mean, difference.mean)
+            now = Larger(number, difference, (high if target.sign > 0 else -low) < 0)
+            if now.worse or target.sign * difference.mean >= 0:
+                break
+        found += [] if now is None else [now]
     return tuple(found)

@@ -6,6 +6,7 @@ Together with `drive.py`, the only file where SimPy's private names are used: `e
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from math import inf
 from typing import TYPE_CHECKING
 
 from simpy import Environment
@@ -53,6 +54,16 @@ class Clock(Environment):
             if event is over:
                 return True
         return False
+
+    def stop(self, error: BaseException) -> None:
+        """Raise an error before the next event; from any thread, as pushing to a heap of plain tuples is one step."""
+
+        def end(_: Event) -> None:
+            raise error
+
+        event = happened(self)
+        event.callbacks.append(end)
+        heappush(self._queue, (-inf, NORMAL, next(self._eid), event))
 
     def tick(self, time: float, callback: Callable[[], object]) -> None:
         """Call back at a time, as a clock does that goes on for ever: by itself it keeps no run going."""

@@ -123,6 +123,51 @@ def test_verdicts_on_given_designs():
     assert {number: found.verdict for number, found in judge.verdicts.items()} == {3: "fails", 7: "meets"}
 
 
+def test_a_design_that_its_first_runs_show_to_be_hopeless_is_not_run_again():
+    found = search(
+        lambda design: 0.95 if design[0] >= 5 else 0.5,
+        noise=0.01,
+        hopeless=lambda number: "batteries fall" if GRID[number][1] < 3 else None,
+    )
+    assert GRID[found.design] == (5, 3)
+    assert {found.verdicts[number].n for number in found.vetoed} == {3}
+
+
+def test_a_design_that_is_known_by_its_first_runs_is_not_judged():
+    asked = []
+    steps = verdict_steps([3, 7], Judge(ENOUGH), lambda number: number == 3)
+    judge = follow(steps, lambda number, r: asked.append((number, r)) or 0.5 + 0.001 * (r % 2))
+    assert set(judge.verdicts) == {7}
+    assert [r for number, r in asked if number == 3] == [0, 1, 2]
+    assert [r for number, r in asked if number == 7] == list(range(10))
+
+
+def closely(mean, doubted):
+    """The search on a surface without chance, but for 5 robots and 2 chargers, whose runs tell nothing for long."""
+    numbers = {design: number for number, design in enumerate(GRID)}
+    judge = Judge(ENOUGH, zone=0.01)
+    steps = cheapest_meeting_steps(GRID, fewest, judge, {numbers[design] for design in doubted})
+    found = follow(
+        steps,
+        lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r,
+    )
+    return found, {GRID[number]: one.n for number, one in found.verdicts.items()}
+
+
+def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_fails():
+    found, runs = closely(lambda design: 0.95 if design[0] > 5 else 0.89, [(4, 4), (5, 1)])
+    assert GRID[found.design] == (6, 1)
+    assert [GRID[number] for number in found.below] == [(5, 4)]
+    assert (runs[5, 2], runs[5, 4], (5, 3) in runs) == (10, 10, False)
+
+
+def test_one_that_leans_to_failing_waits_for_the_one_with_all_chargers_which_meets():
+    found, runs = closely(lambda design: 0.95 if design >= (5, 3) else 0.85, [(4, 4), (5, 1)])
+    assert GRID[found.design] == (5, 3)
+    assert [GRID[number] for number in found.below] == [(4, 4), (5, 2)]
+    assert (runs[5, 4], runs[5, 3], runs[5, 2] > 10) == (10, 10, True)
+
+
 @given(
     needs=st.lists(st.integers(1, 5), min_size=8, max_size=8),
     robot=st.integers(1, 20),

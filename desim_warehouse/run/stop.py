@@ -1,0 +1,42 @@
+"""Ending a run from outside."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import Interruption
+
+if TYPE_CHECKING:
+    from desim_warehouse.world.traffic.events import Clock
+
+
+class StoppedError(Interruption):
+    """A run was stopped: nobody wants it any more."""
+
+
+class Stop:
+    """Stops a run, from any thread, before or while it is simulated: it then raises StoppedError."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._clock: Clock | None = None
+        self._lock = threading.Lock()
+
+    def ask(self) -> None:
+        """The run is to be stopped."""
+        with self._lock:
+            self.asked = True
+            if self._clock is not None:
+                self._clock.stop(StoppedError())
+
+    def obey(self, clock: Clock) -> None:
+        """This is the clock of the run, which is about to begin.
+
+        Raises:
+            StoppedError: where it is to be stopped already.
+        """
+        with self._lock:
+            if self.asked:
+                raise StoppedError
+            self._clock = clock

@@ -1,0 +1,168 @@
+"""Runs that are submitted one by one, by several callers, and cancelled while they wait, run, or have ended."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from contextlib import closing
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.run.stop import Stop, StoppedError
+from desim_warehouse.study.execution import make_executor
+from desim_warehouse.study.execution.signals import Interrupts
+from desim_warehouse.study.execution.work import Wanted
+
+from .conftest import MULTIBOTS, PATIENCE
+
+LONG = {"tasks.goods": {"saturated": 12}, "run.length": 10**9, "log": "tasks"}
+"""A run of many minutes."""
+SHORT = {"tasks.goods": {"random": 4}}
+HEEDED = 2
+"""Seconds within which a run stops: on a quiet machine it takes some hundredths of a second."""
+WORKERS = [1, 2, "auto"]
+
+
+def executor(workers, said=None):
+    say = pytest.fail if said is None else said.append
+    return closing(make_executor(dw.load(MULTIBOTS), workers, None, None, say, Interrupts()))
+
+
+def times(executor, runs):
+    """T of each run by its seed."""
+    handles = [executor.submit(run) for run in runs]
+    return {handle.wanted.seed: handle.outcome.values["T"] for handle in executor.ended(handles)}
+
+
+def short(seeds):
+    return [Wanted(0, SHORT, seed) for seed in seeds]
+
+
+def wait_until(what):
+    end = time.monotonic() + PATIENCE
+    while not what():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
+
+
+def watched(executor, handle):
+    """A thread that waits for a run, and when it was told that it had ended."""
+    told = []
+    thread = threading.Thread(target=lambda: told.extend(time.monotonic() for _ in executor.ended([handle])))
+    thread.start()
+    return thread, told
+
+
+def simulating(pool, handle):
+    return any(handle in worker.handles for worker in getattr(pool, "workers", ()))
+
+
+@pytest.mark.parametrize("workers", WORKERS)
+def test_callers_in_several_threads_are_given_their_own_runs(workers):
+    model = dw.load(MULTIBOTS, SHORT)
+    right = {seed: dw.simulate(model, seed).T for seed in range(12)}
+    found = {}
+    with executor(workers) as made:
+        ask = [(made, short(range(first, first + 4))) for first in (0, 4, 8)]
+        threads = [threading.Thread(target=lambda *one: found.update(times(*one)), args=one) for one in ask]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(PATIENCE)
+    assert found == right
+
+
+def test_a_running_simulation_is_stopped_and_its_process_goes_on(monkeypatch):
+    monkeypatch.setattr("desim_warehouse.study.execution.pool._HEED", 10)
+    with executor(2) as pool:
+        times(pool, short(range(8)))  # both processes are at work from here on
+        before = {worker.process.pid for worker in pool.workers}
+        handle = pool.submit(Wanted(1, LONG, 0))
+        thread, told = watched(pool, handle)
+        wait_until(lambda: simulating(pool, handle))
+        time.sleep(0.3)
+        began = time.monotonic()
+        handle.cancel()
+        wait_until(lambda: not simulating(pool, handle))
+        assert time.monotonic() - began < HEEDED
+        thread.join(PATIENCE)
+        assert told
+        assert told[0] - began < HEEDED
+        assert (handle.cancelled, handle.outcome) == (True, None)
+        assert len(times(pool, short(range(8)))) == 8
+        assert {worker.process.pid for worker in pool.workers} == before
+
+
+def test_a_run_in_this_process_is_stopped_by_another_thread():
+    with executor(1) as alone:
+        handle = alone.submit(Wanted(1, LONG, 0))
+        thread, told = watched(alone, handle)
+        wait_until(lambda: handle in alone.stops)
+        time.sleep(0.2)
+        began = time.monotonic()
+        handle.cancel()
+        thread.join(PATIENCE)
+        assert told
+        wait_until(lambda: handle not in alone.stops)
+        assert time.monotonic() - began < HEEDED
+        assert len(times(alone, short(range(2)))) == 2
+
+
+@pytest.mark.parametrize("workers", WORKERS)
+def test_a_run_that_waits_is_never_begun_and_one_that_has_ended_keeps_its_outcome(workers):
+    with executor(workers) as made:
+        done, waiting = made.submit(short([1])[0]), made.submit(Wanted(1, LONG, 0))
+        waiting.cancel()
+        assert list(made.ended([waiting])) == [waiting]
+        assert list(made.ended([done])) == [done]
+        outcome = done.outcome
+        done.cancel()
+        assert (done.cancelled, done.outcome) == (False, outcome)
+        assert outcome.values["T"] == dw.simulate(dw.load(MULTIBOTS, SHORT), 1).T
+
+
+def test_a_process_that_does_not_heed_is_killed_and_replaced(parking):
+    with executor(2) as pool:
+        times(pool, short(range(8)))
+        deaf = pool.submit(Wanted(1, {**SHORT, "policies.parking": parking("block")}, 0))
+        wait_until(lambda: simulating(pool, deaf))
+        time.sleep(0.3)
+        before = len(multiprocessing.active_children())
+        deaf.cancel()
+        wait_until(lambda: not simulating(pool, deaf))
+        assert len(times(pool, short(range(8)))) == 8
+        assert before <= 2
+
+
+def test_a_killed_worker_costs_no_caller_a_run():
+    said = []
+    with executor(2, said) as pool:
+        found = {}
+        threads = [
+            threading.Thread(target=lambda seeds: found.update(times(pool, short(seeds))), args=[range(at, at + 60)])
+            for at in (0, 60)
+        ]
+        for thread in threads:
+            thread.start()
+        wait_until(lambda: any(worker.handles for worker in pool.workers))
+        os.kill(next(worker for worker in pool.workers if worker.handles).process.pid, signal.SIGKILL)
+        for thread in threads:
+            thread.join(PATIENCE)
+    assert len(found) == 120
+    assert set(said) == {"a worker process died; its runs are retried"}
+    assert not multiprocessing.active_children()
+
+
+def test_a_stop_before_a_run_and_in_it_is_the_same():
+    model, stop = dw.load(MULTIBOTS, LONG), Stop()
+    stop.ask()
+    with pytest.raises(StoppedError):
+        dw.simulate(model, 0, stop)
+    late = Stop()
+    threading.Timer(0.2, late.ask).start()
+    with pytest.raises(StoppedError):
+        dw.simulate(model, 0, late)
+    plain = dw.load(MULTIBOTS, SHORT)
+    assert dw.simulate(plain, 3, Stop()).record.rows == dw.simulate(plain, 3).record.rows
