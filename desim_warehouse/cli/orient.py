@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,7 +55,7 @@ def _said(found: Orientation) -> list[str]:
 def _compared(two_way: Model, one_way: Model, runs: int) -> str:
     """Compare the two floors by paired runs."""
     from desim_warehouse import simulate
-    from desim_warehouse.report.text.printed import said
+    from desim_warehouse.report.text import words
     from desim_warehouse.study.statistics import paired
 
     key = "cycle_time_mean" if two_way.run.length else "T"  # what is delivered follows demand on either floor
@@ -66,5 +67,8 @@ def _compared(two_way: Model, one_way: Model, runs: int) -> str:
         verdict = "one-way does better"
     elif interval[0] > 0:
         verdict = "two-way does better"
-    means = " against ".join(f"{sum(values) / runs:,.1f}" for values in kpis)
-    return f"{key} of {runs} runs each: one-way {means} two-way, {said(gain)} by pairs: {verdict}"
+    means = [math.fsum(values) / runs for values in kpis]
+    scale = words.scale(key, two_way, means)
+    said = " against ".join(map(scale.value, means))
+    name = words.in_sentence(key)
+    return f"{name} of {runs} runs each: one-way {said} two-way, {scale.cell(gain)} by pairs: {verdict}"
