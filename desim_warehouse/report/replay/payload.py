@@ -16,6 +16,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
+from desim_warehouse.report.replay.lost import lost_to
 from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
@@ -91,6 +92,8 @@ def _header(
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
         "worst": worst(history, edges, places, scale),
+        "lost": lost_to(history, scale),
+        "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
@@ -238,8 +241,12 @@ def _task_columns(history: History, scale: Scale) -> Columns:
 
 
 def _wait_columns(history: History, scale: Scale) -> Columns:
-    """Waits that are counted or under way in the window, in the order in which they end and are counted."""
+    """Waits that are counted or under way in the window, in the order in which they end and are counted.
+
+    `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
+    """
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
     shown = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
     end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
     return {
@@ -248,6 +255,7 @@ def _wait_columns(history: History, scale: Scale) -> Columns:
         "wait_robot": [wait.robot for wait in shown],
         "wait_other": [wait.other for wait in shown],
         "wait_edge": [-1 if wait.on is None else number[wait.on] for wait in shown],
+        "wait_node": [-1 if wait.node is None else node[wait.node] for wait in shown],
     }
 
 

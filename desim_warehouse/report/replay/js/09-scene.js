@@ -23,6 +23,8 @@ class Scene {
     this.showHeat = false;
     this.chosen = -1; // the robot whose panel is open
     this.following = false;
+    this.pointed = -1; // the robot under the pointer
+    this.trail = 0; // ticks of their way that robots are drawn as, where they are too fast to be followed
     this.queue = null; // one that was jumped to
     this.stale = true;
     this.groups = { empty: [], loaded: [], charging: [], idle: [], broken: [] };
@@ -78,13 +80,39 @@ class Scene {
     this.sort(time);
     this.rotations(time, colours);
     this.route(time, colours);
+    if (this.trail) this.trails(time, colours);
+    else this.crowd(time, colours);
+    this.mark(colours);
+    this.chain(time, colours);
+    this.spot(colours);
+  }
+
+  // All robots, with what they do.
+  crowd(time, colours) {
     this.waits(colours);
     for (const mood of ["idle", "charging", "empty", "loaded", "broken"]) this.robots(mood, colours);
     this.dots(colours);
     this.bars(time, colours);
     this.numbers(colours);
-    this.mark(colours);
-    this.spot(colours);
+  }
+
+  // The way that robots have just come, with and without a load: where there is much traffic lines lie over each other.
+  trails(time, colours) {
+    const { ctx, view, tracks } = this, s = view.scale;
+    ctx.lineWidth = Math.max(this.floor.radius * s, 2);
+    ctx.lineJoin = "round";
+    ctx.globalAlpha = 0.35;
+    for (const mood of ["idle", "empty", "loaded"]) {
+      ctx.strokeStyle = colours[mood];
+      for (const robot of this.groups[mood]) {
+        const points = tracks.behind(robot, time - this.trail, time);
+        if (points.length < 2) continue;
+        ctx.beginPath();
+        for (const [x, y] of points) ctx.lineTo(x * s + view.x, y * s + view.y);
+        ctx.stroke();
+      }
+    }
+    ctx.globalAlpha = 1;
   }
 
   // The two-way lanes in use, each in its present direction: that of the robots on it.
@@ -218,6 +246,29 @@ class Scene {
     ctx.fillStyle = colours.ink;
     ctx.beginPath();
     ctx.arc(x * view.scale + view.x, y * view.scale + view.y, 5, 0, 7);
+    ctx.fill();
+  }
+
+  // From the robot that is chosen or pointed at along those it waits for, to the root.
+  chain(time, colours) {
+    const robot = this.pointed >= 0 ? this.pointed : this.chosen;
+    if (robot < 0) return;
+    const { ctx, view, tracks, story } = this, { waits, last } = story.chain(robot, time);
+    if (!waits.length) return;
+    const chain = [...waits.map((wait) => story.waitRobot[wait]), ...(last < 0 ? [] : [last])];
+    const points = chain.map((one) => [tracks.x[one] * view.scale + view.x, tracks.y[one] * view.scale + view.y]);
+    for (const [wide, colour] of [[7, colours.floor], [3.5, colours.ring]]) {
+      ctx.strokeStyle = ctx.fillStyle = colour;
+      ctx.lineWidth = wide;
+      ctx.lineJoin = ctx.lineCap = "round";
+      ctx.beginPath();
+      for (const [x, y] of points) ctx.lineTo(x, y);
+      ctx.stroke();
+    }
+    ctx.lineCap = "butt";
+    const [x, y] = points.at(-1);
+    ctx.beginPath();
+    ctx.arc(x, y, 6, 0, 7);
     ctx.fill();
   }
 

@@ -97,9 +97,27 @@ function drawRibbon(canvas, player, colours) {
     const high = count ? (0.35 + 0.65 * (count / most)) * height : 0;
     ctx.fillRect(i * 2, height - high, 1.5, high);
   });
+  hatch(ctx, part(player.sides[0], player.sides[0].story.from) * width, height, colours.soft);
   ctx.fillStyle = colours.ring;
   for (const side of player.sides)
     for (const ring of side.story.rings) ctx.fillRect(part(side, ring.time) * width - 1, 0, 2, height);
+}
+
+// The warm-up, which is not counted: hatched.
+function hatch(ctx, width, height, colour) {
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(0, 0, Math.max(width, 0), height);
+  ctx.clip();
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 1;
+  ctx.beginPath();
+  for (let x = -height; x < width; x += 5) {
+    ctx.moveTo(x, height);
+    ctx.lineTo(x + height, 0);
+  }
+  ctx.stroke();
+  ctx.restore();
 }
 
 // What the colours of the heat map mean now; of two runs each has its own scale.
