@@ -197,3 +197,36 @@ def _overlap(one: list[float], other: list[float]) -> bool:
     across = min(one[2], other[2]) - max(one[0], other[0])
     down = min(one[3], other[3]) - max(one[1], other[1])
     return across > 0.5 and down > 0.5
+
+
+def test_the_choice_of_designs_and_indicator_stands_in_the_address(page: Opened, study: tuple[Path, str]) -> None:
+    choose(page, "a", [1, 0, 2])
+    choose(page, "b", [2, 1, 1])
+    page.browser.execute_script(
+        "const field = document.getElementById('indicator'); field.value = 1; field.dispatchEvent(new Event('input'))"
+    )
+    address = page.browser.current_url
+    assert address.endswith("#a=1.0.2&b=2.1.1&i=S&over=0")
+    page.browser.get("about:blank")
+    page.browser.get(address)
+    assert [page.attribute(f"a-{rank}", "value") for rank in range(3)] == ["1", "0", "2"]
+    assert [page.attribute(f"b-{rank}", "value") for rank in range(3)] == ["2", "1", "1"]
+    assert page.attribute("indicator", "value") == "1"
+
+
+def test_the_target_is_a_line_a_column_and_an_answer(browser: Any, tmp_path: Path) -> None:
+    call(
+        "desim what-if models/multibots.yaml --vary fleet.size=1..3 --set 'tasks.goods={random: 4}' --replications 3 "
+        f"--target 'T <= 2000' --indicator S --quiet --page {tmp_path}/page.html --out {tmp_path}/out"
+    )
+    page = Opened(browser, tmp_path / "page.html")
+    assert "target: task time at most 2,000 steps" in page.browser.find_element("id", "curve").text
+    assert page.text("answers").startswith("Task time at most 2,000 steps is reached ")
+    heads = [cell.text for cell in page.browser.find_elements("css selector", "#designs th[scope=col]")]
+    column = heads.index("task time at most 2,000 steps")
+    rows = page.browser.find_elements("css selector", "#designs tbody tr")
+    shown = [row.find_elements("css selector", "th, td")[column].text for row in rows]
+    results = Results.load(tmp_path / "out")
+    words = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
+    assert shown == [words[one.verdict] for one in results.judged.values()]
+    assert page.complaints() == []

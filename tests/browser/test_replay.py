@@ -263,23 +263,20 @@ def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browse
     assert max(item["queue"] for item in found) >= 0
 
 
-def test_the_heat_map_counts_the_waits_of_the_log_by_the_hour(browser: Any, tmp_path: Path) -> None:
+def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(browser: Any, tmp_path: Path) -> None:
     run = busy_run()
     page = Page(browser, run, tmp_path)
     page.click("heat")
     page.seek(run.record.end)
-    expected = dict.fromkeys(run.layout.graph.edges, 0)
-    where: dict[int, tuple[str, str] | None] = {}
-    for row in run.record.rows:
-        if row[1] in ("enter", "parked", "docked"):
-            where[row[2]] = row[5]
-        elif row[1] == "collision" and (edge := row[5] or where.get(row[2])) is not None and row[0] >= run.record.begin:
-            expected[edge] += 1
-    hours = (run.record.end - run.record.begin) / 3600
-    assert max(expected.values()) > 10
-    assert page.ask("page.waits()") == list(expected.values())
-    assert page.ask("page.heat()") == pytest.approx([count / hours for count in expected.values()])
-    assert page.text("scale") == f"Heat map: 0\n{round(max(expected.values()) / hours):,} waits an hour on a lane"
+    begin, end = run.record.begin, run.record.end
+    expected = dict.fromkeys(run.layout.graph.edges, 0.0)
+    for wait in run.history.waits:
+        if wait.on is not None:
+            expected[wait.on] += max(min(wait.end, end) - max(wait.start, begin), 0.0)
+    shares = [time / (end - begin) for time in expected.values()]
+    assert max(shares) > 0.01
+    assert page.ask("page.heat()") == pytest.approx(shares, abs=1e-3)
+    assert page.text("scale").split(":")[1].split("\n") == ["", "under 1 %", "1 to 5 %", "5 to 20 %", "over 20 %"]
 
 
 def test_words_about_a_moment_go_when_the_clock_leaves_it(browser: Any, tmp_path: Path) -> None:

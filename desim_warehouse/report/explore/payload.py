@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.report.text import answers, numbers, sentences, words
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import is_numeric, plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.results import Results
@@ -26,7 +26,9 @@ DIGITS = 6
 
 def payload(study: Results, command: str) -> dict[str, Any]:
     """The content of the page as JSON. A design is known by its rank in `designs`."""
-    indicators = [name for name in study.plan.indicators or study.usual() if _has_value(study, name)]
+    first = [study.target.indicator] if study.target else []
+    shown = dict.fromkeys([*first, *(study.plan.indicators or study.usual())])
+    indicators = [name for name in shown if _has_value(study, name)]
     designs = list(study.designs)
     found = {name: [study.estimate(study.runs(design), name) for design in designs] for name in indicators}
     scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
@@ -48,6 +50,8 @@ def payload(study: Results, command: str) -> dict[str, Any]:
             name: [statements.index(said) if said else None for said, _ in differences[name]] for name in indicators
         },
         "start": _start(study),
+        "target": _target(study, scales),
+        "answer": answers.answer(study)[0],
         "facts": facts(study),
         "wrong": [sentences.sentence(line) for line in sentences.verdicts(study)],
         "command": command
@@ -127,6 +131,7 @@ def _design(study: Results, design: str) -> dict[str, Any]:
         "counted_from": numbers.number(study.warm_ups[design]) if study.warm_ups else None,
         "wrong": [sentences.sentence(text) for text in wrong],
         "marks": sentences.marks(study, design),
+        "met": words.met(study, design) if study.target else None,
     }
 
 
@@ -153,6 +158,18 @@ def _differences(study: Results, name: str, scale: Scale) -> list[tuple[str, lis
         tested = found is not None and any(one.estimate.interval for one in found.differences)
         made.append((found.statement if found and tested else "", [rows.get(design) for design in study.designs]))
     return made
+
+
+def _target(study: Results, scales: Mapping[str, Scale]) -> dict[str, Any] | None:
+    """What designs should meet: in words, the name of its indicator, and where it lies on the axis."""
+    goal = study.target
+    if goal is None or goal.indicator not in scales:
+        return None
+    return {
+        "words": words.target(goal),
+        "name": goal.indicator,
+        "value": scales[goal.indicator].by * goal.value,
+    }
 
 
 def _start(study: Results) -> list[int]:

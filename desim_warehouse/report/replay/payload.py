@@ -21,7 +21,7 @@ from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
-from desim_warehouse.states import APART, SHOWN, WAITING
+from desim_warehouse.states import APART, SHOWN, WAITING, Phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 ENERGY = 1000
 """Steps in a full battery."""
+_DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
 
@@ -96,7 +97,10 @@ def _header(
         "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
-        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
+        "states": [
+            {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}
+            for state in _shown(model)
+        ],
         "apart": [state.doing for state in APART.values()],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end

@@ -171,7 +171,7 @@ def setting(key: str, value: Any) -> str:
     known = about(key)
     if known is None:
         return f"{key}: {level(value)}"
-    said = policy(key, value) if isinstance(value, str) else level(value)
+    said = policy(key, value) if key.startswith("policies.") and isinstance(value, str) else level(value)
     return f"{known.label}{':' * isinstance(value, str)} {said}"
 
 

@@ -47,13 +47,15 @@ class Designs {
     this.study = study;
     const judged = study.designs.some(({ marks }) => marks), settled = study.designs[0].counted_from !== null;
     const heads = [...study.factors.map(({ head }) => head), ...study.indicators.map(({ label: title }) => title)];
-    heads.push(...(settled ? ["counted from"] : []), "runs");
+    const aim = study.target;
+    heads.push(...(aim ? [aim.words] : []), ...(settled ? ["counted from"] : []), "runs");
     const head = element("tr", {}, ...heads.map((text, rank) => element("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
     if (judged) head.append(element("th", { scope: "col", class: "words" }, "verdict"));
     byId("designs").tHead.append(head);
-    this.rows = study.designs.map(({ levels, runs, failed, marks, counted_from: from }, design) => {
+    this.rows = study.designs.map(({ levels, runs, failed, marks, met, counted_from: from }, design) => {
       const row = element("tr", {}, ...study.factors.map((factor, rank) => element("th", { scope: "row", class: "words" }, factor.levels[levels[rank]])));
       for (const { name } of study.indicators) row.append(element("td", {}, study.means[name][design]?.[3] ?? "–"));
+      if (aim) row.append(element("td", {}, met));
       if (settled) row.append(element("td", {}, from));
       row.append(element("td", {}, failed ? `${runs} (${failed} failed)` : `${runs}`));
       if (judged) row.append(element("td", { class: "words" }, marks));

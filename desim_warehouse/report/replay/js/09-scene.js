@@ -3,6 +3,7 @@
 const LEAST = 5; // robots are drawn at least this large (radius in CSS pixels) where the floor allows
 const CROWD = 0.14; // the most of the floor that enlarged robots may cover
 const LINK = 0.42; // the most of the distance between lanes that an enlarged robot's radius may be, but
+const QUEUE = 8; // radii of a robot: the end of a lane, where those stand that wait
 const SEEN = 3; // where lanes are closer than can be drawn, robots are at least this large
 
 // Somebody: a head and shoulders.
@@ -80,8 +81,10 @@ class Scene {
     this.sort(time);
     this.rotations(time, colours);
     this.route(time, colours);
+    ctx.globalAlpha = this.showHeat ? 0.3 : 1;
     if (this.trail) this.trails(time, colours);
     else this.crowd(time, colours);
+    ctx.globalAlpha = 1;
     this.mark(colours);
     this.chain(time, colours);
     this.spot(colours);
@@ -149,15 +152,20 @@ class Scene {
 
   heatMap(time, colours) {
     const { ctx, view, edges } = this, s = view.scale;
-    const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.3;
+    const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.8;
+    ctx.globalAlpha = 0.7;
+    ctx.fillStyle = colours.floor;
+    ctx.fillRect(0, 0, view.width, view.height);
+    ctx.globalAlpha = 1;
     ctx.lineCap = "round";
-    ctx.lineWidth = Math.max(wide, 2.5);
-    this.heat.shaded(time, colours.heat.length).forEach((lanes, shade) => {
+    ctx.lineWidth = Math.max(wide, 4);
+    this.heat.shaded(time).forEach((lanes, shade) => {
       ctx.strokeStyle = colours.heat[shade];
       ctx.beginPath();
       for (const i of lanes) {
-        ctx.moveTo((edges.x[i] + edges.dx[i] * 0.08) * s + view.x, (edges.y[i] + edges.dy[i] * 0.08) * s + view.y);
-        ctx.lineTo((edges.x[i] + edges.dx[i] * 0.92) * s + view.x, (edges.y[i] + edges.dy[i] * 0.92) * s + view.y);
+        const from = Math.max(0.08, 1 - (QUEUE * this.floor.radius) / (this.floor.span[i] || 1));
+        ctx.moveTo((edges.x[i] + edges.dx[i] * from) * s + view.x, (edges.y[i] + edges.dy[i] * from) * s + view.y);
+        ctx.lineTo((edges.x[i] + edges.dx[i] * 0.96) * s + view.x, (edges.y[i] + edges.dy[i] * 0.96) * s + view.y);
       }
       ctx.stroke();
     });

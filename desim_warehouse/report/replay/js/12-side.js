@@ -11,7 +11,7 @@ class Side {
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
     this.resources = resourcesOf(header, columns);
-    this.heat = new Heat(this.story, edges);
+    this.heat = new Heat(this.story, edges, colours.steps);
     const floor = new Floor(header, columns, edges);
     this.view = new View(floor.bounds);
     this.span = Math.round((header.end - header.start) / header.tick);
@@ -96,7 +96,7 @@ class Side {
   present(robot, time) {
     const { story, header, scene } = this, row = story.row(robot, time);
     const { edges, tracks } = scene, on = tracks.on[robot], until = story.until(row, robot);
-    const state = header.states[story.state[row]], stands = !tracks.moves[robot];
+    const state = header.states[story.state[row]], stands = !state.drives;
     const place = stands ? ` at ${isolated(this.name(on < edges.real ? edges.target[on] : edges.source[on]))}` : "";
     return `is ${state.doing}${place}${stands && Number.isFinite(until) ? ` until ${this.short(until)}` : ""}`;
   }

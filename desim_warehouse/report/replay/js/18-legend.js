@@ -120,16 +120,12 @@ function hatch(ctx, width, height, colour) {
   ctx.restore();
 }
 
-// What the colours of the heat map mean now; of two runs each has its own scale.
-function drawScale(box, sides, player, colours, shown) {
+// What the colours of the heat map mean: steps that are the same for all floors.
+function drawScale(box, colours, steps, shown) {
   box.hidden = !shown;
   if (box.hidden) return;
-  const canvas = box.querySelector("canvas"), ctx = canvas.getContext("2d"), wide = canvas.width / colours.heat.length;
-  colours.heat.forEach((colour, i) => {
-    ctx.fillStyle = colour;
-    ctx.fillRect(i * wide, 0, wide + 1, canvas.height);
-  });
-  const most = sides.map((side) => shortNumber(side.heat.mostAnHour(player.in(side)))).join(" and ");
-  const text = `${most} waits an hour on a lane`, out = box.querySelector("[data-part=most]");
-  if (out.textContent !== text) out.textContent = text;
+  const ends = steps.map((step) => `${100 * step}`), last = ends.length;
+  const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
+  const parts = words.flatMap((text, i) => [element("i", { style: `background: ${colours.heat[i]}` }), text]);
+  box.replaceChildren(element("span", {}, "Somebody waits here, part of the time:"), ...parts);
 }

@@ -79,6 +79,7 @@ class App {
     const colours = this.colours.now;
     drawLegend(byId("legend"), colours, this.sides);
     drawRibbon(byId("ribbon"), this.player, colours);
+    drawScale(byId("scale"), colours, this.colours.steps, this.sides[0].scene.showHeat);
     this.wake();
   }
 
@@ -115,7 +116,6 @@ class App {
     const said = this.counted();
     if (byId("counted").textContent !== said) byId("counted").textContent = said;
     this.panel.draw(colours, sides.length > 1);
-    drawScale(byId("scale"), sides, player, colours, sides[0].scene.showHeat);
     for (const side of sides) side.hover.again();
   }
 }
