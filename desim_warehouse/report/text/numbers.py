@@ -17,6 +17,8 @@ NONE = "–"
 VERDICTS = {True: "differs", False: "not shown to differ", None: "cannot be tested (one run)"}
 """By `Difference.differs`."""
 _SMALLEST_P = 0.001
+_NEAR = 0.01
+"""Shares nearer to none or all than this have more than one decimal."""
 _FEW = 5
 """Runs below which it is said beside an interval that there are so few, where they all agree."""
 _LIMITS = {"s": 90.0, "min": 5400.0, "h": 129_600.0}
@@ -188,7 +190,8 @@ class Scale:
         if not self.is_share:
             return decimals(self.by * (found.half_width or 0.0))
         low, high = found.interval or (0.0, 0.0)
-        return min(max(decimals(self.by * (high - low) / 2) - 1, 0), 3) if high > low else 1
+        most = 1 if _NEAR < low and high < 1 - _NEAR else 3
+        return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
 
     def _rounded(self, value: float, digits: int) -> str:
         return percent(value, digits) if self.is_share else number(self.by * value, digits)
