@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+from desim_warehouse.outcome.chains import QUEUES, TRAFFIC
+
 STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charging")
 
 
@@ -34,6 +36,9 @@ def faults(run):
         same(f"hour {number}", row.sum(), length * fleet)
     for table in (robots, tasks, edges, nodes, hours):
         same(f"below zero by {table.index.name}", min(table.to_numpy().min(initial=0), 0), 0)
+
+    waits = [part for part in robots if part in {*TRAFFIC, *QUEUES, *apart}]
+    same("lost time by root", math.fsum(run.lost_time["time"]), math.fsum(robots[waits].to_numpy().ravel()))
 
     for number, tally in run.robots.iterrows():  # waits have rounded times in the log: a millionth
         row = robots.loc[number]

@@ -20,7 +20,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import sheet, show, show_verdicts
 from desim_warehouse.errors import spoken
-from desim_warehouse.report.text.printed import number
+from desim_warehouse.report.text import words
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -100,11 +100,12 @@ def show_best(study: Study, found: Best, besides: str | None = None) -> None:
     """Print the answer, what is to be said besides, and the candidates."""
     show_verdicts(study.results)
     selection = found.selection
-    table = sheet(f"{found.indicator}: the candidates", "design", ">mean", ">runs", "")
+    scale = words.scale(found.indicator, study.plan.base, selection.means)
+    table = sheet(f"{words.head(found.indicator, scale)}: the candidates", "design", ">mean", ">runs", "")
     for point in study.points:
         verdict = _verdict(selection, point.number)
         mean, runs = selection.means[point.number], selection.samples[point.number]
-        table.add_row(str(point), number(mean), str(runs), verdict)
+        table.add_row(str(point), scale.bare(mean), str(runs), verdict)
     sense = "largest" if found.maximise else "smallest"
     click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
     if found.within:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.study_options import read_assignments, with_indicator
+from desim_warehouse.cli.options import with_indicator
+from desim_warehouse.cli.study_options import read_assignments
 from desim_warehouse.cli.tables import sheet, show, show_summary
-from desim_warehouse.report.text.printed import difference
 
 if TYPE_CHECKING:
+    from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Comparison
 
 
@@ -36,14 +37,17 @@ def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...],
     found = {name: results.compare(name, base, method) for name in chosen}
     show_summary(results, indicators)
     for indicator, comparison in found.items():
-        _show_comparison(indicator, comparison)
+        _show_comparison(results, indicator, comparison)
 
 
-def _show_comparison(indicator: str, found: Comparison) -> None:
+def _show_comparison(results: Results, indicator: str, found: Comparison) -> None:
+    from desim_warehouse.report.text import words
+
+    scale = words.scale_of(indicator, results.base, results.estimates(indicator).values())
     columns = ("design", ">difference", ">from", ">to", ">p", "verdict")
-    table = sheet(f"\n{indicator}: difference to {found.baseline}", *columns)
+    table = sheet(f"\n{words.head(indicator, scale)}: difference to {found.baseline}", *columns)
     for one in found.differences:
-        table.add_row(str(one.design), *difference(one))
+        table.add_row(str(one.design), *scale.difference(one))
     show(table)
     if any(one.estimate.interval for one in found.differences):
         click.echo(found.statement)

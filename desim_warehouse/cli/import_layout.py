@@ -8,8 +8,9 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.options import with_force, write_files
-from desim_warehouse.cli.tables import counted, show_remarks
+from desim_warehouse.cli.tables import show_remarks
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
+from desim_warehouse.report.text.numbers import number_of
 
 _HELP = f"""Make a model of FILE, a layout of another program.
 
@@ -85,7 +86,7 @@ def command(
         layout = model.layout
         counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
         parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]
-        click.echo(f"{out}: {', '.join(counted(*part) for part in parts)}")
+        click.echo(f"{out}: {', '.join(number_of(*part) for part in parts)}")
     show_remarks(made.remarks, err=out is None)
 
 

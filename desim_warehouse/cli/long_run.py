@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.options import run_of, with_confidence, with_json, with_overrides, with_seed
-from desim_warehouse.cli.run import with_unit
-from desim_warehouse.cli.study_options import with_indicator
+from desim_warehouse.cli.options import run_of, with_confidence, with_indicator, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
@@ -62,17 +60,15 @@ def _content(found: OneRun) -> dict[str, float | bool | str | None]:
 
 
 def _show(run: Run, found: dict[str, OneRun], confidence: float) -> None:
-    from desim_warehouse.report.text import words
+    from desim_warehouse.report.text import numbers, words
 
     units = run.model.units
-    counted = f"counted from {run.history.begin:,g} to {run.T:,g} {units.time}"
-    columns = ("indicator", ">value", ">from", ">to", "unit", "note")
-    table = sheet(f"{run.model.name}: one run, {counted}", *columns, pad_edge=False)
+    begin = f"a warm-up of {numbers.duration(run.history.begin, units.time)}" if run.history.begin else "the start"
+    counted = f"{numbers.duration(run.history.counted, units.time)} counted from {begin} on"
+    table = sheet(f"{run.model.name}: one run, {counted}", "indicator", ">value", ">from", ">to", "unit", "note")
     for name, one in found.items():
-        kind = words.indicator_kind(name)
-        cells = [
-            with_unit(kind, value, units)[0] if math.isfinite(value) else "?" for value in (one.value, *one.interval)
-        ]
-        table.add_row(name, *cells, with_unit(kind, one.value, units)[1], one.note)
+        scale = words.scale(name, run.model, (one.value,))
+        cells = [scale.bare(value) if math.isfinite(value) else "?" for value in (one.value, *one.interval)]
+        table.add_row(name, *cells, scale.unit, one.note)
     show(table)
     click.echo(f"from, to: {100 * confidence:g} % interval by batches of the run")

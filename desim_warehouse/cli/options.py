@@ -78,6 +78,15 @@ def with_json(content: str = "") -> Callable[[F], F]:
     )
 
 
+with_indicator = click.option(
+    "--indicator",
+    "indicators",
+    multiple=True,
+    metavar="NAME",
+    help="What to look at, or all; may be repeated.  [default: what such runs are judged by]",
+)
+
+
 class TimeIn(click.ParamType[float]):
     """A time above 0 with a unit, such as `20 min`; a plain number is in the unit that the option says."""
 
@@ -129,32 +138,32 @@ def write_files(files: Mapping[Path, str], *, force: bool) -> None:
             raise ModelError([f"{path}: cannot be written ({reason(error)})"]) from None
 
 
-def load_model(path: str, assignments: tuple[str, ...]) -> Model:
-    """The model of a file that is to be simulated or checked, with `--set` applied."""
+def load_model(path: str, assignments: tuple[str, ...], **besides: Any) -> Model:
+    """The model of a file that is to be simulated or checked, with `--set` applied, and before that `besides`."""
     from desim_warehouse.model import load, parse_assignment
 
-    overrides: dict[str, Any] = dict(parse_assignment(text) for text in assignments)
+    overrides: dict[str, Any] = {**besides, **dict(parse_assignment(text) for text in assignments)}
     return load(path, overrides, named="--set", run_code=True)
 
 
-def load_source(source: str, assignments: tuple[str, ...]) -> Model | Run:
-    """The run of a folder, or the model of a file with `--set` applied.
+def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Model | Run:
+    """The run of a folder, or the model of a file with `--set` applied, and before that `besides`.
 
     Raises ReportError where a run would have to be changed.
     """
     from desim_warehouse.run.folder import load_run
 
     if not Path(source).is_dir():
-        return load_model(source, assignments)
+        return load_model(source, assignments, **besides)
     if assignments:
         raise ReportError(f"{source} is a run that is over: --set is for models")
     return load_run(source)
 
 
-def run_of(source: str, assignments: tuple[str, ...], seed: int) -> Run:
+def run_of(source: str, assignments: tuple[str, ...], seed: int, **besides: Any) -> Run:
     """The run of a folder, or of a model file simulated now; raises as `load_source`."""
     from desim_warehouse.run import Run as Done
     from desim_warehouse.run import simulate
 
-    start = load_source(source, assignments)
+    start = load_source(source, assignments, **besides)
     return start if isinstance(start, Done) else simulate(start, seed)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.options import with_force
-from desim_warehouse.cli.tables import counted
+from desim_warehouse.report.text.numbers import number_of
 from desim_warehouse.errors import ModelError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def command(
 
     day = order_day(file, model, columns=dict(map(_column, columns)), **given)
     if day.problems and not skip_bad:
-        raise ModelError([*day.problems, f"{file}: --skip-bad leaves out {counted(len(day.skipped), 'row')}"])
+        raise ModelError([*day.problems, f"{file}: --skip-bad leaves out {number_of(len(day.skipped), 'row')}"])
     if not day.lines:
         raise ModelError([*day.problems, f"{file}: no rows, expected at least one order"])
     for problem in day.problems:
@@ -56,9 +56,9 @@ def command(
     _show(file, day)
     if out is not None:
         beside = written(day, Path(out), force=force)
-        click.echo(f"{out}: {counted(len(day.lines), 'line')}, for arrivals: {{orders: {{file: {out}}}}}")
+        click.echo(f"{out}: {number_of(len(day.lines), 'line')}, for arrivals: {{orders: {{file: {out}}}}}")
         if len(day.skipped):
-            click.echo(f"{beside}: {counted(len(day.skipped), 'row')} left out")
+            click.echo(f"{beside}: {number_of(len(day.skipped), 'row')} left out")
 
 
 def _column(text: str) -> tuple[str, str]:
@@ -72,9 +72,9 @@ def _show(file: str, day: OrderDay) -> None:
     first, last = (day.time_of(line.release) for line in (day.lines[0], day.lines[-1]))
     date = "" if day.midnight is None else f", from {day.midnight:%Y-%m-%d} on"
     parts = ((day.orders, "order"), (len(day.lines), "line"), (day.pieces, "piece"), (day.trips, "trip"))
-    click.echo(f"{file}: {', '.join(counted(*part) for part in parts)}, {_clock(first)} to {_clock(last)}{date}")
+    click.echo(f"{file}: {', '.join(number_of(*part) for part in parts)}, {_clock(first)} to {_clock(last)}{date}")
     begin, trips = day.busiest
-    click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {counted(trips, 'trip')}")
+    click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}")
     if first - day.start >= 2 * 3600:
         click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
     for one in day.assumed:

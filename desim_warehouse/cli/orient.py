@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -127,7 +128,7 @@ def _said(found: Orientation) -> list[str]:
 def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -> None:
     """Write the best of the floors by paired runs, and say how each of them does."""
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
-    from desim_warehouse.report.text.printed import said
+    from desim_warehouse.report.text import words
     from desim_warehouse.study.statistics import paired
 
     base = load_model(path, ())
@@ -139,12 +140,13 @@ def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -
         raise click.UsageError(f"--prefer chooses by runs; expected --runs {1 + len(floors)} or more")
     kpis = {"two-way": _runs(base, key, each)}
     kpis |= {name: _runs(oriented(base, found, factor), key, each) for name, factor in floors.items()}
-    means = {name: sum(values) / len(each) for name, values in kpis.items()}
+    means = {name: math.fsum(values) / len(each) for name, values in kpis.items()}
     best = (max if key == _OPEN else min)(means, key=means.__getitem__)
-    click.echo(f"{key} of {len(each)} runs each, and the difference to two-way by pairs:")
+    scale = words.scale(key, base, list(means.values()))
+    click.echo(f"{words.in_sentence(key)} of {len(each)} runs each, and the difference to two-way by pairs:")
     for name, values in kpis.items():
-        gain = "" if name == "two-way" else f"  {said(paired(values, kpis['two-way']))}"
-        click.echo(f"  {name:15}{means[name]:10,.1f}{gain}{'  best' if name == best else ''}")
+        gain = "" if name == "two-way" else f"  {scale.cell(paired(values, kpis['two-way']))}"
+        click.echo(f"  {name:15}{scale.value(means[name]):>12}{gain}{'  best' if name == best else ''}")
     if best == "two-way":
         click.echo(f"two-way lanes as they are do best: {file} is not written")
         return
@@ -171,7 +173,7 @@ def _runs(floor: Model, key: str, seeds: range) -> list[float]:
 
 def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
     """Compare the two floors by paired runs."""
-    from desim_warehouse.report.text.printed import said
+    from desim_warehouse.report.text import words
     from desim_warehouse.study.statistics import paired
 
     key = _judged_by(two_way)
@@ -185,5 +187,8 @@ def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
         verdict = "one-way does better"
     elif interval[0] > 0:
         verdict = "two-way does better"
-    means = " against ".join(f"{sum(values) / len(seeds):,.1f}" for values in kpis)
-    return f"{key} of {len(seeds)} runs each: one-way {means} two-way, {said(gain)} by pairs: {verdict}"
+    means = [math.fsum(values) / len(seeds) for values in kpis]
+    scale = words.scale(key, two_way, means)
+    said = " against ".join(map(scale.value, means))
+    name = words.in_sentence(key)
+    return f"{name} of {len(seeds)} runs each: one-way {said} two-way, {scale.cell(gain)} by pairs: {verdict}"

@@ -83,6 +83,7 @@ def command(
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report.text import fleet_words
+    from desim_warehouse.report.text.numbers import duration
     from desim_warehouse.study.fleet import plan_fleet
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
@@ -103,7 +104,7 @@ def command(
             **question.search(execution),
         )
     took = monotonic() - began
-    shown = fleet_words.evidence(found, model, question.assignments, question.seed or 0)
+    shown = fleet_words.evidence(found, loaded, model, question.assignments, question.seed or 0)
     content = fleet_words.content(found, loaded, shown)
     if execution.out is not None:
         fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1))
@@ -111,7 +112,7 @@ def command(
         click.echo(json.dumps({**content, "warnings": warnings}))
     else:
         _show(content, shown)
-        click.echo(f"{found.runs:,} runs in {_time(took)}", err=True)
+        click.echo(f"{found.runs:,} runs in {duration(took, 's')}", err=True)
     if not found.feasible:
         more_runs = f"--runs {runs}: more of them may give an answer"
         click.echo(more_runs if found.ended else NOT_ENOUGH, err=True)
@@ -171,20 +172,15 @@ def _counts(text: str | None, option: str) -> list[int] | None:
 
 
 def _show(content: dict[str, Any], shown: list[Evidence]) -> None:
-    from desim_warehouse.cli.tables import runs
+    from desim_warehouse.report.text.numbers import number_of
 
     for line in content["answer"]:
         click.echo(line)
     if shown:
         click.echo("\nShown by:")
     for one in shown:
-        click.echo(f"  {one.what}: {one.found}, {runs(one.runs)}")
+        click.echo(f"  {one.what}: {one.found}, {number_of(one.runs, 'run')}")
         click.echo(f"    {one.command}")
     click.echo("")
     for line in (content["promise"], *content["notes"]):
         click.echo(line)
-
-
-def _time(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"

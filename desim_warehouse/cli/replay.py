@@ -46,8 +46,8 @@ def command(
     palette: str,
 ) -> None:
     """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
-    run = run_of(source, assignments, seed)
-    other = None if beside is None else run_of(beside, (), seed)
+    run = run_of(source, assignments, seed, log="all")
+    other = None if beside is None else run_of(beside, (), seed, log="all")
     first, last = (_time(text, option, run.model.units) for text, option in ((start, "--from"), (end, "--to")))
     page = run.replay(output, start=first, end=last, palette=palette, beside=other)
     click.echo(f"{output}: {len(page.html) / 1e6:.1f} MB; open it in a browser")

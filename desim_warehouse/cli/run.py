@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.by_hand import warn
-from desim_warehouse.cli.options import TimeIn, load_model, with_json, with_overrides, with_seed
+from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.schema import Units
     from desim_warehouse.run import Run
 
 
@@ -25,11 +24,18 @@ if TYPE_CHECKING:
 @with_seed
 @with_json("indicators, verdicts, warnings, seed, version")
 @click.option("--timeout", type=TimeIn("s"), metavar="TIME", help="Time that it may take, in seconds or such as 5min.")
+@with_indicator
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
 def command(
-    model: str, assignments: tuple[str, ...], seed: int, as_json: bool, timeout: float | None, out: str | None
+    model: str,
+    assignments: tuple[str, ...],
+    seed: int,
+    as_json: bool,
+    timeout: float | None,
+    indicators: tuple[str, ...],
+    out: str | None,
 ) -> None:
-    """Simulate MODEL once and show its indicators."""
+    """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
     from desim_warehouse.errors import SimulationError
     from desim_warehouse.run import simulate
@@ -52,41 +58,18 @@ def command(
         said = [verdict.content() for verdict in run.verdicts]
         click.echo(json.dumps({**plain, "verdicts": said, "warnings": warnings, "seed": seed, "version": __version__}))
     else:
-        _show(run)
+        _show(run, indicators)
 
 
-def _show(run: Run) -> None:
-    from desim_warehouse.report.text import words
+def _show(run: Run, indicators: tuple[str, ...]) -> None:
+    from desim_warehouse.outcome.indicators import chosen, judged_by
+    from desim_warehouse.report.text import numbers, run_words, words
 
-    for verdict in run.verdicts:
-        click.echo(verdict.text)
-    robots = f"{run.model.fleet.size} robot{'s' * (run.model.fleet.size != 1)}"
-    columns = ("indicator", ">value", "unit", "meaning")
-    table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", *columns, pad_edge=False)
-    for key, value in run.kpis.items():
-        shown, unit = with_unit(words.indicator_kind(key), value, run.model.units)
-        meaning = words.indicator_name(key).removeprefix("Fleet ")
-        table.add_row(key, shown, unit, f"{meaning[:1].upper()}{meaning[1:]}")
+    for line in run_words.sentences(run):
+        click.echo(line)
+    robots = numbers.number_of(run.model.fleet.size, "robot")
+    table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", "indicator", ">value", "name", pad_edge=False)
+    usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
+    for name in chosen(indicators, run.kpis) if indicators else usual:
+        table.add_row(words.indicator_name(name), words.value(name, run.kpis[name], run.model), name)
     show(table)
-
-
-def with_unit(kind: str, value: float, units: Units) -> tuple[str, str]:
-    """A value and its unit for planners: shares in percent, and times in other units also in seconds."""
-    from desim_warehouse.report.text import words
-    from desim_warehouse.report.text.printed import number
-
-    if math.isnan(value):
-        return "-", ""
-    if kind.startswith("share"):
-        return f"{100 * value:.1f}", {
-            "share of tasks": "% of tasks",
-            "share of load units": "% of loads",
-            "share of orders": "% of orders",
-            "share of capacity": "% full",
-        }.get(kind, "% of time")
-    if kind == "capacity per hour":
-        return f"{100 * value:.1f}", "% of capacity/h"
-    if kind == "time" and units.time != "s":
-        return number(value), f"{units.time} ({number(value * units.seconds)} s)"
-    named = {"energy": "energy units", "weighted": "weighted", "tasks per hour": "tasks/h", "tasks": ""}
-    return number(value), named.get(kind, words.unit(kind, units))

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.study_options import with_indicator
+from desim_warehouse.cli.options import with_indicator
 from desim_warehouse.cli.tables import sheet, show
-from desim_warehouse.report.text.printed import number
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
@@ -32,22 +31,26 @@ def command(folder: str, indicators: tuple[str, ...]) -> None:
 
 
 def _show(study: Results, indicator: str) -> None:
+    from desim_warehouse.report.text import words
+
     effects = study.main_effects(indicator)
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None
     first = None if total else study.first_order(indicator)
     shares = total.first if total else first.shares if first else {}
+    scale = words.scale(indicator, study.base, (effects.grand_mean,))
+    mean = scale.value(effects.grand_mean)
     if all(math.isnan(share) for share in shares.values()):
-        click.echo(
-            f"{indicator}: {number(effects.grand_mean)} on average in every design that ran, so no factor matters"
-        )
+        click.echo(f"{indicator}: {mean} on average in every design that ran, so no factor matters")
         return
     heads = ["factor", ">largest - smallest mean", ">share alone", *([">with interactions"] if total else [])]
     columns = (*heads, "mean at each value, minus the grand mean")
-    table = sheet(f"{indicator}: mean {number(effects.grand_mean)}", *columns)
+    table = sheet(f"{indicator}: mean {mean}", *columns)
     for effect in effects.factors:
-        levels = ", ".join(f"{level}: {value:+.4g}" for level, value in effect.effects.items())
+        levels = ", ".join(
+            f"{level}: {'+' * (value > 0)}{scale.bare(value)}" for level, value in effect.effects.items()
+        )
         share = first.text(effect.factor) if first else f"{100 * shares[effect.factor]:.1f} %"
-        cells = [effect.factor, number(effect.swing), share]
+        cells = [effect.factor, scale.bare(effect.swing), share]
         if total:
             cells.append(f"{100 * total.total[effect.factor]:.1f} %")
         table.add_row(*cells, levels)

@@ -20,10 +20,11 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import runs, sheet, show, show_verdicts
-from desim_warehouse.report.text.printed import number
+from desim_warehouse.cli.tables import sheet, show, show_verdicts
+from desim_warehouse.report.text.numbers import number_of
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.study.statistics import Sizing
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
@@ -94,10 +95,10 @@ def command(
     with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     show_verdicts(study.results)
-    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {runs(found.runs)})")
+    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {number_of(found.runs, 'run')})")
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
-    _show(key, found)
+    _show(key, found, study.plan.base)
     if found.smallest is None:
         sys.exit(NONE_MEETS)
 
@@ -130,9 +131,20 @@ def _see_upwards(values: str, searched: list[Any]) -> None:
         raise click.UsageError(f"--range {values}: not ascending, expected the smallest value first")
 
 
-def _show(key: str, found: Sizing[Any]) -> None:
-    table = sheet(f"{found.target}: the values looked at", f">{key}", ">mean", ">from", ">to", ">runs", "verdict")
+def _show(key: str, found: Sizing[Any], model: Model) -> None:
+    from desim_warehouse.report.text import words
+
+    goal = found.target
+    scale = words.scale(goal.indicator, model, [one.mean for one in found.decisions])
+    heads = (
+        f">{words.factor_head(key, model.units)}",
+        f">{words.head(goal.indicator, scale)}",
+        ">from",
+        ">to",
+        ">runs",
+    )
+    table = sheet(f"{words.target(goal)}: the values looked at", *heads, "verdict")
     for one in sorted(found.decisions, key=lambda decision: decision.value):
-        ends = ("exact", "") if one.low is None or one.high is None else (number(one.low), number(one.high))
-        table.add_row(str(one.value), number(one.mean), *ends, str(one.n), one.verdict)
+        ends = ("exact", "") if one.low is None or one.high is None else (scale.bare(one.low), scale.bare(one.high))
+        table.add_row(str(one.value), scale.bare(one.mean), *ends, str(one.n), one.verdict)
     show(table)

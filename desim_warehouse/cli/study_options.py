@@ -35,10 +35,6 @@ with_vary = click.option(
     help="What to vary: fleet.size=1..12, battery.threshold=2,3.5,5, or policies.charging=threshold,{name: ...}; "
     "may be repeated: all combinations.",
 )
-with_indicator = click.option(
-    "--indicator", "indicators", multiple=True, metavar="NAME", help="What to look at; may be repeated."
-)
-
 with_page = click.option(
     "--page", metavar="FILE", help="Write a page in which sliders choose the design and two designs are compared."
 )

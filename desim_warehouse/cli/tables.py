@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.text.printed import number, said
+from desim_warehouse.report.text.numbers import NONE, Scale, number, number_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import QuantileEstimate
 
+_HEAD = 14
+"""Letters in a line of the head of a column; longer heads take several."""
 _NAMED = 12
 """Names in a row of remarks."""
 
@@ -33,14 +36,17 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
     from desim_warehouse.study.factors import readable
 
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
+    if results.target is not None and not indicators and results.target.indicator in results.indicators:
+        chosen = list(dict.fromkeys((results.target.indicator, *chosen)))
     found = {name: results.estimates(name) for name in chosen}
+    scales = {name: words.scale_of(name, results.base, of_name.values()) for name, of_name in found.items()}
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
-    means = f"means ± half-width ({100 * results.plan.confidence:g} %)" if known else "means"
+    means = f"means with {100 * results.plan.confidence:g} % intervals" if known else "means"
     judged = any(results.verdicts.values())
     table = sheet(
         _title(results, means),
         *_factors(results),
-        *(f">{name}" for name in chosen),
+        *(f">{words.head(name, scale)}" for name, scale in scales.items()),
         *([] if results.target is None else [words.target(results.target)]),
         *([">counted from"] if results.warm_ups else []),
         ">runs",
@@ -51,7 +57,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         failed = sum(row.outcome.error is not None for row in rows)
         table.add_row(
             *map(readable, point.labels.values()),
-            *(said(found[name][point.number]) for name in chosen),
+            *(scales[name].cell(found[name][point.number]) for name in chosen),
             *([words.met(results, str(point))] if results.target is not None else []),
             *([number(results.warm_ups[str(point)])] if results.warm_ups else []),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
@@ -71,24 +77,32 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
 
 
 def _factors(results: Results) -> list[str]:
-    """Heads of the columns of the factors: their keys, and their units."""
+    """Heads of the columns of the factors, with their units."""
     from desim_warehouse.report.text import words
 
-    return [words.with_unit(factor, words.factor_unit(factor, results.base.units)) for factor in results.factors]
+    return [words.factor_head(factor, results.base.units) for factor in results.factors]
 
 
 def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
+    from desim_warehouse.report.text import words
     from desim_warehouse.study.factors import readable
     from desim_warehouse.study.statistics import replications_for_quantile
 
-    chosen = results.chosen(results.plan.indicators or results.usual(4))
-    found = {name: results.quantiles(name, share) for name in chosen}
+    found = {
+        name: results.quantiles(name, share) for name in results.chosen(results.plan.indicators or results.usual(4))
+    }
+    scales = {
+        name: words.scale(name, results.base, [one.value for one in of_name.values() if one is not None])
+        for name, of_name in found.items()
+    }
     percent, sure = f"{100 * share:g} %", results.plan.confidence
     title = _title(results, f"{percent} quantiles over runs, {100 * sure:g} % intervals")
-    table = sheet(title, *_factors(results), *(f">{name}" for name in chosen), ">runs")
+    table = sheet(
+        title, *_factors(results), *(f">{words.head(name, scale)}" for name, scale in scales.items()), ">runs"
+    )
     for point in results.points:
-        cells = (_said_of_quantile(found[name][point.number]) for name in chosen)
+        cells = (_said_of_quantile(found[name][point.number], scale) for name, scale in scales.items())
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
     show_verdicts(results)
     show(table)
@@ -99,13 +113,13 @@ def show_quantiles(results: Results, share: float) -> None:
     _show_failures(results)
 
 
-def _said_of_quantile(found: QuantileEstimate | None) -> str:
+def _said_of_quantile(found: QuantileEstimate | None, scale: Scale) -> str:
     if found is None:
-        return "-"
+        return NONE
     if found.deterministic:
-        return number(found.value)
-    low, high = ("?" if end is None else number(end) for end in (found.low, found.high))
-    return f"{number(found.value)} ({low} to {high})"
+        return scale.bare(found.value)
+    low, high = ("?" if end is None else scale.bare(end) for end in (found.low, found.high))
+    return f"{scale.bare(found.value)} ({low} to {high})"
 
 
 def show_verdicts(results: Results) -> None:
@@ -126,14 +140,9 @@ def _show_failures(results: Results) -> None:
         if row.outcome.error is not None:
             failures[row.outcome.error] = failures.get(row.outcome.error, 0) + 1
     for error, count in list(failures.items())[:5]:
-        click.echo(f"{runs(count)} failed: {error}", err=True)
+        click.echo(f"{number_of(count, 'run')} failed: {error}", err=True)
     if failures and sum(failures.values()) == len(results.rows):
         raise StudyError("no run was finished")
-
-
-def runs(count: int) -> str:
-    """A number of runs, in words."""
-    return f"{count} run{'s' * (count != 1)}"
 
 
 def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
@@ -142,7 +151,8 @@ def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
 
     made = Table(title=title, title_justify="left", box=None, pad_edge=pad_edge)
     for name in columns:
-        made.add_column(name.removeprefix(">"), justify="right" if name.startswith(">") else "left")
+        head = "\n".join(wrap(name.removeprefix(">"), _HEAD, break_long_words=False))
+        made.add_column(head, justify="right" if name.startswith(">") else "left")
     return made
 
 
@@ -165,12 +175,6 @@ def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
 
     table = sheet(None, "", "what", "why", "which", pad_edge=False)
     for remark in remarks:
-        number = len(remark.names)
-        kind = remark.kind if remark.what == "assumed" else counted(number, remark.kind)
+        kind = remark.kind if remark.what == "assumed" else number_of(len(remark.names), remark.kind)
         table.add_row(*map(printable, (remark.what, kind, remark.why, remark.which(_NAMED))))
     show(table, err=err, markup=False)
-
-
-def counted(number: int, kind: str) -> str:
-    """A number of things, in words: `2 robots`."""
-    return f"{number} {kind}{'s' * (number != 1)}"

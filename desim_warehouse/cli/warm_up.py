@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
-from desim_warehouse.cli.tables import runs
 from desim_warehouse.report.plot.style import save
+from desim_warehouse.report.text.numbers import number_of
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 
@@ -65,7 +65,7 @@ def command(
         observed="throughput" if observe == "throughput" else "cycle_time",
         seed=seed,
     )
-    click.echo(f"{observe}, {runs(replications)}, one observation each {found.width:g} {found.time_unit}")
+    click.echo(f"{observe}, {number_of(replications, 'run')}, one observation each {found.width:g} {found.time_unit}")
     if found.time is None:
         click.echo(f"not settled: {found.found.note}")
         if read.calendars:

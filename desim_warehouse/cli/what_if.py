@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.options import with_indicator
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -14,7 +15,6 @@ from desim_warehouse.cli.study_options import (
     read_vary,
     refuse_page,
     with_execution,
-    with_indicator,
     with_page,
     with_question,
     with_vary,
@@ -75,7 +75,7 @@ def command(
         "what-if",
         execution,
         replications=often,
-        indicators=list(indicators) or None,
+        indicators=[name for name in indicators if name != "all"] or None,
         design=read_yaml(design, "--design").data,
         warm_up=warm_up,
         target=target,
@@ -84,7 +84,7 @@ def command(
     warn(study.plan.base, model, question.assignments)
     with interruptible(study, execution.kept):
         study.run(**execution.where())
-    show_summary(study.results)
+    show_summary(study.results, indicators)
     write_page(page, study.results)
 
 

@@ -21,6 +21,7 @@ from desim_warehouse.cli.study_options import (
 )
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.why import Why
 
@@ -42,6 +43,8 @@ def command(
     execution: ExecutionOptions,
 ) -> None:
     """Find what holds a warehouse up, and what that costs: suspects are relieved one by one and simulated.
+
+    First of all it says what robots waited for in one run, each wait followed to its root.
 
     Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
     """
@@ -66,11 +69,11 @@ def command(
     if as_json:
         click.echo(json.dumps({**_content(found, said, lines), "warnings": warnings}))
         return
-    for verdict in found.verdicts:
-        click.echo(verdict.text)
-    click.echo(said)
+    for line in (why_words.lost(found, looked_at), *(verdict.text for verdict in found.verdicts), said):
+        if line:
+            click.echo(line)
     if found.found:
-        _show(found, lines)
+        _show(found, lines, looked_at)
 
 
 def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
@@ -83,18 +86,20 @@ def _commands(found: Why, model: str, question: ModelOptions) -> list[str]:
     ]
 
 
-def _show(found: Why, lines: list[str]) -> None:
+def _show(found: Why, lines: list[str], model: Model) -> None:
     from desim_warehouse.cli.tables import sheet, show
-    from desim_warehouse.report.text.printed import number
+    from desim_warehouse.report.text import words
+    from desim_warehouse.report.text.numbers import PERCENT
     from desim_warehouse.report.text.why_words import dose
 
     columns = ("relief", ">dose", ">waited", ">gain", ">from", ">to", ">per 10 %", ">runs", "")
-    table = sheet(f"what a relief gains in {found.indicator}", *columns)
+    scale = words.scale(found.indicator, model, [gain.mean for _, gain in found.found])
+    table = sheet(f"what a relief gains in {words.head(found.indicator, scale).lower()}", *columns)
     for suspect, gain in found.found:
-        waited = "" if suspect.waited is None else f"{100 * suspect.waited:.1f} %"
-        bounds = ("", "") if math.isnan(gain.low) else (number(gain.low), number(gain.high))
-        per = "" if suspect.dose is None or math.isnan(gain.mean) else number(suspect.scale * gain.mean)
-        mean = "" if math.isnan(gain.mean) else number(gain.mean)
+        waited = "" if suspect.waited is None else PERCENT.value(suspect.waited)
+        bounds = ("", "") if math.isnan(gain.low) else (scale.bare(gain.low), scale.bare(gain.high))
+        per = "" if suspect.dose is None or math.isnan(gain.mean) else scale.bare(suspect.scale * gain.mean)
+        mean = "" if math.isnan(gain.mean) else scale.bare(gain.mean)
         table.add_row(suspect.relief, dose(suspect), waited, mean, *bounds, per, str(gain.n), _standing(found, gain))
     show(table)
     percent = 100 * found.gains.confidence
@@ -127,6 +132,7 @@ def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
         "confidence": found.gains.confidence,
         "base": _finite(found.gains.base),
         "held_up": found.is_held_up,
+        "lost_time": [{"root": root.cause, "at": root.at, "share": share} for root, share in found.lost.items()],
         "failed": found.gains.failed,
         "left_out": list(found.left_out),
         "verdicts": [verdict.content() for verdict in found.verdicts],

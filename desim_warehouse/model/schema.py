@@ -280,6 +280,7 @@ class Cost(Part):
 class Prices(Part):
     """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
 
+    currency: Name | None = Field(None, description="its name, such as EUR, for sums on pages and in sentences")
     hours: Positive = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
     robot: NotNegative = Field(
         0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"

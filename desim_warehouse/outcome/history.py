@@ -294,7 +294,7 @@ class History:
                 found.append(Wait(row.robot, row.other, start, row.time, row.node, row.edge, stands))
             elif row.kind in APART:
                 start, stands = row.time - (row.value or 0.0), on[row.robot]
-                found.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind))
+                found.append(Wait(row.robot, NONE, start, row.time, row.node, None, stands, row.kind, row.edge))
             else:  # in a bay or station it may wait, too, but on no edge
                 on[row.robot] = row.edge
         return found

@@ -109,23 +109,23 @@ INDICATORS = {
     for indicator in (
         Indicator(
             "T",
-            "Task time T",
+            "Task time",
             "time",
-            "task time: when the last robot is back with all goods delivered; lifelong demand: the run's length",
+            "when the last robot is back with all goods delivered; lifelong demand: the run's length",
             "less",
             lambda history: history.end,
         ),
         Indicator(
             "S",
-            "Collisions S",
+            "Waits for another robot",
             "count",
-            "collisions: waiting episodes of all robots, `rear_ends + crossings`",
+            "episodes in which a robot waits for another, `rear_ends + crossings`; the collisions of the paper",
             "less",
             measures.collisions,
         ),
         Indicator(
             "C",
-            "Charge cycles C",
+            "Charge cycles",
             "count",
             "charge cycles after which a robot went out again",
             "less",
@@ -190,7 +190,7 @@ INDICATORS = {
             "rear_ends",
             "Waits behind a robot on an edge",
             "count",
-            "collisions behind a robot on the same edge",
+            "of these, those behind a robot on the same edge",
             "less",
             measures.count("rear_ends"),
         ),
@@ -198,7 +198,7 @@ INDICATORS = {
             "crossings",
             "Waits before an intersection",
             "count",
-            "collisions before an intersection",
+            "of these, those before an intersection",
             "less",
             measures.count("crossings"),
         ),
@@ -495,6 +495,38 @@ def kpis(history: History) -> dict[str, float]:
             if indicator.by_flow is not None and indicator.applies(tasks):
                 found[f"{name}:{flow}"] = indicator.by_flow(tasks)
     return found
+
+
+_JUDGED = {
+    False: (
+        *("T", "S", "C", "throughput_per_hour", "cycle_time_mean", "on_time", "cycle_time_p95", "share_waiting"),
+        *("orders_on_time", "annual_cost"),
+    ),
+    True: (
+        *("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "share_waiting", "cycle_time_mean"),
+        *("worked_on_time", "orders_on_time", "charger_utilisation", "availability", "annual_cost"),
+    ),
+}
+"""What a run is judged by, first things first: where its work ends (first of all as in the paper), and where not."""
+
+
+def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
+    """The indicators that a run of this kind is judged by, first things first, as far as it has them."""
+    return [name for name in _JUDGED[never_ends] if name in names]
+
+
+def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
+    """The indicators of runs that are asked for; `all` is every one that they have.
+
+    Raises:
+        StudyError: for one that no run has, naming the nearest.
+    """
+    for name in wanted:
+        if name != "all" and has and name not in has:
+            near = nearest(name, has)
+            hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(has)}"
+            raise StudyError(f"indicator {name!r}: no run has it, {hint}")
+    return list(has) if "all" in wanted else list(wanted)
 
 
 def look_up(name: str) -> Indicator | None:

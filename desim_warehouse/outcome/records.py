@@ -109,7 +109,7 @@ class Wait(NamedTuple):
     """An episode of waiting in traffic: `robot` waits for `other` (-1: none) before `node`, or behind it on `edge`.
 
     `on` is the edge on which it stands, None in a bay or station. `cause` is `waiting` for a collision, else what it
-    waits for before `node`, by its name in `states.APART`.
+    waits for before `node`, by its name in `states.APART`, to enter the edge `into`.
     """
 
     robot: int
@@ -120,6 +120,7 @@ class Wait(NamedTuple):
     edge: Edge | None
     on: Edge | None
     cause: str = WAITING.name
+    into: Edge | None = None
 
 
 class ChargeSpan(NamedTuple):

@@ -9,7 +9,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import disturbances
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.report import html
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,8 +31,8 @@ def model_facts(model: Model) -> Html:
         (
             "Robots",
             (
-                f"{fleet.size}, radius {words.number(fleet.robot.radius)} {units.length}, "
-                f"speed {words.number(fleet.robot.speed)} {units.length} per {units.time}"
+                f"{fleet.size}, radius {numbers.number(fleet.robot.radius)} {units.length}, "
+                f"speed {numbers.number(fleet.robot.speed)} {units.length} per {units.time}"
                 + _motion(fleet.robot)
                 + (f", up to {most} loads each" if most > 1 else "")
             ),
@@ -43,12 +43,13 @@ def model_facts(model: Model) -> Html:
         ("Policies", _policies(model)),
         *_hours(model),
         *[("What goes wrong", text) for text in disturbances(model, floor)],
-        ("Time unit", f"1 {units.time} = {words.number(units.seconds)} s"),
+        ("Time unit", f"1 {units.time} = {numbers.number(units.seconds)} s"),
     ]
     if model.run.length is not None:
         start = f", begun at {model.run.start}" if model.calendars else ""
-        length = f"{words.number(model.run.length)} {units.time}{start}"
-        rows.append(("Run", f"{length}, counted after a warm-up of {words.number(model.run.warm_up)} {units.time}"))
+        length = f"{numbers.duration(model.run.length, units.time)}{start}"
+        warm_up = numbers.duration(model.run.warm_up, units.time)
+        rows.append(("Run", f"{length}, counted after a warm-up of {warm_up}" if model.run.warm_up else length))
     accepted = [item.problem for item in errors(model) if item.code in model.accept]
     rows += [("Accepted error", problem) for problem in accepted]
     return html.facts(rows, "model")
@@ -68,7 +69,7 @@ def work(model: Model) -> str:
     ):
         if hasattr(goods, name):
             rate = model.tasks.demand if name == "poisson" else 1
-            return text.format(words.number(getattr(goods, name) * rate))
+            return text.format(numbers.number(getattr(goods, name) * rate))
     return "as in the model"
 
 
@@ -89,7 +90,7 @@ def _hours(model: Model) -> Iterator[tuple[str, str]]:
 def _motion(robot: RobotSpec) -> str:
     """Speed with a load, acceleration and deceleration, where the model has them."""
     said = [
-        f"{words.number(value)} {what}"
+        f"{numbers.number(value)} {what}"
         for value, what in (
             (robot.speed_loaded, "loaded"),
             (robot.acceleration, "acceleration"),
@@ -111,8 +112,8 @@ def _battery(model: Model) -> str:
     if battery is None:
         return "none: robots never need charging"
     return (
-        f"capacity {words.number(battery.capacity)}, sent to charge at {words.number(battery.threshold)}, "
-        f"charging {words.number(battery.charge_rate)} per {model.units.time}"
+        f"capacity {numbers.number(battery.capacity)}, sent to charge at {numbers.number(battery.threshold)}, "
+        f"charging {numbers.number(battery.charge_rate)} per {model.units.time}"
     )
 
 
@@ -125,6 +126,6 @@ def _policies(model: Model) -> str:
     for kind in type(policies).model_fields:
         spec = getattr(policies, kind)
         if isinstance(spec, PolicySpec) and spec.name != "single":  # which is no batching at all
-            parameters = ", ".join(f"{key} = {words.level(value)}" for key, value in spec.params.items())
-            said.append(f"{kind}: {spec.name}" + (f" ({parameters})" if parameters else ""))
+            parameters = "".join(f", {key} {words.level(value)}" for key, value in spec.params.items())
+            said.append(f"{kind}: {words.policy(kind, spec.name)}{parameters}")
     return "; ".join(said)

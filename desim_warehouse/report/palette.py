@@ -148,8 +148,11 @@ PALETTES = {
 """What moves on the floor, by the role of a robot's state, and goods: safe for colour-blind people (after Okabe and
 Ito), or the paper's; on light and on dark ground, over which it goes."""
 
+WAITED_STEPS = (0.01, 0.05, 0.2)
+"""Shares of the time in which somebody waits at a place, between the steps of maps of waiting: the same on all floors,
+so that a map of a floor that loses little does not look like one that is jammed."""
 HEAT = {
-    "light": ["#f6e8b1", "#f3c969", "#eb9f45", "#d9702f", "#b8432b", "#872139", "#4e0d3f"],
-    "dark": ["#3b2a4f", "#65316b", "#973a70", "#c84b63", "#ec7150", "#fba749", "#fde58a"],
+    "light": ["#b8860b", "#c4501b", "#8f1d3f", "#3d0a3a"],
+    "dark": ["#a8812f", "#e0873a", "#f2b25c", "#ffe9b0"],
 }
-"""Waiting on the floor of a replay page, one hue from little to much: more waiting stands out more."""
+"""Waiting on the floor of a replay page, a colour for each step: more waiting stands out more."""

@@ -13,7 +13,8 @@ from desim_warehouse.report import html, plot, run_parts
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.study_parts import versions
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.fleet_words import more_orders
 from desim_warehouse.run.folder import PLAN
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from desim_warehouse.report.html import Html
     from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
+
+_DEMAND = "orders"
+"""The column of the tables of a plan that says for which demand a run was."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,7 @@ def first_figure(plan: PlanFolder) -> Axes:
     }
     if len(plan.demands) == 1:
         return plot.by_factor(table, "fleet.size", goal["indicator"], **common)
-    return plot.facets(table, "fleet.size", goal["indicator"], by=["demand"], **common)
+    return plot.facets(table, "fleet.size", goal["indicator"], by=[_DEMAND], **common)
 
 
 def _tables(plan: PlanFolder, indicator: str) -> Iterator[pd.DataFrame]:
@@ -148,14 +152,14 @@ def _tables(plan: PlanFolder, indicator: str) -> Iterator[pd.DataFrame]:
             part = table[[*factors, "replication", indicator, "deterministic"]].copy()
             if "chargers" in part:
                 part["chargers"] = part["chargers"].astype(int)
-            part.insert(0, "demand", _demand(demand))
+            part.insert(0, _DEMAND, _demand(demand))
             yield part
 
 
 def _demand(demand: Mapping[str, Any]) -> str:
     rate = demand["orders_per_hour"]
-    when = "today" if demand["growth"] == 1 else f"x {demand['growth']:g}"
-    return when if rate is None else f"{when} ({words.number(rate)} an hour)"
+    when = "today" if demand["growth"] == 1 else more_orders(demand["growth"])
+    return when if rate is None else f"{when} ({numbers.number(rate)} an hour)"
 
 
 def example_run(plan: PlanFolder) -> Run | None:
@@ -166,14 +170,16 @@ def example_run(plan: PlanFolder) -> Run | None:
 def account(plan: PlanFolder, run: Run | None) -> Html | None:
     """The biggest part of a task's time, and which run that was."""
     fleet = words.fleet(plan.design["robots"], plan.design["chargers"])
-    name = f"{fleet}, demand {_demand(plan.demands[-1])}"
+    name = f"{fleet}, {_demand(plan.demands[-1])}"
     return None if run is None else run_parts.account_of(run, name)
 
 
 def evidence(plan: PlanFolder) -> Html:
     """The numbers behind the answer."""
-    rows = [[one["what"], one["found"], words.number(one["runs"])] for one in plan.content["evidence"]]
-    shown = html.table(["design", plan.content["target"]["indicator"], "runs"], rows, words=2, name="evidence")
+    rows = [[one["what"], one["found"], numbers.number(one["runs"])] for one in plan.content["evidence"]]
+    shown = html.table(
+        ["design", words.indicator_name(plan.content["target"]["indicator"]), "runs"], rows, words=2, name="evidence"
+    )
     return shown + html.paragraph(plan.content["promise"], "note")
 
 
@@ -198,5 +204,5 @@ def method(plan: PlanFolder) -> Html:
         ),
         "A design whose backlog grows, or whose batteries fall, does not count as enough.",
     ]
-    rows = [("Runs", words.number(plan.content["runs"]))]
+    rows = [("Runs", numbers.number(plan.content["runs"]))]
     return html.bullets(steps) + html.facts([*rows, *versions(plan.studies[0])], "method")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +12,9 @@ from desim_warehouse.outcome.resources import resources as of_stations_and_charg
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts, work
-from desim_warehouse.report.text import sentences, words
+from desim_warehouse.report.text import numbers, run_words, words
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -34,14 +32,15 @@ _SPANS = 400
 """The most states in the Gantt chart; of longer runs a part is shown."""
 
 
-def read(folder: str | Path | None) -> Run:
-    """The run of a folder, with everything logged: again if it was not; None: of a small warehouse."""
+def read(folder: str | Path | Run | None) -> Run:
+    """A run, or that of a folder, with everything logged: again if it was not; None: of a small warehouse."""
+    from desim_warehouse.run import Run as Done
     from desim_warehouse.run import simulate
     from desim_warehouse.run.folder import load_run
 
     if folder is None:
         return simulate(pages.example().replace({"log": "all"}))
-    run = load_run(folder)
+    run = folder if isinstance(folder, Done) else load_run(folder)
     if run.record.level == "all":
         return run
     again = pages.in_full(run.model, run.seed)
@@ -49,8 +48,8 @@ def read(folder: str | Path | None) -> Run:
     return again if again is not None and same else run
 
 
-def page(folder: str | Path, replay: str | None = None) -> ReportPage:
-    """The report of the run of a folder; `replay` is the file for its replay, which the first page links."""
+def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
+    """The report of a run, or of that of a folder; `replay` is the file for its replay, which the first page links."""
     run = read(folder)
     return pages.ReportPage(
         title=run.model.name,
@@ -64,7 +63,7 @@ def page(folder: str | Path, replay: str | None = None) -> ReportPage:
             "Indicators": [indicators(run)],
             "The warehouse": [plot.layout(run), warehouse(run)],
             "Warm-up": [*warm_up_figures(run), warm_up(run)],
-            "Method and reproducibility": [method(run, str(folder))],
+            "Method and reproducibility": [method(run, None if run is folder else str(folder))],
         },
     )
 
@@ -72,7 +71,7 @@ def page(folder: str | Path, replay: str | None = None) -> ReportPage:
 def first_page(run: Run, replay: str | None = None) -> Html:
     """The question, the answer, and what a year like the run costs."""
     about = run.model.description or f"Work: {work(run.model)}."
-    return pages.first_page(run.model.name, about, question(run), answer(run), run, replay)
+    return pages.first_page(run.model.name, about, question(run), run_words.sentences(run), run, replay)
 
 
 def question(run: Run) -> str:
@@ -81,57 +80,12 @@ def question(run: Run) -> str:
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
     if model.battery is not None:
         fleet["chargers"] = run.history.chargers
-    return f"What do {words.design_spoken(fleet)} achieve in {_counted_time(run)}?"
-
-
-def answer(run: Run) -> list[str]:
-    """The run in a few sentences, verdicts first."""
-    kpis = run.kpis
-    lines = [
-        *(sentences.sentence(verdict.text) for verdict in run.verdicts),
-        (
-            f"{words.number_of(kpis['tasks'], 'task')} delivered in {_counted_time(run)}, "
-            f"{words.number(kpis['throughput_per_hour'])} an hour."
-        ),
-    ]
-    if "on_time" in kpis:
-        lines.append(f"{words.amount('on_time', kpis['on_time'])} of the tasks were delivered on time.")
-    lines.append(
-        f"{words.number_of(kpis['S'], 'collision')} (waiting episodes); the fleet waited "
-        f"{words.number(100 * kpis['share_waiting'])} % of its time in traffic."
-    )
-    if run.model.battery is not None:
-        lines.append(f"{words.number_of(kpis['C'], 'charge cycle')} after which a robot went out again.")
-    if "breakdowns" in kpis:
-        lines.append(_breakdowns(kpis))
-    if "annual_cost" in kpis:
-        each = kpis["cost_per_task"]
-        task = f", a task {words.number(each)}" if math.isfinite(each) else ""
-        lines.append(f"A year like this costs {words.number(kpis['annual_cost'])}{task}.")
-    return lines
-
-
-def _breakdowns(kpis: Mapping[str, float]) -> str:
-    """How often robots broke down, and what it cost."""
-    share = kpis["availability"]
-    available = f"; they are available {words.number(100 * share)} % of their time in operation" if share < 1 else ""
-    return f"{words.number_of(kpis['breakdowns'], 'breakdown')} of robots{available}."
+    return f"What do {words.design_spoken(fleet)} achieve in {run_words.counted_time(run)}?"
 
 
 def short(run: Run) -> Html:
     """The answer by itself."""
-    return html.bullets(answer(run), "answers")
-
-
-def _counted_time(run: Run) -> str:
-    """The counted time, and the warm-up before it if there is one."""
-    units, counted = run.model.units, run.history.counted
-    said = f"{words.number(counted)} {units.time}"
-    if units.time != "s":
-        said += f" ({words.number(counted * units.seconds)} s)"
-    if run.history.begin:
-        said += f" after a warm-up of {words.number(run.history.begin)} {units.time}"
-    return said
+    return html.bullets(run_words.sentences(run), "answers")
 
 
 def warehouse(run: Run) -> Html:
@@ -141,14 +95,8 @@ def warehouse(run: Run) -> Html:
 
 def indicators(run: Run) -> Html:
     """All indicators with their units."""
-    rows = [
-        [key, words.indicator_name(key), words.number(float(value)), _unit(run, key)] for key, value in run.kpis.items()
-    ]
-    return html.table(["indicator", "meaning", "value", "unit"], rows, words=2, name="indicators")
-
-
-def _unit(run: Run, key: str) -> str:
-    return words.unit(words.indicator_kind(key), run.model.units)
+    rows = [[words.indicator_name(key), words.value(key, value, run.model), key] for key, value in run.kpis.items()]
+    return html.table(["indicator", "value", "name"], rows, words=3, name="indicators")
 
 
 def flow_figures(run: Run) -> list[Axes]:
@@ -174,9 +122,9 @@ def resources(run: Run) -> Html | None:
     rows = [
         [
             f"{'chargers of' if one.kind == 'chargers' else one.kind} {one.zone} at {one.node}",
-            words.number(one.number),
-            f"{words.number(100 * one.utilisation(begin, end), 1)} %",
-            words.number(one.mean_queue(begin, end), 2),
+            numbers.number(one.number),
+            numbers.PERCENT.value(one.utilisation(begin, end)),
+            numbers.number(one.mean_queue(begin, end), 2),
         ]
         for one in of_stations_and_chargers(run.history)
     ]
@@ -227,11 +175,12 @@ def account(run: Run) -> Html:
     name, whole = str(parts.idxmax()), float(parts.sum())
     if not whole:
         return html.paragraph("No time was counted.", "note")
+    unit = run.model.units.time
     doing = (OF_TASKS if by == "task" else OF_ROBOTS)[name].doing
     said = (
-        f"The largest part of a {by}'s time is {doing}: {words.number(float(parts[name]) / count)} of "
-        f"{words.number(whole / count)} {run.model.units.time}, {words.number(100 * float(parts[name]) / whole, 0)} %, "
-        f"on average over {words.number_of(count, by)}"
+        f"The largest part of a {by}'s time is {doing}: {numbers.duration(float(parts[name]) / count, unit)} of "
+        f"{numbers.duration(whole / count, unit)}, {numbers.percent(float(parts[name]) / whole, 0)} %, "
+        f"on average over {numbers.number_of(count, by)}"
     )
     if by == "task":
         said += "; each from its release to its delivery, or to the end of the run"
@@ -258,11 +207,12 @@ def worst_places(run: Run) -> Html | None:
     worst = sorted((item for item in found if item[2]), key=lambda item: -item[1])[:_PLACES]
     if not worst:
         return None
+    scale = numbers.times(run.model.units.time, [item[1] for item in worst])
     rows = [
-        [place, words.number(blocked), words.number(waits), words.number(passages)]
+        [place, scale.bare(blocked), numbers.number(waits), numbers.number(passages)]
         for place, blocked, waits, passages in worst
     ]
-    head = ["place", f"time waited ({run.model.units.time})", "waiting episodes", "passages"]
+    head = ["place", words.with_unit("time waited", scale.unit), "waits", "passages"]
     return html.table(head, rows, name="places")
 
 
@@ -280,7 +230,7 @@ def warm_up(run: Run) -> Html | None:
     """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
         return None  # it ends with its work, or is too short: there is no steady state
-    return html.paragraph(f"Counted from {words.number(run.record.begin)} {run.model.units.time} on.", "note")
+    return html.paragraph(f"Counted from {numbers.duration(run.record.begin, run.model.units.time)} on.", "note")
 
 
 def made_with() -> tuple[str, str]:

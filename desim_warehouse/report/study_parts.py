@@ -11,7 +11,7 @@ from desim_warehouse.report import html, plot, run_parts
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.text import answers, sentences, words
+from desim_warehouse.report.text import answers, numbers, sentences, words
 from desim_warehouse.report.text.sentences import name_of
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import first_order, main_effects
@@ -145,39 +145,35 @@ def design(study: Results) -> Html:
 
 def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
-    units = study.base.units
-    head = [*_heads(study), "runs", *(words.indicator_label(name, units) for name in study.main)]
     shown = list(study.designs)[:_ROWS]
-    rows = [_result(study, design) for design in shown]
+    found = {name: [study.estimate(study.runs(design), name) for design in shown] for name in study.main}
+    scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
+    head = [*_heads(study), "runs", *(words.head(name, scale) for name, scale in scales.items())]
+    cells = [[scales[name].cell(one) for one in of_name] for name, of_name in found.items()]
+    rows = [
+        [*(words.level(value) for value in study.designs[design]), str(len(study.runs(design))), *of_design]
+        for design, *of_design in zip(shown, *cells, strict=True)
+    ]
     if study.target is not None:
         head.append(words.target(study.target))
         rows = [[*row, words.met(study, design)] for row, design in zip(rows, shown, strict=True)]
     if study.warm_ups:
-        head.append(f"warm-up ({units.time})")
-        rows = [[*row, words.number(study.warm_ups[design])] for row, design in zip(rows, shown, strict=True)]
+        head.append(f"warm-up ({study.base.units.time})")
+        rows = [[*row, numbers.number(study.warm_ups[design])] for row, design in zip(rows, shown, strict=True)]
     if any(study.verdicts.values()):
         head.append("verdict")
         rows = [[*row, sentences.marks(study, design)] for row, design in zip(rows, shown, strict=True)]
     marked = frozenset(number for number, design in enumerate(shown) if design == study.baseline)
-    found = html.table(head, rows, words=len(study.factors), name="results", marked=marked)
+    made = html.table(head, rows, words=len(study.factors), name="results", marked=marked)
     note = (
         "The models are deterministic: replications cannot differ, so there are no intervals."
         if study.deterministic
-        else f"Mean ± half-width, which holds the {100 * study.plan.confidence:g} % interval of each mean; "
-        "without ± where chance plays no part, or there is only one replication."
+        else f"Means with half-width, or the ends in brackets, of their {100 * study.plan.confidence:g} % intervals; "
+        "without where chance plays no part, or there is only one replication."
     )
     if len(study.designs) > _ROWS:
         note += f" The first {_ROWS} of {len(study.designs)} designs; all are in results.parquet."
-    return found + html.paragraph(f"{note} The baseline is shaded.", "note")
-
-
-def _result(study: Results, design: str) -> list[str]:
-    runs = study.runs(design)
-    cells = [*(words.level(value) for value in study.designs[design]), str(len(runs))]
-    for indicator in study.main:
-        found = study.estimate(runs, indicator)
-        cells.append(words.mean_text(found) if found else "failed")
-    return cells
+    return made + html.paragraph(f"{note} The baseline is shaded.", "note")
 
 
 def result_figures(study: Results) -> list[Axes]:
@@ -232,9 +228,15 @@ def effects(study: Results) -> Html | None:
     rows, doubts = [], []
     for indicator in study.moving:
         swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
+        scale = words.scale(indicator, study.base)
         found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
         rows += [
-            [words.indicator_name(indicator), words.factor_name(key), words.number(swings[key]), found.text(key)]
+            [
+                words.indicator_name(indicator),
+                words.factor_name(key),
+                scale.bare(swings[key]),
+                found.text(key),
+            ]
             for key in found.shares
         ]
         if found.warning:
@@ -253,26 +255,22 @@ def comparison(study: Results) -> Html | None:
         found = study.compare_finished(indicator)
         if found is None:
             continue
-        rows = [
-            [
-                name_of(study, str(row.design)),
-                words.mean_text(row.estimate),
-                "–" if row.p_adjusted is None else _p_value(row.p_adjusted),
-                {True: "yes", False: "no", None: "cannot be told"}[row.differs],
-            ]
-            for row in found.differences[:_ROWS]
+        scale = words.scale_of(indicator, study.base, study.estimates(indicator).values())
+        rows = [[name_of(study, str(row.design)), *scale.difference(row)] for row in found.differences[:_ROWS]]
+        label = words.head(indicator, scale)
+        head = [
+            f"{label}: difference to {name_of(study, study.baseline)}",
+            "mean",
+            "from",
+            "to",
+            "p adjusted",
+            "verdict",
         ]
-        label = words.indicator_label(indicator, study.base.units)
-        head = [f"{label}: difference to {name_of(study, study.baseline)}", "mean", "p adjusted", "differs"]
         parts += html.table(head, rows, name=f"comparison-{indicator}")
         statement = "exact differences of deterministic models" if study.deterministic else found.statement
     if not statement:
         return None
     return parts + html.paragraph(f"For each indicator: {statement}.", "note")
-
-
-def _p_value(p: float) -> str:
-    return "< 0.001" if p < 0.001 else f"{p:.3f}"  # noqa: PLR2004 - digits shown
 
 
 def comparison_figures(study: Results) -> list[Axes]:

@@ -5,23 +5,27 @@ from __future__ import annotations
 import json
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import PLAN, RUN, STUDY, write_whole
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
 
 KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
 """Kind of report: the file by which its kind of folder is known."""
 
 
 def report(
-    folder: str | Path, out: str | Path | None = None, *, notebook: str | Path | None = None, replay: bool = False
+    source: str | Path | Run, out: str | Path | None = None, *, notebook: str | Path | None = None, replay: bool = False
 ) -> Path:
-    """Write the report of the folder of a plan, a study or a run. No code that lies in the folder is run.
+    """Write the report of a run, or of the folder of a plan, a study or a run. No code of the folder is run.
 
     Args:
-        folder: what `desim plan`, `study`, `what-if`, `size`, `best` or `run` wrote with `--out`.
-        out: the page; default: report.html in the folder.
+        source: a run, or what `desim plan`, `study`, `what-if`, `size`, `best` or `run` wrote with `--out`.
+        out: the page; default: report.html in the folder, of a run in the working folder.
         notebook: write the notebook of this report, which nothing has run, here, too.
         replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
 
@@ -31,14 +35,20 @@ def report(
     Raises:
         ReportError: no such folder, it is damaged, or nothing can be written.
     """
-    folder = Path(folder)
-    kind = kind_of(folder)
+    from desim_warehouse.run import Run
+
+    if isinstance(source, Run):
+        folder, kind = Path(), "run"
+    else:
+        folder = Path(source)
+        kind = kind_of(folder)
     path = folder / "report.html" if out is None else Path(out)
     beside = path.with_name(f"{path.stem}-replay.html")
     parts = import_module(f"desim_warehouse.report.{kind}_parts")
     _make(path.parent)
     try:
-        page = parts.page(folder, str(beside) if replay else None).html()
+        content = source if isinstance(source, Run) else folder
+        page = parts.page(content, str(beside) if replay else None).html()
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
     _write(path, page)

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.outcome import account, indicators, verdicts
+from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.values.distributions import Distribution
 
@@ -107,6 +107,9 @@ class Run:
     def waits(self) -> pd.DataFrame:
         """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`.
 
+        `root`, `root_at`: what the chain of those who wait for one another ends at for most of the wait, and at which
+        node or edge: a state of a robot there (`loading`), a queue, a closure, a person, or `crossing`, `lane`,
+        `two_way_lane`, `ring` (see `desim_warehouse.outcome.chains`).
         With closures or people also the `cause`: `waiting` for robots, `waiting_closed` or `waiting_person`.
         """
         import pandas as pd
@@ -120,9 +123,27 @@ class Run:
             "node": pd.Series([wait.node for wait in waits], dtype=text),
             "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
         }
+        found = chains.roots(self.history) if waits else []
+        columns["root"] = pd.Series([root.cause for root in found], dtype=text)
+        columns["root_at"] = pd.Series([root.at for root in found], dtype=text)
         if self.model.waits_apart:
             columns["cause"] = pd.Series([wait.cause for wait in waits], dtype=text)
         return pd.DataFrame(columns)
+
+    @cached_property
+    def lost_time(self) -> pd.DataFrame:
+        """What robots waited for in the end, most first: root, root_at, time, share, robots; needs `log: all`.
+
+        A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
+        traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all
+        waiting.
+        """
+        import pandas as pd
+
+        found = chains.lost_to(self.history)
+        whole = self.history.counted * len(self.record.robots)
+        rows = [(*root, time, time / whole, robots) for root, (time, robots) in found.items()]
+        return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
         """Where the time went, to the second: of each task, flow, station, robot, edge, node or hour, by cause.

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError, WarehouseError, nearest, reason
-from desim_warehouse.outcome.indicators import within
+from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.factors import Label
     from desim_warehouse.study.plan import StudyPlan
 
-USUAL = ("T", "S", "C", "throughput_per_hour", "cycle_time_mean")
-USUAL_LIFELONG = ("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "waiting")
-"""What is shown by default. Where work never ends T is constant."""
 _MOST_MAIN = 6
 
 
@@ -118,19 +115,14 @@ class Results:
         Raises:
             StudyError: for one that no run has.
         """
-        chosen = list(wanted or self.plan.indicators or self.indicators)
-        for name in chosen:
-            if self.indicators and name not in self.indicators:
-                near = nearest(name, self.indicators)
-                hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(self.indicators)}"
-                raise StudyError(f"indicator {name!r}: no run has it, {hint}")
-        return chosen
+        return chosen(wanted or self.plan.indicators or self.indicators, self.indicators)
 
-    def usual(self, most: int = len(USUAL)) -> list[str]:
-        """The usual indicators, as far as all runs have them."""
-        lifelong = any(model.tasks.never_end for model in (self.base, *self.models.values()))
-        names = USUAL_LIFELONG if lifelong else USUAL[:most]
-        return [name for name in names if all(name in row.indicators for row in self.rows if not row.outcome.error)]
+    def usual(self, most: int = 5) -> list[str]:
+        """The indicators that such runs are judged by, as far as all runs have them, the first of them."""
+        never_ends = any(model.tasks.never_end for model in (self.base, *self.models.values()))
+        done = [row for row in self.rows if not row.outcome.error]
+        common = [name for name in self.indicators if all(name in row.indicators for row in done)]
+        return judged_by(common, never_ends=never_ends)[:most]
 
     @cached_property
     def main(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import SimulationError, StudyError
+from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import LASTING
 from desim_warehouse.run import simulate
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.chains import Root
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.run import Run
     from desim_warehouse.study.statistics import Gain
@@ -74,7 +76,8 @@ class Why:
 
     `left_out`: reliefs that could not be tried, with the reason. `state`: of the warehouse as it is, where tasks arrive
     and it keeps up with them. `failures`: by change, 0 the warehouse as it is; if that fails, nothing else is said.
-    `verdicts`: on the run that was looked at.
+    `verdicts`: on the run that was looked at. `lost`: for each root of waiting in it the share of the fleet's time that
+    was lost to it, most first.
     """
 
     indicator: str
@@ -84,6 +87,7 @@ class Why:
     state: Health | None = None
     failures: Mapping[int, Failure] = field(default_factory=dict)
     verdicts: Sequence[Verdict] = ()
+    lost: Mapping[Root, float] = field(default_factory=dict)
 
     @property
     def by_waiting(self) -> Suspect | None:
@@ -167,6 +171,7 @@ def why(
         state,
         failures,
         run.verdicts,
+        {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
     )
 
 

@@ -73,7 +73,7 @@ def cells(line: str) -> list[str]:
 def test_sliders_and_selects_choose_the_design_whose_line_the_command_printed(
     page: Opened, study: tuple[Path, str]
 ) -> None:
-    lines = [cells(line) for line in study[1].splitlines()[2:20]]
+    lines = [cells(line) for line in study[1].splitlines() if line.strip()[:1].isdigit()]
     assert lines[0][:3] == ["2", "in-order", "2"]
     page.browser.find_element("id", "a-0").send_keys(END, LEFT)  # 2, 3, 5: the second
     page.browser.find_element("id", "a-1").send_keys(DOWN)
@@ -94,7 +94,8 @@ def test_b_beside_a_is_what_compare_prints(page: Opened, study: tuple[Path, str]
     printed = call(f"desim compare {study[0]} --indicator T --indicator S {given}")
     choose(page, "a", baseline)
     for indicator in ("T", "S"):
-        table = printed.partition(f"{indicator}: difference to {point}\n")[2].splitlines()
+        name = {"T": "Task time (step)", "S": "Waits for another robot"}[indicator]
+        table = printed.partition(f"{name}: difference to {point}\n")[2].splitlines()
         for other in Results.load(study[0]).points:
             if other.number == point.number:
                 continue
@@ -136,9 +137,9 @@ def test_curves_go_through_the_means_and_intervals_reach_their_ends(page: Opened
 
 def test_the_answer_says_in_what_b_is_better(page: Opened) -> None:
     choose(page, "a", [0, 0, 0])
-    assert page.text("answer").startswith("B is better: Task time T")
+    assert page.text("answer").startswith("B is better: Task time")
     page.click("swap")
-    assert "B is worse: Task time T" in page.text("answer")
+    assert "B is worse: Task time" in page.text("answer")
     choose(page, "a", [2, 0, 0])
     choose(page, "b", [2, 0, 0])
     assert page.text("answer") == "A and B are the same design."
@@ -196,3 +197,36 @@ def _overlap(one: list[float], other: list[float]) -> bool:
     across = min(one[2], other[2]) - max(one[0], other[0])
     down = min(one[3], other[3]) - max(one[1], other[1])
     return across > 0.5 and down > 0.5
+
+
+def test_the_choice_of_designs_and_indicator_stands_in_the_address(page: Opened, study: tuple[Path, str]) -> None:
+    choose(page, "a", [1, 0, 2])
+    choose(page, "b", [2, 1, 1])
+    page.browser.execute_script(
+        "const field = document.getElementById('indicator'); field.value = 1; field.dispatchEvent(new Event('input'))"
+    )
+    address = page.browser.current_url
+    assert address.endswith("#a=1.0.2&b=2.1.1&i=S&over=0")
+    page.browser.get("about:blank")
+    page.browser.get(address)
+    assert [page.attribute(f"a-{rank}", "value") for rank in range(3)] == ["1", "0", "2"]
+    assert [page.attribute(f"b-{rank}", "value") for rank in range(3)] == ["2", "1", "1"]
+    assert page.attribute("indicator", "value") == "1"
+
+
+def test_the_target_is_a_line_a_column_and_an_answer(browser: Any, tmp_path: Path) -> None:
+    call(
+        "desim what-if models/multibots.yaml --vary fleet.size=1..3 --set 'tasks.goods={random: 4}' --replications 3 "
+        f"--target 'T <= 2000' --indicator S --quiet --page {tmp_path}/page.html --out {tmp_path}/out"
+    )
+    page = Opened(browser, tmp_path / "page.html")
+    assert "target: task time at most 2,000 steps" in page.browser.find_element("id", "curve").text
+    assert page.text("answers").startswith("Task time at most 2,000 steps is reached ")
+    heads = [cell.text for cell in page.browser.find_elements("css selector", "#designs th[scope=col]")]
+    column = heads.index("task time at most 2,000 steps")
+    rows = page.browser.find_elements("css selector", "#designs tbody tr")
+    shown = [row.find_elements("css selector", "th, td")[column].text for row in rows]
+    results = Results.load(tmp_path / "out")
+    words = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
+    assert shown == [words[one.verdict] for one in results.judged.values()]
+    assert page.complaints() == []

@@ -11,8 +11,11 @@ import pytest
 from PIL import Image
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.chains import QUEUES, TRAFFIC
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
+from desim_warehouse.report.text import numbers
 from tests.browser.pages import READY, Opened, Page
 from tests.report.replay.floors import (
     RUNS,
@@ -77,7 +80,7 @@ def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(br
         now = [one for one in run.history.blocked if one.start <= time < one.end]
         assert sorted(page.ask("page.blocked()")) == sorted([*one.edge, one.visit >= 0] for one in now)
         page.tap(*page.ask("page.drawn()")[wait.robot])
-        assert f"waits {said}" in page.text("robot")
+        assert re.search(rf"waits \S+ \w+ {said} until \d\d:\d\d", page.text("robot"))
         page.press(ESCAPE)
     assert page.complaints() == []
 
@@ -260,23 +263,20 @@ def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browse
     assert max(item["queue"] for item in found) >= 0
 
 
-def test_the_heat_map_counts_the_waits_of_the_log_by_the_hour(browser: Any, tmp_path: Path) -> None:
+def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(browser: Any, tmp_path: Path) -> None:
     run = busy_run()
     page = Page(browser, run, tmp_path)
     page.click("heat")
     page.seek(run.record.end)
-    expected = dict.fromkeys(run.layout.graph.edges, 0)
-    where: dict[int, tuple[str, str] | None] = {}
-    for row in run.record.rows:
-        if row[1] in ("enter", "parked", "docked"):
-            where[row[2]] = row[5]
-        elif row[1] == "collision" and (edge := row[5] or where.get(row[2])) is not None and row[0] >= run.record.begin:
-            expected[edge] += 1
-    hours = (run.record.end - run.record.begin) / 3600
-    assert max(expected.values()) > 10
-    assert page.ask("page.waits()") == list(expected.values())
-    assert page.ask("page.heat()") == pytest.approx([count / hours for count in expected.values()])
-    assert page.text("scale") == f"Heat map: 0\n{round(max(expected.values()) / hours):,} waits an hour on a lane"
+    begin, end = run.record.begin, run.record.end
+    expected = dict.fromkeys(run.layout.graph.edges, 0.0)
+    for wait in run.history.waits:
+        if wait.on is not None:
+            expected[wait.on] += max(min(wait.end, end) - max(wait.start, begin), 0.0)
+    shares = [time / (end - begin) for time in expected.values()]
+    assert max(shares) > 0.01
+    assert page.ask("page.heat()") == pytest.approx(shares, abs=1e-3)
+    assert page.text("scale").split(":")[1].split("\n") == ["", "under 1 %", "1 to 5 %", "5 to 20 %", "over 20 %"]
 
 
 def test_words_about_a_moment_go_when_the_clock_leaves_it(browser: Any, tmp_path: Path) -> None:
@@ -444,3 +444,75 @@ def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> N
     found = page.pixel(x - beside * math.sin(heading), y + beside * math.cos(heading))
     assert found == pytest.approx([0, 0, 255], abs=30)
     assert page.attribute("palette", "aria-pressed") == "true"
+
+
+def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page = Page(browser, run, tmp_path)
+    assert page.ask("page.time()") == pytest.approx(run.record.begin)
+    assert not page.ask("page.player.playing")
+    assert page.text("counted").startswith("The whole run after the warm-up.")
+    shown = {key: page.indicator(key) for key, _, _ in page.ask("page.header.tiles")}
+    assert not {"0", "–"} & set(shown.values())
+    assert (shown["S"], shown["tasks"]) == (f"{run.S:,}", f"{run.kpis['tasks']:,}")
+    page.seek(run.record.begin / 2)
+    assert page.text("counted") == "Warm-up: nothing is counted yet."
+    page.seek(run.record.end)
+    assert page.text("counted") == "Counted so far after the warm-up."
+
+
+def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page = Page(browser, run, tmp_path)
+    speed, fastest, units = page.ask("page.player.speed"), run.model.fleet.fastest, run.model.units
+    nodes = np.array([node[1:] for node in page.ask("page.header.nodes")])
+    crossing = np.ptp(nodes, axis=0).max() / fastest * units.seconds / speed
+    a_frame = fastest * speed / units.seconds / 60 * page.ask("page.scale()")
+    assert 4 < crossing < 10
+    assert a_frame < 2 * max(page.ask("page.radii()"))
+    words = [one["words"] for one in page.ask("page.player.speeds")]
+    assert sum("watch" in one for one in words) == sum("in a minute" in one for one in words) == 1
+
+
+def test_a_click_says_the_chain_of_waits_to_its_root(browser: Any, tmp_path: Path) -> None:
+    run = jammed_run()
+    page, history = Page(browser, run, tmp_path), run.history
+    link = next(
+        (first, second)
+        for first in history.waits
+        for second in history.waits
+        if first.other == second.robot and max(first.start, second.start) + 0.2 < min(first.end, second.end)
+    )
+    time = (max(link[0].start, link[1].start) + min(link[0].end, link[1].end)) / 2
+    page.seek(time)
+    page.tap(*page.ask("page.drawn()")[link[0].robot])
+    said = page.text("robot")
+    assert page.ask("page.chosen()") == link[0].robot
+    assert f"robot {link[1].robot}, which waits " in said
+    assert f"robot {link[1].other}, which " in said
+    assert page.complaints() == []
+
+
+def test_the_list_of_what_robots_waited_for_has_its_sums_and_leads_to_the_longest(browser: Any, tmp_path: Path) -> None:
+    run = busy_run()
+    page = Page(browser, run, tmp_path)
+    rows = page.browser.find_elements("css selector", "#lost tbody tr")
+    table = run.lost_time
+    assert len(rows) == min(len(table), 60)
+    for row, (_, root) in zip(rows, table.head(3).iterrows(), strict=False):
+        assert root["root_at"] in row.text
+        assert row.text.endswith(numbers.duration(root["time"], run.model.units.time))
+    rows[0].find_element("tag name", "button").click()
+    page.frame()
+    robot, time = page.ask("page.chosen()"), page.ask("page.time()")
+    doing = {piece.part for piece in pieces(run.history)[robot] if piece.start <= time <= piece.end}
+    assert doing & {*TRAFFIC, *QUEUES}
+    assert "the longest wait" in page.text("said")
+
+
+def test_a_station_of_the_table_is_shown_on_the_floor(browser: Any, tmp_path: Path) -> None:
+    page = Page(browser, busy_run(), tmp_path)
+    button = page.browser.find_element("css selector", "#stations tbody button")
+    button.click()
+    page.frame()
+    assert page.text("said").startswith(button.text)

@@ -85,6 +85,7 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
     Study.of(dataclasses.replace(plan, base=base, replications=1)).run(out=tmp_path)
     study = study_parts.read(tmp_path)
     label = words.indicator_label("cycle_time_p95", study.base.units)
+    scale = words.scale_of("cycle_time_p95", study.base, study.estimates("cycle_time_p95").values())
     figures = [*study_parts.first_figure(study), *study_parts.result_figures(study)]
     axes = next(axes for axes in figures if axes.get_ylabel() == label)
     drawn = {}
@@ -93,11 +94,11 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
         assert panel.get_xlabel() == words.factor_label("fleet.size", study.base.units)
         for line, chargers in zip(panel.containers, study.levels("chargers"), strict=True):
             for size, height in zip(*line.lines[0].get_data(), strict=True):
-                drawn[panel.get_title("left"), str(size), chargers] = words.number(height)
+                drawn[panel.get_title("left"), str(size), chargers] = scale.bare(height)
     table = re.findall(r"<tr.*?</tr>", study_parts.results(study))
     head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
-    place = head.index(label)
-    assert drawn == {(f"demand = {row[0]}", row[1], row[2]): row[place] for row in rows}
+    place = head.index(words.head("cycle_time_p95", scale))
+    assert drawn == {(f"demand {row[0]}", row[1], row[2]): row[place] for row in rows}
     assert len(drawn) == 12
 
 

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
+from desim_warehouse.errors import StudyError
 
 MODEL = "models/multibots.yaml"
 
@@ -38,24 +39,36 @@ def test_run_prints_a_table_for_people():
     said = call("run", MODEL, "--set", "fleet.size=1")
     assert said.exit_code == 0
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 1}))
-    lines = {line.split()[0]: " ".join(line.split()[1:]) for line in said.stdout.splitlines()}
-    assert said.stdout.startswith("MultiBots: 1 robot, seed 0")
+    first, busiest, title, *lines = said.stdout.splitlines()
     # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
-    assert lines["T"] == f"{run.T:,.1f} step ({run.T * 0.05:,.1f} s) Task time T"
-    assert lines["C"] == "3 Charge cycles C"
-    assert lines["distance"] == f"{run.kpis['distance']:,.0f} px Distance driven"
-    assert lines["energy"] == f"{run.kpis['energy']:.2f} energy units Energy drawn"
-    assert lines["throughput_per_hour"] == "112.9 tasks/h Throughput"
-    assert lines["share_empty"] == f"{100 * run.kpis['share_empty']:.1f} % of time Driving empty"
-    assert lines["cost"].split()[1:] == ["weighted", "Cost"]
-    assert set(run.kpis) <= set(lines)
+    assert first == "10 tasks delivered in 6,378 steps (5.3 min), 113 an hour."
+    assert busiest.startswith("Busiest were the robots: at work ")
+    assert title == "MultiBots: 1 robot, seed 0"
+    shown = by_name(lines)
+    assert shown["T"] == "Task time 6,378 steps (5.3 min)"
+    assert shown["C"] == "Charge cycles 3"
+    assert 6 <= len(shown) - 1 <= 10
+    assert max(map(len, lines)) <= 100
+    every = by_name(call("run", MODEL, "--set", "fleet.size=1", "--indicator", "all").stdout.splitlines())
+    assert every["distance"] == f"Distance driven {run.kpis['distance']:,.0f} px"
+    assert every["throughput_per_hour"] == "Throughput 113 tasks/h"
+    assert every["share_empty"] == f"Fleet driving empty {100 * run.kpis['share_empty']:.1f} %"
+    assert set(run.kpis) <= set(every)
+    one = call("run", MODEL, "--set", "fleet.size=1", "--indicator", "moves").stdout.splitlines()
+    assert list(by_name(one[3:])) == ["name", "moves"]
+    with pytest.raises(StudyError, match="did you mean 'moves'"):
+        call("run", MODEL, "--indicator", "move")
+
+
+def by_name(lines):
+    """The rows of a table of indicators, by the name at their end."""
+    return {line.split()[-1]: " ".join(line.split()[:-1]) for line in lines}
 
 
 def test_run_prints_seconds_once_and_says_where_there_is_no_value():
     said = call("run", "models/tutorial.yaml", "--set", "run.length=1", "--set", "tasks.goods={saturated: 3}")
-    lines = {line.split()[0]: " ".join(line.split()[1:]) for line in said.stdout.splitlines()}
-    assert lines["T"] == "1 s Task time T"
-    assert lines["cycle_time_mean"] == "- Cycle time, mean"
+    assert said.stdout.startswith("0 tasks delivered in 1 s")
+    assert by_name(said.stdout.splitlines())["cycle_time_mean"] == "Cycle time, mean –"
 
 
 def test_run_writes_a_folder_that_can_be_read_back(tmp_path):

@@ -16,7 +16,7 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import plot, study_parts
 from desim_warehouse.report.explore import MOST_DESIGNS
-from desim_warehouse.report.text import printed
+from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.results import Results
 
 MULTIBOTS = "models/multibots.yaml"
@@ -50,6 +50,10 @@ def content(folder):
     return held((folder / "page.html").read_text(encoding="utf-8"))
 
 
+def scale_in(study, name):
+    return words.scale_of(name, study.base, study.estimates(name).values())
+
+
 def test_every_design_has_its_levels_and_its_line_of_the_table(folder, content):
     study = Results.load(folder)
     assert [factor["levels"] for factor in content["factors"]] == [["1", "2", "3"], ["in-order", "nearest"]]
@@ -59,10 +63,12 @@ def test_every_design_has_its_levels_and_its_line_of_the_table(folder, content):
         size, policy = content["designs"][rank]["levels"]
         assert (size + 1, ["in-order", "nearest"][policy]) == tuple(point.labels.values())
         for name in study.usual():
-            found = study.estimates(name)[point.number]
-            assert content["means"][name][rank][3] == printed.said(found)
-            assert content["means"][name][rank][:3] == pytest.approx([found.mean, *found.interval], rel=1e-5)
-            assert content["values"][name][rank] == pytest.approx(study.values(str(point), name), rel=1e-5)
+            found, scale = study.estimates(name)[point.number], scale_in(study, name)
+            drawn = [scale.by * value for value in (found.mean, *found.interval)]
+            assert content["means"][name][rank][3] == scale.cell(found)
+            assert content["means"][name][rank][:3] == pytest.approx(drawn, rel=1e-5)
+            values = scale.by * study.values(str(point), name)
+            assert content["values"][name][rank] == pytest.approx(values, rel=1e-5)
 
 
 def test_every_two_designs_differ_as_compare_prints(folder, content):
@@ -70,7 +76,7 @@ def test_every_two_designs_differ_as_compare_prints(folder, content):
     for a, baseline in enumerate(study.points):
         for name in study.usual():
             found = study.compare(name, baseline.labels)
-            rows = {one.design: list(printed.difference(one)) for one in found.differences}
+            rows = {one.design: list(scale_in(study, name).difference(one)) for one in found.differences}
             assert content["differences"][name][a] == [rows.get(str(point)) for point in study.points]
             assert content["statements"][content["promises"][name][a]] == found.statement
     assert content["differences"]["T"][0][0] is None
@@ -83,7 +89,7 @@ def test_the_baseline_comes_first_beside_the_other_end_of_the_first_factor(conte
 
 def test_it_says_what_was_run_and_the_command_makes_it_again(folder, content, tmp_path):
     facts = dict(content["facts"])
-    assert facts["fleet.size"] == "1, 2, 3"
+    assert facts["Number of robots"] == "1, 2, 3"
     assert facts["Replications"] == "3"
     assert facts["Runs"] == "18"
     assert facts["Run length"] == "until all work is done"
@@ -113,7 +119,7 @@ def test_factors_are_called_what_people_call_them_with_their_unit(tmp_path):
     )
     assert ">Time between breakdowns (step)</th>" in study_parts.results(study.results)
     shown = CliRunner().invoke(desim, ["study", str(tmp_path)]).output
-    assert "fleet.robot.breakdowns.every (step)" in shown
+    assert "between" in shown
 
 
 def test_it_asks_for_nothing_from_outside(folder):
@@ -139,7 +145,7 @@ def test_verdicts_stand_at_their_designs():
     assert "backlog" in one["marks"]
     assert one["wrong"][0].startswith("Cannot keep up: the backlog grows by ")
     assert not six["wrong"]
-    assert content["wrong"][0].endswith("(fleet.size = 1).")
+    assert content["wrong"][0].endswith("(1 robot).")
     assert dict(content["facts"])["Run length"] == "20,000 step"
     assert dict(content["facts"])["Warm-up"] == "2,000 step, not counted"
 
@@ -164,7 +170,7 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
     study = dw.Study(MULTIBOTS, {"fleet.size": [1, 3]}, changes=lifelong, warm_up="auto", replications=2).run()
     content = held(study.page().html)
     assert [design["counted_from"] for design in content["designs"]] == [
-        printed.number(at) for at in study.plan.warm_up
+        numbers.number(at) for at in study.plan.warm_up
     ]
     low, high = sorted(study.plan.warm_up)
     found = f"{low:,.0f} to {high:,.0f} step, found for each design"
@@ -172,14 +178,14 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
     assert found in study_parts.design(study.results)
     table = study_parts.results(study.results)
     assert "warm-up (step)" in table
-    assert [printed.number(time) in table for time in study.plan.warm_up] == [True, True]
+    assert [numbers.number(time) in table for time in study.plan.warm_up] == [True, True]
 
 
 def test_a_factor_with_one_value_has_no_slider():
     study = dw.Study(MULTIBOTS, {"battery.threshold": [2], "fleet.size": [1, 2]}).run()
     content = held(study.page().html)
     assert [factor["key"] for factor in content["factors"]] == ["fleet.size"]
-    assert dict(content["facts"])["battery.threshold"] == "2"
+    assert dict(content["facts"])["Charging threshold (energy)"] == "2"
 
 
 @pytest.mark.parametrize(

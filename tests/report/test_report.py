@@ -27,7 +27,8 @@ from desim_warehouse.report import html, run_parts, study_parts
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
 from desim_warehouse.report.study_parts import read
-from desim_warehouse.report.text import answers, words
+from desim_warehouse.report.text import answers, numbers, run_words, words
+from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import conclusions
 from desim_warehouse.report.write import report, template
 from desim_warehouse.study.statistics import estimate
@@ -110,14 +111,14 @@ def test_the_results_are_those_of_the_table(page, study_folder):
     table = pd.read_parquet(study_folder / "results.parquet")
     head, *rows = page.tables["results"]
     assert head[:3] == ["Number of robots", "Goods", "runs"]
-    assert head[3:5] == ["Task time T (step)", "Collisions S"]
+    assert head[3:5] == ["Task time (step)", "Waits for another robot"]
     assert len(rows) == 6
     for size, goods, count, time, collisions, *_ in rows:
         runs = table[(table["fleet.size"] == int(size)) & (table["tasks.goods"] == goods)]
         assert int(count) == len(runs) == 3
         known = {"deterministic": bool(runs["deterministic"].all()), "within": (0.0, math.inf)}
-        assert time == words.mean_text(estimate(runs["T"].tolist(), **known))
-        assert collisions == words.mean_text(estimate(runs["S"].tolist(), **known))
+        assert time == Scale().cell(estimate(runs["T"].tolist(), **known))
+        assert collisions == Scale().cell(estimate(runs["S"].tolist(), **known))
 
 
 def test_the_conclusions_on_the_page_are_the_statistics(page, study_folder):
@@ -128,15 +129,14 @@ def test_the_conclusions_on_the_page_are_the_statistics(page, study_folder):
     study = Study.open(study_folder)
     told = [row for row in study.compare("T").differences if row.differs and row.estimate.mean < 0]
     most = min(told, key=lambda row: row.estimate.mean).estimate
-    assert f"by {words.mean_text(dataclasses.replace(most, mean=-most.mean))} step" in "\n".join(lines)
+    assert f"by {Scale().cell(dataclasses.replace(most, mean=-most.mean))} steps" in "\n".join(lines)
     assert f"in {len(told)} of 5 designs" in "\n".join(lines)
 
 
 def test_the_comparison_on_the_page_is_the_studys(page, study_folder):
     found = Study.open(study_folder).compare("T").differences
     _, *rows = page.tables["comparison-T"]
-    assert [row[1] for row in rows] == [words.mean_text(item.estimate) for item in found]
-    assert [row[3] for row in rows] == [{True: "yes", False: "no", None: "cannot be told"}[i.differs] for i in found]
+    assert [tuple(row[1:]) for row in rows] == [Scale().difference(item) for item in found]
 
 
 def test_hostile_names_are_shown_as_text(page):
@@ -150,7 +150,7 @@ def test_hostile_names_are_shown_as_text(page):
 def test_every_figure_is_a_picture_with_words(page):
     alts = [picture["alt"] for picture in page.pictures]
     assert "Layout of MultiBots" in alts
-    assert "Task time T by fleet.size and tasks.goods" in alts
+    assert "Task time by number of robots and goods" in alts
     assert sum(alt.startswith("Differences in") for alt in alts) >= 2
     assert "Account of time by flow" in alts
     for picture in page.pictures:
@@ -224,21 +224,22 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     done = CliRunner().invoke(desim, ["report", str(folder), "-o", str(out)], catch_exceptions=False)
     assert done.output.strip() == str(out)
     page = needs_nothing_from_outside(out.read_text(encoding="utf-8"))
-    shown = {row[0]: row[2] for row in page.tables["indicators"][1:]}
-    assert shown == {key: words.number(float(value)) for key, value in lifelong.kpis.items()}
+    shown = {row[2]: row[1] for row in page.tables["indicators"][1:]}
+    assert shown == {key: words.value(key, value, lifelong.model) for key, value in lifelong.kpis.items()}
     worst = lifelong.nodes["blocked"].max()
-    assert words.number(worst) in {row[1] for row in page.tables["places"]}
+    assert numbers.measured(worst) in {row[1] for row in page.tables["places"]}
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
         "Tasks", "Account", "Time", "Share", "States", "Energy", "Layout", "Warm-up",
     ]  # fmt: skip
     parts = lifelong.account("task").sum()
-    share = words.number(100 * parts.max() / parts.sum(), 0)
+    share = numbers.percent(parts.max() / parts.sum(), 0)
     assert f"The largest part of a task's time is {OF_TASKS[parts.idxmax()].doing}: " in page.text
-    assert f" step, {share} %, on average over {words.number(len(lifelong.account('task')))} tasks; each" in page.text
+    assert (
+        f" steps, {share} %, on average over {numbers.number(len(lifelong.account('task')))} tasks; each" in page.text
+    )
 
 
 def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
-    from desim_warehouse.report import run_parts
 
     run = dw.simulate(model.replace({"log": "tasks"}))
     assert run_parts.account_figures(run) == []
@@ -246,24 +247,22 @@ def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
 
 
 def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
-    from desim_warehouse.report import run_parts
 
     run = dw.simulate(model.replace({"tasks.goods": {"poisson": 1e-9}, "run.length": 100}))
-    said = "The largest part of a robot's time is idle: 100 of 100 step, 100 %, on average over 6 robots."
+    said = "The largest part of a robot's time is idle: 100 steps of 100 steps, 100 %, on average over 6 robots."
     assert said in Page(run_parts.account(run)).text
 
 
 def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     """After a warm-up of 500, 1500 of 2000 are counted, in the sentence, the table, the places and at the stations."""
-    from desim_warehouse.report import run_parts
 
     run = dw.simulate(model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 2000, "warm_up": 500}}))
     kpis = run.kpis
     assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
-    sentence = f"{kpis['tasks']} tasks delivered in 1,500 step (75 s) after a warm-up of 500 step, "
-    assert f"{sentence}{words.number(kpis['throughput_per_hour'])} an hour." in run_parts.short(run)
-    shown = {row[0]: row[2] for row in Page(run_parts.indicators(run)).tables["indicators"][1:]}
-    assert shown == {key: words.number(float(value)) for key, value in kpis.items()}
+    sentence = f"{kpis['tasks']} tasks delivered in 1,500 steps (75 s) after a warm-up of 500 steps, "
+    assert f"{sentence}{numbers.measured(kpis['throughput_per_hour'])} an hour." in run_parts.short(run)
+    shown = {row[2]: row[1] for row in Page(run_parts.indicators(run)).tables["indicators"][1:]}
+    assert shown == {key: words.value(key, value, run.model) for key, value in kpis.items()}
     assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
     assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
 
@@ -276,22 +275,22 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
     source = path.read_text(encoding="utf-8")
     first, _, rest = source.partition("<h2")
     page = Page(first)
-    assert "What meets on_time >= 70 %: 1 to 4 robots?" in page.text
+    assert "What gives at least 70 % on time: 1 to 4 robots?" in page.text
     lines, design = answers.answer(study.results)
     assert design == "fleet.size=3"
-    assert lines[0].startswith("on_time >= 70 % is met most cheaply with 3 robots: ")
+    assert lines[0].startswith("At least 70 % on time is reached most cheaply with 3 robots: ")
     found = study.results.estimate(study.results.runs(design), "annual_cost")
     assert found.mean == 3 * 9000 + 800
     assert lines[-1].startswith("A year with 3 robots costs 27,800, a task ")
     for line in lines:
         assert line in page.text
-    assert [picture["alt"] for picture in page.pictures] == ["Done on time by fleet.size"]
+    assert [picture["alt"] for picture in page.pictures] == ["Done on time by number of robots"]
     assert 'href="boss-replay.html"' in first
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")
     assert "Met with 3 robots; 4 robots." in Page(source).text
     _, *rows = Page(source).tables["results"]
-    shown = {row[0]: row[Page(source).tables["results"][0].index("on_time >= 70 %")] for row in rows}
+    shown = {row[0]: row[Page(source).tables["results"][0].index("at least 70 % on time")] for row in rows}
     assert shown == {"1": "not met", "3": "met", "4": "met"}
     assert "Which factor matters" not in source  # there is one
 
@@ -300,12 +299,12 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     factors = {"tasks.demand": [1, 1.5], "fleet.size": [1, 3, 4]}
     study = Study(example(), factors, replications=8, target="on_time >= 70 %").run()
     lines, design = answers.answer(study.results)
-    assert lines[0].startswith("tasks.demand = 1: on_time >= 70 % is met first with 3 robots: ")
-    assert lines[1].startswith("tasks.demand = 1.5: on_time >= 70 % is met with 4 robots: ")
+    assert lines[0].startswith("Demand 1: at least 70 % on time is reached first with 3 robots: ")
+    assert lines[1].startswith("Demand 1.5: at least 70 % on time is reached with 4 robots: ")
     assert design == "tasks.demand=1.5, fleet.size=4"
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
-    assert lines[2] == "Of 6 designs 3 meet it, 2 do not, 1 is too close to tell."
+    assert lines[2] == "Of 6 designs 3 meet the target, 2 do not, 1 is too close to tell."
 
 
 def test_a_study_of_one_design_says_what_it_achieves():
@@ -313,33 +312,33 @@ def test_a_study_of_one_design_says_what_it_achieves():
     model = dw.load(RING, {"tasks.flows": {"work": flow}, "run.length": 7200})
     study = dw.Study(model, {}, replications=3, indicators=["throughput_per_hour", "T"])
     found = study.run(workers=1).results
-    assert answers.question(found) == "What does the model as it is achieve in throughput and task time T?"
+    assert answers.question(found) == "What does the model as it is achieve in throughput and task time?"
     lines, design = answers.answer(found)
-    assert re.fullmatch(r"Throughput: \S+ tasks per hour \(\S+ to \S+\)\.", lines[0])
-    assert lines[1].startswith("Task time T: 7,200 s (")
+    assert re.fullmatch(r"Throughput: \S+ tasks/h \(\S+ to \S+\)\.", lines[0])
+    assert lines[1].startswith("Task time: 2.0 h (")
     assert design == found.baseline
     assert study_parts.result_figures(found) == study_parts.first_figure(found) == []
     assert "One design was run." in study_parts.conclusions(found)._repr_html_()
     aimed = dw.Study(model, {}, replications=3, target="on_time >= 1 %").run(workers=1).results
-    assert answers.question(aimed) == "Does the model as it is meet on_time >= 1 %?"
-    assert re.fullmatch(r"on_time >= 1 % is met with the model as it is: .+\.", answers.answer(aimed)[0][0])
+    assert answers.question(aimed) == "Does the model as it is give at least 1 % on time?"
+    assert re.fullmatch(r"At least 1 % on time is reached with the model as it is: .+\.", answers.answer(aimed)[0][0])
 
 
 def test_questions_and_answers_are_sentences():
     flow = {"from": "dock", "to": "pack", "arrivals": {"poisson": 20}, "due_within": 60}
     model = dw.load(RING, {"tasks.flows": {"work": flow}, "run.length": 3600})
     one = dw.Study(model, {"traffic.node_time": [0, 1]}, indicators=["tasks"]).run(workers=1).results
-    assert answers.question(one) == "What does traffic.node_time (0, 1) change in tasks delivered?"
+    assert answers.question(one) == "What does node time (0, 1) change in tasks delivered?"
     two = dw.Study(model, {"fleet.size": [1, 2]}, indicators=["tasks"]).run(workers=1).results
     assert answers.question(two) == "What do 1 to 2 robots change in tasks delivered?"
     none = dw.Study(model, {"fleet.size": [1, 2]}, replications=3, target="on_time >= 90 %").run(workers=1).results
-    assert answers.answer(none)[0][0].startswith("No design was shown to meet on_time >= 90 %; ")
+    assert answers.answer(none)[0][0].startswith("No design was shown to give at least 90 % on time; ")
 
 
 def test_one_task_is_not_tasks():
     flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 1}]}}
     run = dw.simulate(dw.load(RING, {"tasks.flows": {"work": flow}}))
-    assert run_parts.answer(run)[0] == "1 task delivered in 90 s, 40 an hour."
+    assert run_words.sentences(run)[0] == "1 task delivered in 1.5 min, 40 an hour."
 
 
 def test_the_work_of_flows_is_what_the_demand_makes_of_it():
@@ -365,14 +364,15 @@ def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_pat
     from desim_warehouse.study.fleet import plan_fleet
 
     found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=tmp_path)
-    shown = fleet_words.evidence(found, "w.yaml", (), 0)
+    shown = fleet_words.evidence(found, example(), "w.yaml", (), 0)
     fleet_words.save(found, example(), shown, tmp_path)
     source = report(tmp_path).read_text(encoding="utf-8")
     page = needs_nothing_from_outside(source)
     assert (
-        "How many robots and chargers does it take for on_time >= 75 %, today and with 100 % more orders?" in page.text
+        "How many robots and chargers does it take for at least 75 % on time, today and with 100 % more orders?"
+        in page.text
     )
-    for line in fleet_words.sentences(found):
+    for line in fleet_words.sentences(found, example()):
         assert line in page.text
     assert page.tables["evidence"][1:] == [[one.what, one.found, str(one.runs)] for one in shown]
     for one in shown:
@@ -393,7 +393,6 @@ def test_a_damaged_plan_is_one_message(tmp_path):
 
 
 def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_path):
-    from desim_warehouse.report import run_parts
 
     run = dw.simulate(model.replace({"log": "tasks"}))
     again = run_parts.read(run.save(tmp_path))
@@ -493,7 +492,7 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
         "station desk: wash, 360 of every 3600 s, from 60 on; what has begun pauses",
         "tasks: once, 0 to 60, 90 to 120 s",
         "traffic.closures.gate is closed for 10 % of the time",
-        "36,000 s, begun at 06:00, counted after",
+        "10 h, begun at 06:00",
     ):
         assert fact in page
     assert not {"Hours", "What goes wrong"} & set(re.findall(r">([\w ]+)<", model_facts(dw.load(SQUARE))._repr_html_()))

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.sentences import conclusions, knee_of_throughput
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import paired
+from desim_warehouse.study.statistics import estimate, paired
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
+from desim_warehouse.study.target import read_target
+from desim_warehouse.values.units import UnitNames
 
 
 def facts(model, table, *, deterministic=False, goods=None):
@@ -62,8 +66,8 @@ def test_a_clear_fall_is_said_with_its_interval(model):
     (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
     difference = paired(less, base)
     assert line == (
-        "Task time T is lower with fleet.size = 2 than with fleet.size = 1, "
-        f"by {abs(difference.mean):.1f} ± {difference.half_width:.1f} step (−50 %)."
+        "Task time is lower with 2 robots than with 1 robot, "
+        f"by {abs(difference.mean):.1f} ± {difference.half_width:.1f} steps (−50 %)."
     )
 
 
@@ -72,7 +76,7 @@ def test_shares_differ_by_percentage_points(model):
     (line,) = conclusions(facts(model, runs(on_time={1: base, 2: more})))
     difference = paired(more, base)
     assert line == (
-        "Done on time is higher with fleet.size = 2 than with fleet.size = 1, "
+        "Done on time is higher with 2 robots than with 1 robot, "
         f"by {100 * difference.mean:.1f} ± {100 * difference.half_width:.1f} percentage points (+80 %)."
     )
 
@@ -89,23 +93,21 @@ def test_one_replication_of_a_random_model_says_nothing(model):
 
 def test_a_deterministic_difference_is_exact(model):
     study = facts(model, runs(T={1: [100.0], 2: [50.0]}), deterministic=True)
-    assert conclusions(study) == [
-        "Task time T is lower with fleet.size = 2 than with fleet.size = 1, by 50 step, exactly (−50 %)."
-    ]
+    assert conclusions(study) == ["Task time is lower with 2 robots than with 1 robot, by 50 steps, exactly (−50 %)."]
 
 
 def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_counted(model):
     table = runs(S={1: [0, 0, 1, 0], 2: [0, 1, 0, 1], 3: [20, 21, 22, 20], 4: [40, 42, 41, 43]})
     (line,) = conclusions(facts(model, table))
     assert line.startswith(
-        "Collisions S is higher than with fleet.size = 1 in 2 of 3 designs, most with fleet.size = 4: by 41.2"
+        "Waits for another robot is higher than with 1 robot in 2 of 3 designs, most with 4 robots: by 41.2"
     )
 
 
 def test_that_throughput_rises_with_demand_is_no_finding(model):
     table = runs(throughput_per_hour={1: [99.0, 101, 100], 2: [198.0, 203, 200]}, S={1: [3, 4, 5], 2: [30, 41, 39]})
     (line,) = conclusions(facts(model, table, goods={1: {"random": 4}, 2: {"random": 8}}))
-    assert line.startswith("Collisions S is higher")
+    assert line.startswith("Waits for another robot is higher")
     assert len(conclusions(facts(model, table))) == 2
 
 
@@ -117,25 +119,25 @@ def test_failed_runs_are_left_out_pair_by_pair(model):
     base, less = [100.0, 104, 98, 101, np.nan], [50.0, np.nan, 47, 52, 46]
     (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
     difference = paired([50, 47, 52], [100, 98, 101])
-    assert f"by {abs(difference.mean):.1f} ± {words.number(difference.half_width, 1)}" in line
+    assert f"by {abs(difference.mean):.1f} ± {numbers.number(difference.half_width, 1)}" in line
 
 
 def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     rates = {1: 100, 2: 200, 3: 300, 4: 310, 5: 315, 6: 318}
     rising = {size: [rate + noise * (1 + (size - 3) / 50) for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
     lines = conclusions(facts(model, runs(throughput_per_hour=rising)))
-    assert lines[-1].startswith("Throughput has its knee at fleet.size = 3, with 300.2 tasks per hour")
+    assert lines[-1].startswith("Throughput has its knee at 3 robots, with 300 tasks an hour")
     wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}
     opposed = {size: values if size > 1 else values[::-1] for size, values in wild.items()}
     assert conclusions(facts(model, runs(throughput_per_hour=opposed))) == []
 
 
-@pytest.mark.parametrize(("thresholds", "said"), [([2, 5], " on average over battery.threshold:"), ([2], ":")])
+@pytest.mark.parametrize(("thresholds", "said"), [([2, 5], " on average over charging threshold:"), ([2], ":")])
 def test_a_knee_says_what_it_is_averaged_over(model, thresholds, said):
     base = model.replace({"tasks.goods": list(range(0, 80, 4))})
     study = Study(base, {"fleet.size": [1, 6, 12, 24, 48], "battery.threshold": thresholds})
     (line,) = knee_of_throughput(study.run().results)
-    assert f"tasks per hour{said} beyond it" in line
+    assert f"tasks an hour{said} beyond it" in line
 
 
 @pytest.mark.parametrize(
@@ -151,4 +153,64 @@ def test_a_knee_says_what_it_is_averaged_over(model, thresholds, said):
     ],
 )
 def test_numbers_as_people_read_them(value, shown):
-    assert words.number(value) == shown
+    assert numbers.number(value) == shown
+
+
+@pytest.mark.parametrize(
+    ("values", "known", "cell", "said"),
+    [
+        ([1044.4, 4651.9, 2848.0], {}, "2,800 ± 4,500", "2,800 (−1,600 to 7,300)"),
+        ([135.2, 140.1, 147.1], {}, "141 ± 15", "141 (126 to 156)"),
+        ([0.0, 0.0, 0.0], {"within": (0, math.inf)}, "0 (0 to 0.71)", "0 (0 to 0.71), 3 runs"),
+        ([1168.25], {"deterministic": True}, "1,168", "1,168 (exact)"),
+        ([5.0], {}, "5", "5 (one run)"),
+    ],
+)
+def test_a_mean_has_the_digits_that_its_interval_deserves(values, known, cell, said):
+    found = estimate(values, **known)
+    assert (numbers.Scale().cell(found), numbers.Scale().estimate(found)) == (cell, said)
+
+
+def test_shares_are_per_cent_from_0_to_100():
+    found = estimate([1.0, 1.0], within=(0, 1))
+    assert numbers.PERCENT.estimate(found) == "100 % (16 to 100), 2 runs"
+    assert numbers.PERCENT.estimate(estimate([0.972, 0.976, 0.974], within=(0, 1))) == "97.4 % (96.9 to 97.9)"
+    assert (numbers.PERCENT.value(0.006604), numbers.PERCENT.value(1.0), numbers.PERCENT.value(0.9997)) == (
+        "0.7 %", "100 %", "100.0 %",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("time", "unit", "said"),
+    [
+        (14_400, "s", "4 h"), (222.6, "s", "3.7 min"), (8.13, "s", "8.1 s"), (0.38, "s", "0.38 s"), (1.5, "h", "1.5 h"),
+        (0.25, "min", "15 s"), (200_000, "s", "2.3 d"), (1, "step", "1 step"), (2633, "step", "2,633 steps"),
+    ],
+)  # fmt: skip
+def test_times_are_said_in_a_unit_that_fits(time, unit, said):
+    assert numbers.duration(time, unit) == said
+
+
+def test_p_values_have_three_decimals():
+    assert [numbers.p_value(p) for p in (1.17e-17, 0.0123, 1.0, None)] == ["< 0.001", "0.012", "1.000", "–"]
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("on_time >= 90 %", "at least 90 % on time"),
+        ("throughput_per_hour > 220", "more than 220 tasks an hour"),
+        ("cycle_time_p95 <= 5 min", "cycle time, 95 % quantile at most 5 min"),
+        ("on_time:inbound >= 0.95", "at least 95 % on time, inbound"),
+        ("S < 4", "waits for another robot less than 4"),
+    ],
+)
+def test_targets_are_said_as_people_say_them(written, said):
+    assert words.target(read_target(written, UnitNames("m", "s", 1.0))) == said
+
+
+def test_policies_are_said_in_words_beside_their_name():
+    assert words.design_spoken({"fleet.size": 3, "policies.allocation": "nearest"}) == (
+        "3 robots, allocation: the nearest robot (nearest)"
+    )
+    assert words.design_spoken({"policies.allocation": "mine.py:Mine"}) == "allocation: mine.py:Mine"

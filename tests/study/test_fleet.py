@@ -36,23 +36,31 @@ def here(folder, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def found(folder):
+def drafted(folder):
     model = folder / "w.yaml"
     if not model.exists():
         assert pages.run_desim(WAREHOUSE.replace("w.yaml", str(model)))[0] == 0
-    loaded = dw.load(model, {"run.length": 3600, "run.warm_up": 600})
-    return plan_fleet(loaded, "on_time >= 90 %", growth=1.3, workers=2, out=folder / "out")
+    return dw.load(model, {"run.length": 3600, "run.warm_up": 600})
 
 
-def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
-    lines = fleet_words.sentences(found)
+@pytest.fixture(scope="module")
+def found(drafted, folder):
+    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, workers=2, out=folder / "out")
+
+
+def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found, drafted):
+    lines = fleet_words.sentences(found, drafted)
     assert 4 <= len(lines) <= 5
     assert re.fullmatch(
-        r"Today \(60 an hour\) \d robots? and \d chargers?: on_time is \S+ % \(\S+ to \S+(; of all tasks \S+ %)?\)\.",
+        r"Today \(60 an hour\) \d robots? and \d chargers?: \S+ % "
+        r"\(\S+ to \S+(; of all tasks \S+ %)?\)(, \d+ runs)? on time\.",
         lines[0],
     )
     assert lines[1].startswith("With 30 % more orders (78 an hour) ")
-    assert lines[2] == "With hungarian or earliest-due instead of nearest no fewer are enough."
+    assert lines[2] == (
+        "With the least driving in all (hungarian) or the most urgent task first (earliest-due) instead of the nearest "
+        "robot (nearest) no fewer are enough."
+    )
     assert lines[3].startswith("The bottleneck is ")
 
 
@@ -64,8 +72,8 @@ def test_a_larger_demand_never_needs_less(found):
     assert all(one.verdict.verdict == "fails" for one in found.today.below)
 
 
-def test_the_command_beside_a_number_shows_that_number(found, here):
-    shown = fleet_words.evidence(found, "w.yaml", tuple(shlex.split(SHORT)[1::2]), 0)
+def test_the_command_beside_a_number_shows_that_number(found, drafted, here):
+    shown = fleet_words.evidence(found, drafted, "w.yaml", tuple(shlex.split(SHORT)[1::2]), 0)
     assert len(shown) >= 5
     for one in shown[:2]:
         status, out, _ = pages.run_desim(f"{one.command} --quiet")
@@ -144,7 +152,7 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], runs=60)
     assert found.today.in_hours
     assert {"share_on_break", "share_idle", "share_waiting"} < set(found.today.shown_by)
-    assert " of the time within their hours" in fleet_words.sentences(found)[-1]
+    assert " of the time within their hours" in fleet_words.sentences(found, model)[-1]
 
 
 def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
@@ -153,7 +161,7 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
         "tasks.unload_time=300"
     )
     assert status == 3
-    assert "Today (60 an hour) not even 8 robots and 3 chargers were shown to be enough: on_time is " in out
+    assert "Today (60 an hour) not even 8 robots and 3 chargers were shown to be enough: " in out
     assert "The bottleneck is packing at the stations: servers are busy 1" in out
     assert "no fleet within --robots and --chargers was shown to be enough" in err
 
@@ -186,16 +194,16 @@ def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
     assert pages.run_desim("desim report early")[0] == 0
 
 
-def test_what_is_known_when_runs_end_is_said_of_each_fleet(found):
+def test_what_is_known_when_runs_end_is_said_of_each_fleet(found, drafted):
     """Six robots were judged first and meet it, then three, which do not; four and five were not looked at."""
     best = replace(found.today.best, robots=6, chargers=0)
     few = replace(found.today.best, robots=3, chargers=0)
     ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)))
     plan = replace(found, today=ended, grown=None)
     assert not plan.feasible
-    assert fleet_words.sentences(plan)[0] == (
-        "Today (60 an hour) the runs allowed ended before an answer: 6 robots meet on_time >= 90 %, 3 robots do not, "
-        "4 and 5 robots are open."
+    assert fleet_words.sentences(plan, drafted)[0] == (
+        "Today (60 an hour) the runs allowed ended before an answer: 6 robots reach at least 90 % on time, "
+        "3 robots do not, 4 and 5 robots are open."
     )
 
 
@@ -218,7 +226,7 @@ def test_a_list_of_goods_without_batteries_is_sized_by_robots_alone():
     right = next(n for n in sizes if dw.simulate(model.replace({"fleet.size": n})).T <= 4000)
     assert found.today.best.robots == right
     assert found.today.best.verdict.deterministic
-    assert fleet_words.sentences(found)[0].startswith(f"Today {right} robots: T is ")
+    assert fleet_words.sentences(found, model)[0].startswith(f"Today {right} robots: task time ")
 
 
 def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
@@ -227,8 +235,9 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
         model, "T <= 4140", strategies={"policies.allocation": ["in-order", "hungarian"]}, robots=[3, 4, 5, 6]
     )
     assert found.strategy.label == "hungarian"
-    assert "With hungarian instead of in-order fewer are needed: these numbers are for it." in fleet_words.sentences(
-        found
+    said = " ".join(fleet_words.sentences(found, model))
+    assert (
+        "With the least driving in all (hungarian) instead of the first free robot (in-order) fewer are needed" in said
     )
     own = plan_fleet(model, "T <= 4140", strategies={}, robots=[3, 4, 5, 6])
     assert own.today.best.robots > found.today.best.robots

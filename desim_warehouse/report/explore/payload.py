@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text import printed, sentences, words
+from desim_warehouse.report.text import answers, numbers, sentences, words
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import is_numeric, plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
+    from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.results import Results
+    from desim_warehouse.study.statistics import Estimate
 
 DIGITS = 6
 """Significant digits of what is drawn; what is written comes as text."""
@@ -24,8 +26,13 @@ DIGITS = 6
 
 def payload(study: Results, command: str) -> dict[str, Any]:
     """The content of the page as JSON. A design is known by its rank in `designs`."""
-    indicators = [name for name in study.plan.indicators or study.usual() if _has_value(study, name)]
-    designs, differences = list(study.designs), {name: _differences(study, name) for name in indicators}
+    first = [study.target.indicator] if study.target else []
+    shown = dict.fromkeys([*first, *(study.plan.indicators or study.usual())])
+    indicators = [name for name in shown if _has_value(study, name)]
+    designs = list(study.designs)
+    found = {name: [study.estimate(study.runs(design), name) for design in designs] for name in indicators}
+    scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
+    differences = {name: _differences(study, name, scales[name]) for name in indicators}
     statements = sorted({said for of_name in differences.values() for said, _ in of_name if said})
     return {
         "model": study.base.name,
@@ -33,16 +40,18 @@ def payload(study: Results, command: str) -> dict[str, Any]:
         "description": study.plan.description or study.base.description,
         "summary": _summary(study),
         "factors": [_factor(study, key) for key in study.varied],
-        "indicators": [_indicator(study, name) for name in indicators],
+        "indicators": [_indicator(name, scales[name]) for name in indicators],
         "designs": [_design(study, design) for design in designs],
-        "means": {name: [_mean(study, design, name) for design in designs] for name in indicators},
-        "values": {name: [_values(study, design, name) for design in designs] for name in indicators},
+        "means": {name: [_mean(one, scales[name]) for one in found[name]] for name in indicators},
+        "values": {name: [_values(study, design, name, scales[name]) for design in designs] for name in indicators},
         "differences": {name: [rows for _, rows in differences[name]] for name in indicators},
         "statements": statements,
         "promises": {
             name: [statements.index(said) if said else None for said, _ in differences[name]] for name in indicators
         },
         "start": _start(study),
+        "target": _target(study, scales),
+        "answer": answers.answer(study)[0],
         "facts": facts(study),
         "wrong": [sentences.sentence(line) for line in sentences.verdicts(study)],
         "command": command
@@ -58,11 +67,14 @@ def facts(study: Results) -> list[tuple[str, str]]:
     seeds = sorted({(row.replication, row.seed) for row in study.rows})
     rows = [
         ("Model", f"{study.base.name}, SHA-256 {study.base.digest()}"),
-        *((key, ", ".join(map(readable, map(plain, study.levels(key))))) for key in study.factors),
+        *(
+            (words.factor_head(key, units), ", ".join(map(readable, map(plain, study.levels(key)))))
+            for key in study.factors
+        ),
         ("Designs", f"{len(study.designs)}, all combinations"),
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
-        ("Run length", "until all work is done" if length is None else f"{words.number(length)} {units.time}"),
+        ("Run length", "until all work is done" if length is None else f"{numbers.number(length)} {units.time}"),
         ("Warm-up", words.warm_up(study)),
         ("Seed of the study", str(plan.seed)),
         ("Seeds of the runs", ", ".join(str(seed) for _, seed in seeds) + "; the same for every design"),
@@ -96,11 +108,11 @@ def _factor(study: Results, key: str) -> dict[str, Any]:
     }
 
 
-def _indicator(study: Results, name: str) -> dict[str, Any]:
+def _indicator(name: str, scale: Scale) -> dict[str, Any]:
     known = look_up(name)
     return {
         "name": name,
-        "label": words.indicator_label(name, study.base.units),
+        "label": words.with_unit(words.indicator_name(name), scale.unit),
         "better": known.better if known else None,
     }
 
@@ -116,35 +128,48 @@ def _design(study: Results, design: str) -> dict[str, Any]:
         "runs": len(rows),
         "failed": sum(row.outcome.error is not None for row in rows),
         "error": next((row.outcome.error for row in rows if row.outcome.error is not None), None),
-        "counted_from": printed.number(study.warm_ups[design]) if study.warm_ups else None,
+        "counted_from": numbers.number(study.warm_ups[design]) if study.warm_ups else None,
         "wrong": [sentences.sentence(text) for text in wrong],
         "marks": sentences.marks(study, design),
+        "met": words.met(study, design) if study.target else None,
     }
 
 
-def _mean(study: Results, design: str, name: str) -> list[Any] | None:
+def _mean(found: Estimate | None, scale: Scale) -> list[Any] | None:
     """Mean, ends of its interval (None: there is none), and as `desim what-if` prints it."""
-    found = study.estimate(study.runs(design), name)
     if found is None:
         return None
     low, high = found.interval or (None, None)
-    return [*_short((found.mean, low, high)), printed.said(found)]
+    return [*_short((found.mean, low, high), scale), scale.cell(found)]
 
 
-def _values(study: Results, design: str, name: str) -> list[float | None]:
+def _values(study: Results, design: str, name: str, scale: Scale) -> list[float | None]:
     """The values by replication."""
-    return _short(value if math.isfinite(value) else None for value in study.values(design, name).tolist())
+    values = study.values(design, name).tolist()
+    return _short((value if math.isfinite(value) else None for value in values), scale)
 
 
-def _differences(study: Results, name: str) -> list[tuple[str, list[list[str] | None]]]:
+def _differences(study: Results, name: str, scale: Scale) -> list[tuple[str, list[list[str] | None]]]:
     """For each design as the baseline, all others minus it with their confidence, as `desim compare` prints them."""
     made = []
     for baseline in study.designs:
         found = study.compare_finished(name, baseline)
-        rows = {one.design: list(printed.difference(one)) for one in found.differences} if found else {}
+        rows = {one.design: list(scale.difference(one)) for one in found.differences} if found else {}
         tested = found is not None and any(one.estimate.interval for one in found.differences)
         made.append((found.statement if found and tested else "", [rows.get(design) for design in study.designs]))
     return made
+
+
+def _target(study: Results, scales: Mapping[str, Scale]) -> dict[str, Any] | None:
+    """What designs should meet: in words, the name of its indicator, and where it lies on the axis."""
+    goal = study.target
+    if goal is None or goal.indicator not in scales:
+        return None
+    return {
+        "words": words.target(goal),
+        "name": goal.indicator,
+        "value": scales[goal.indicator].by * goal.value,
+    }
 
 
 def _start(study: Results) -> list[int]:
@@ -161,5 +186,5 @@ def _has_value(study: Results, name: str) -> bool:
     return any(math.isfinite(row.value(name)) for row in study.rows)
 
 
-def _short(values: Iterable[float | None]) -> list[float | None]:
-    return [None if value is None else float(f"{value:.{DIGITS}g}") for value in values]
+def _short(values: Iterable[float | None], scale: Scale) -> list[float | None]:
+    return [None if value is None else float(f"{scale.by * value:.{DIGITS}g}") for value in values]

@@ -74,7 +74,8 @@ def by_factor(
     names = (groups or list(dict.fromkeys(cell.levels[0] for cell in found))) if group else [None]
     if kind == "auto":
         kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
-    alt = f"{words.indicator_name(indicator)} by {factor}" + (f" and {group}" if group else "")
+    alt = f"{words.indicator_name(indicator)} by {words.in_words(factor)}"
+    alt += f" and {words.in_words(group)}" if group else ""
     with look.drawing(ax, style, title, (6.4, 3.8), alt) as axes:
         for index, name in enumerate(names):
             chosen = [cell for cell in found if group is None or cell.levels[0] == name]
@@ -121,7 +122,8 @@ def facets(
     if not by:
         raise ReportError("facets: expected at least one factor that has a panel for each of its levels")
     parts = _parts(table, by, indicator)
-    alt = f"{words.indicator_name(indicator)} by {', '.join([factor, *([group] if group else []), *by])}"
+    keys = [factor, *([group] if group else []), *by]
+    alt = f"{words.indicator_name(indicator)} by {', '.join(map(words.in_words, keys))}"
     groups = None if group is None else levels_of(usable(table, [group, *by], indicator), group)
     with look.panels(len(parts), style, (4.4, 3.4), alt) as panels:
         for axes, (name, part) in zip(panels, parts, strict=True):
@@ -180,7 +182,7 @@ def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple
         chosen = table
         for name, value in zip(by, key, strict=True):
             chosen = chosen[[plain(item) == value for item in chosen[name]]]
-        found.append((words.design_name(dict(zip(by, key, strict=True))), chosen))
+        found.append((words.design_spoken(dict(zip(by, key, strict=True))), chosen))
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ReportError
@@ -11,7 +13,7 @@ from desim_warehouse.report.plot import style as look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
+    from matplotlib.colors import Colormap, Normalize
     from networkx import DiGraph
 
     from desim_warehouse.run import Run
@@ -31,21 +33,26 @@ def congestion(
 
     Args:
         run: the run, at any level of log.
-        by: "blocked" colours by time waited, "waits" by waiting episodes. Width and size show it, too.
+        by: "blocked" colours by the time waited there, as a part of the counted time, on a scale that is the same for
+            all runs; "waits" by waiting episodes. Width and size show it, too.
     """
     if by not in ("blocked", "waits"):
         raise ReportError(f"by {by!r}: expected blocked or waits")
+    from matplotlib.colors import Normalize
+
     floor, step = run.layout, plan.step_of(run.layout)
-    on_edge = edge_values(run, by)
-    at_node = node_values(run, by)
-    top = max([*on_edge.values(), *at_node.values(), 0.0]) or 1.0
-    what = f"Time waited ({run.model.units.time})" if by == "blocked" else "Waiting episodes"
+    part = 1.0 if by == "waits" else 1 / (run.history.counted or 1.0)
+    on_edge = {edge: part * value for edge, value in edge_values(run, by).items()}
+    at_node = {node: part * value for node, value in node_values(run, by).items()}
+    most = max([*on_edge.values(), *at_node.values(), 0.0]) or 1.0
+    shades = _Shades(Normalize(0, most), _map(), most) if by == "waits" else _steps()
+    what = "Robots wait here, part of the time" if by == "blocked" else "Waiting episodes"
     with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each edge and at each node") as axes:
         plan.draw_goods(axes, floor, step, set())
-        _edges(axes, run, on_edge, step, top)
-        _nodes(axes, run, at_node, top)
+        _edges(axes, run, on_edge, step, shades)
+        _nodes(axes, run, at_node, shades)
         plan.frame(axes, floor, step, run.model)
-        _bar(axes, what, top)
+        _bar(axes, what, shades)
         return axes
 
 
@@ -79,29 +86,27 @@ def _members(key: str, graph: DiGraph) -> list[str]:
     return []
 
 
-def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: float, top: float) -> None:
+def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: float, shades: _Shades) -> None:
     from matplotlib.collections import LineCollection
 
     lines = [plan.ends(run.layout, edge, step) for edge in values]
     plan.arrows(axes, [plan.ends(run.layout, edge, step) for edge in run.layout.graph.edges], palette.FAINT)
-    shown = LineCollection(lines, cmap=_map(), zorder=2)
+    shown = LineCollection(lines, cmap=shades.colours, norm=shades.norm, zorder=2)
     shown.set_array(list(values.values()))
-    shown.set_clim(0, top)
-    shown.set_linewidth([1.2 + 5.0 * value / top for value in values.values()])
+    shown.set_linewidth([1.2 + 5.0 * shades.size(value) for value in values.values()])
     axes.add_collection(shown)
 
 
-def _nodes(axes: Axes, run: Run, values: dict[str, float], top: float) -> None:
+def _nodes(axes: Axes, run: Run, values: dict[str, float], shades: _Shades) -> None:
     graph = run.layout.graph
     small = 30 if len(graph) <= 60 else 4  # noqa: PLR2004 - as in the layout drawing
     axes.scatter(
         [graph.nodes[name]["x"] for name in values],
         [graph.nodes[name]["y"] for name in values],
-        s=[small + 320 * value / top for value in values.values()],
+        s=[small + 320 * shades.size(value) for value in values.values()],
         c=list(values.values()),
-        cmap=_map(),
-        vmin=0,
-        vmax=top,
+        cmap=shades.colours,
+        norm=shades.norm,
         edgecolors=palette.INK,
         linewidths=0.6,
         zorder=3,
@@ -118,16 +123,47 @@ def _nodes(axes: Axes, run: Run, values: dict[str, float], top: float) -> None:
             )
 
 
+@dataclass(frozen=True)
+class _Shades:
+    """The colours of waiting, and from which value on lines and circles are largest."""
+
+    norm: Normalize
+    colours: Colormap
+    most: float
+
+    def size(self, value: float) -> float:
+        """How large something is drawn, from 0 to 1."""
+        return min(value / self.most, 1.0)
+
+
 def _map() -> Colormap:
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("waiting", palette.WAITED)
 
 
-def _bar(axes: Axes, what: str, top: float) -> None:
+def _steps() -> _Shades:
+    """A colour for each step of the scale that is the same for all runs."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    colours = ListedColormap(palette.WAITED)
+    return _Shades(BoundaryNorm([0, *palette.WAITED_STEPS, 1], colours.N), colours, palette.WAITED_STEPS[-1])
+
+
+def _bar(axes: Axes, what: str, shades: _Shades) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
 
     figure = axes.get_figure(root=True)
     assert figure is not None
-    figure.colorbar(ScalarMappable(Normalize(0, top), _map()), ax=axes, label=look.text(what), shrink=0.7)
+    bar = figure.colorbar(ScalarMappable(shades.norm, shades.colours), ax=axes, label=look.text(what), shrink=0.7)
+    if shades.most == palette.WAITED_STEPS[-1]:
+        middles = [(low + high) / 2 for low, high in pairwise([0, *palette.WAITED_STEPS, 1])]
+        bar.set_ticks(middles, labels=step_words())
+        bar.ax.tick_params(length=0)
+
+
+def step_words() -> list[str]:
+    """The steps of the scale in words."""
+    percent = [f"{100 * step:g}" for step in palette.WAITED_STEPS]
+    between = [f"{low} to {high} %" for low, high in pairwise(percent)]
+    return [f"under {percent[0]} %", *between, f"over {percent[-1]} %"]

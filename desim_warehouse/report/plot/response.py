@@ -9,7 +9,7 @@ import numpy as np
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
@@ -74,13 +74,13 @@ def _grid(axes: Axes, found: list[Cell], xs: list[Any], ys: list[Any]) -> Scalar
     for cell in found:
         means[ys.index(cell.levels[1]), xs.index(cell.levels[0])] = cell.estimate.mean
     mesh = axes.pcolormesh(np.ma.masked_invalid(means), cmap=palette.MAP, edgecolors="white", linewidth=0.8)
-    width = max(len(words.number(cell.estimate.mean)) for cell in found)
+    width = max(len(numbers.number(cell.estimate.mean)) for cell in found)
     if len(xs) * (width + 1) <= _WRITTEN and len(ys) <= _WRITTEN // 4:
         middle = (np.nanmin(means) + np.nanmax(means)) / 2
         for (row, column), mean in np.ndenumerate(means):
             if np.isfinite(mean):
                 colour = "white" if mean < middle else "black"
-                axes.text(column + 0.5, row + 0.5, words.number(float(mean)), color=colour, ha="center", va="center")
+                axes.text(column + 0.5, row + 0.5, numbers.number(float(mean)), color=colour, ha="center", va="center")
     axes.set_xticks(np.arange(len(xs)) + 0.5, [look.text(words.level(value)) for value in xs])
     axes.set_yticks(np.arange(len(ys)) + 0.5, [look.text(words.level(value)) for value in ys])
     if any(len(words.level(value)) > 8 for value in xs):  # noqa: PLR2004 - letters that fit side by side

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
-from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES
+from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.report.web import joined, safe_json
@@ -77,4 +77,4 @@ def _text(value: Any) -> str:
 def _colours() -> dict[str, Any]:
     """The colours of the page: of its floor, of what moves on it, and of waiting."""
     ground = {name: {**GROUND[name], "second": PAGE[name]["second"]} for name in GROUND}
-    return {"ground": ground, "palettes": PALETTES, "heat": HEAT}
+    return {"ground": ground, "palettes": PALETTES, "heat": HEAT, "steps": WAITED_STEPS}

@@ -16,11 +16,12 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
+from desim_warehouse.report.replay.lost import lost_to
 from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.zones import robot_radii
-from desim_warehouse.states import APART, SHOWN, WAITING
+from desim_warehouse.states import APART, SHOWN, WAITING, Phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 ENERGY = 1000
 """Steps in a full battery."""
+_DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
 SAME, OTHER, ONWARD = 0, 1, 2
 """Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
 
@@ -91,10 +93,15 @@ def _header(
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
         "worst": worst(history, edges, places, scale),
+        "lost": lost_to(history, scale),
+        "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
-        "states": [{"name": state.name, "doing": state.doing, "role": state.role} for state in _shown(model)],
+        "states": [
+            {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}
+            for state in _shown(model)
+        ],
         "apart": [state.doing for state in APART.values()],
         "rings": [
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
@@ -239,8 +246,12 @@ def _task_columns(history: History, scale: Scale) -> Columns:
 
 
 def _wait_columns(history: History, scale: Scale) -> Columns:
-    """Waits that are counted or under way in the window, in the order in which they end and are counted."""
+    """Waits that are counted or under way in the window, in the order in which they end and are counted.
+
+    `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
+    """
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
     shown = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
     end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
     return {
@@ -249,6 +260,7 @@ def _wait_columns(history: History, scale: Scale) -> Columns:
         "wait_robot": [wait.robot for wait in shown],
         "wait_other": [wait.other for wait in shown],
         "wait_edge": [-1 if wait.on is None else number[wait.on] for wait in shown],
+        "wait_node": [-1 if wait.node is None else node[wait.node] for wait in shown],
     }
 
 

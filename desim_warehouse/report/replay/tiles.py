@@ -64,8 +64,10 @@ def tiles(history: History) -> list[Tile]:
     if (tasks.flows or not ends) and history.cycle_times:
         found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
-        found.append(Tile("T", "Time T", "clock"))
-    found.append(Tile("S", "Waits in traffic, S", "count", _count(history, (wait.end for wait in history.collisions))))
+        found.append(Tile("T", "Time", "clock"))
+    found.append(
+        Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
+    )
     if history.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
         found.append(Tile("battery", "Battery (lowest)", "battery"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text import sentences, words
+from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.table import is_numeric
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def question(study: Results) -> str:
     varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
         aim = words.target(study.target)
-        return f"What meets {aim}: {spoken(varied)}?" if varied else f"Does the model as it is meet {aim}?"
+        return f"What gives {aim}: {spoken(varied)}?" if varied else f"Does the model as it is give {aim}?"
     main = spoken([words.in_sentence(name) for name in study.main[:3]])
     if not varied:
         return f"What does the model as it is achieve in {main}?"
@@ -36,9 +36,10 @@ def _factor(study: Results, key: str) -> str:
     first, last = words.level(found[0]), words.level(found[-1])
     if key == "fleet.size" and len(found) > 1:
         return f"{first} to {last} robots"
+    name = words.in_words(key)
     if len(found) <= _LISTED:
-        return f"{key} ({', '.join(map(words.level, found))})"
-    return f"{key} ({first} to {last})" if is_numeric(found) else f"{key} ({len(found)} values)"
+        return f"{name} ({', '.join(map(words.level, found))})"
+    return f"{name} ({first} to {last})" if is_numeric(found) else f"{name} ({len(found)} values)"
 
 
 def answer(study: Results) -> tuple[list[str], str | None]:
@@ -50,12 +51,13 @@ def answer(study: Results) -> tuple[list[str], str | None]:
 def cost(study: Results, design: str) -> list[str]:
     """What a year with a design costs, if the model has prices."""
     found = [study.estimate(study.runs(design), name) for name in ("annual_cost", "cost_per_task")]
-    year, task = (one and words.interval_text("annual_cost", one) for one in found)
+    scale = words.scale("annual_cost", study.base)
+    year, task = (one and scale.estimate(one) for one in found)
     if found[0] is None or year is None:
         return []
     prices = study.base.prices
     if prices is not None and not (prices.energy or prices.late_order):
-        year = words.number(found[0].mean)  # nothing in it depends on a run
+        year = scale.value(found[0].mean)  # nothing in it depends on a run
     return [f"A year with {_name(study, design)} costs {year}" + (f", a task {task}." if task else ".")]
 
 
@@ -68,7 +70,9 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
     met = Counter(one.verdict for one in study.judged.values())
-    count = f"Of {words.number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} it"
+    count = (
+        f"Of {numbers.number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} the target"
+    )
     count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
     if met["undecided"]:
         count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"
@@ -84,9 +88,9 @@ def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, st
     if not enough:
         near = max(designs, key=lambda design: goal.sign * judged[design].mean)
         none = f"{when}no design" if when else "No design"
-        return f"{none} was shown to meet {aim}; with {_found(study, near, goal.indicator)}.", near
+        return f"{none} was shown to give {aim}; with {_found(study, near, goal.indicator)}.", near
     how = "" if len(enough) == 1 else " most cheaply" if _priced(study) else " first"
-    return f"{when}{aim} is met{how} with {_found(study, enough[0], goal.indicator)}.", enough[0]
+    return sentences.capital(f"{when}{aim} is reached{how} with {_found(study, enough[0], goal.indicator)}."), enough[0]
 
 
 def on_target(study: Results) -> list[str]:
@@ -132,8 +136,7 @@ def _value(study: Results, design: str, indicator: str) -> str:
     """The mean of an indicator at a design, with its interval."""
     estimate = study.estimate(study.runs(design), indicator)
     assert estimate is not None
-    unit = words.unit(words.indicator_kind(indicator), study.base.units)
-    return words.interval_text(indicator, estimate, unit)
+    return words.scale(indicator, study.base, (estimate.mean,)).estimate(estimate)
 
 
 def _name(study: Results, design: str, *, demand: bool = False) -> str:

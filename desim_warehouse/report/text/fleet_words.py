@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import options_of
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
 from desim_warehouse.study.statistics import GLANCE
@@ -38,37 +39,48 @@ class Evidence:
     command: str
 
 
-def sentences(plan: FleetPlan) -> list[str]:
+def sentences(plan: FleetPlan, model: Model) -> list[str]:
     """The answer: today, after growth, the strategy, the bottleneck, the cost."""
-    lines = [_sized(plan, plan.today, _when(plan.today, "Today"))]
+    lines = [_sized(plan, plan.today, _when(plan.today, "Today"), model)]
     if plan.grown is not None:
-        lines.append(_sized(plan, plan.grown, _when(plan.grown, _growth(plan.grown))))
+        lines.append(_sized(plan, plan.grown, _when(plan.grown, capital(more_orders(plan.grown.growth))), model))
     if plan.strategies:
         lines.append(_strategy(plan))
     if plan.untried:
         lines.append(f"The runs allowed ended before {spoken(plan.untried, 'and')} could be tried.")
     if (plan.grown or plan.today).utilisation:
         lines.append(_bottleneck(plan))
-    costs = [sized.best.cost for sized in _demands(plan) if sized.best and sized.best.cost is not None]
-    if costs:
-        lines.append(f"Robots and chargers cost {spoken([words.number(cost) for cost in costs])} a year.")
-    return lines
+    return lines + _cost(plan, model)
+
+
+def _cost(plan: FleetPlan, model: Model) -> list[str]:
+    """What the fleets named cost a year, once where they cost the same."""
+    scale = numbers.Scale(words.money(model))
+    costs = {
+        "today" if sized is plan.today else more_orders(sized.growth): scale.value(sized.best.cost)
+        for sized in _demands(plan)
+        if sized.best and sized.best.cost is not None
+    }
+    if len(set(costs.values())) == 1:
+        return [f"Robots and chargers cost {next(iter(costs.values()))} a year."]
+    said = spoken([f"{cost} {when}" for when, cost in costs.items()]) if costs else ""
+    return [f"Robots and chargers cost a year {said}."] if costs else []
 
 
 def question(plan: FleetPlan) -> str:
     """What was asked."""
     what = "robots" if plan.sized is None else "robots and chargers"
-    grown = "" if plan.grown is None else f", today and {_growth(plan.grown).lower()}"
+    grown = "" if plan.grown is None else f", today and {more_orders(plan.grown.growth)}"
     return f"How many {what} does it take for {words.target(plan.target)}{grown}?"
 
 
 def promise(plan: FleetPlan) -> str:
     """What is meant by enough, and how sure it is."""
-    zone = words.amount(plan.target.indicator, plan.zone)
+    zone = words.amount(plan.target.indicator, plan.zone, plan.target.unit)
     if plan.ended:
         return f"With {100 * plan.confidence:g} % confidence for each demand, all that is said to be known is right."
     return (
-        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet meets {words.target(plan.target)}, "
+        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet reaches {words.target(plan.target)}, "
         f"and no smaller one is better than that by {zone} or more "
         f"(if more robots and chargers never do worse{_tried(plan)}). "
         "Ranges of verdicts hold however often the runs were looked at; the commands look once, and may print others."
@@ -84,8 +96,9 @@ def _tried(plan: FleetPlan) -> str:
 
 def _worse(plan: FleetPlan, sized: Sized) -> str:
     """Larger designs that do worse than a smaller one."""
+    goal = plan.target
     said = [
-        f"{words.fleet(robots, chargers)} by {words.amount(plan.target.indicator, abs(difference.mean))}"
+        f"{words.fleet(robots, chargers)} by {words.amount(goal.indicator, abs(difference.mean), goal.unit)}"
         for robots, chargers, difference in sized.worse
     ]
     return f" More is not always better here: {spoken(said)} worse; so cheaper fleets were searched step by step."
@@ -101,11 +114,11 @@ def _rare(plan: FleetPlan, model: Model) -> list[str]:
     return [f"{line[:1].upper()}{line[1:]}." for line in found]
 
 
-def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
+def evidence(plan: FleetPlan, loaded: Model, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
     """The numbers behind the sentences."""
     found = []
     for sized in _demands(plan):
-        name = "today" if sized.growth == 1 else f"x {sized.growth:g}"
+        name = "today" if sized is plan.today else more_orders(sized.growth)
         shown = ([sized.best] if sized.best else []) + list(sized.below)
         for one in shown:
             verdict = "enough" if one is sized.best else _close(plan, one) if _is_close(one) else "too few"
@@ -113,7 +126,7 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
             found.append(
                 Evidence(
                     f"{name}: {_fleet(one)}, {verdict}",
-                    _found(plan, one),
+                    _found(plan, one, loaded),
                     one.verdict.n,
                     command_line(model, assignments, overrides, one.verdict.n, (plan.target.indicator,), seed),
                 )
@@ -123,7 +136,7 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
         return found
     busiest = sized.best or sized.below[-1]
     overrides = {**sized.overrides, **busiest.overrides}
-    busy = ", ".join(f"{part} {words.share_text(estimate)}" for part, estimate in sized.utilisation.items())
+    busy = ", ".join(f"{part} {numbers.PERCENT.estimate(estimate)}" for part, estimate in sized.utilisation.items())
     found.append(
         Evidence(
             f"{_fleet(busiest)}, busy",
@@ -136,11 +149,14 @@ def evidence(plan: FleetPlan, model: str, assignments: tuple[str, ...], seed: in
         for one in strategy.shown:
             changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
             command = command_line(model, assignments, changed, one.verdict.n, (plan.target.indicator,), seed)
-            found.append(Evidence(f"{strategy.label}: {_fleet(one)}", _found(plan, one), one.verdict.n, command))
+            found.append(
+                Evidence(f"{_choice(strategy)}: {_fleet(one)}", _found(plan, one, loaded), one.verdict.n, command)
+            )
         for one in (one for one in sized.below if (one.robots, one.chargers) in strategy.same):
             changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
             command = command_line(model, assignments, changed, GLANCE, (plan.target.indicator,), seed)
-            found.append(Evidence(f"{strategy.label}: {_fleet(one)}", f"all as with {plan.own}", GLANCE, command))
+            same = f"all as with {_own(plan)}"
+            found.append(Evidence(f"{_choice(strategy)}: {_fleet(one)}", same, GLANCE, command))
     return found
 
 
@@ -153,13 +169,14 @@ def _demands(plan: FleetPlan) -> list[Sized]:
     return [plan.today] if plan.grown is None else [plan.today, plan.grown]
 
 
-def _growth(sized: Sized) -> str:
-    percent = round(100 * (sized.growth - 1), 6)
-    return f"With {percent:g} % more orders" if percent >= 0 else f"With {-percent:g} % fewer orders"
+def more_orders(growth: float) -> str:
+    """Demand in words, from times today's: `with 30 % more orders`."""
+    percent = round(100 * (growth - 1), 6)
+    return f"with {percent:g} % more orders" if percent >= 0 else f"with {-percent:g} % fewer orders"
 
 
 def _when(sized: Sized, when: str) -> str:
-    return when if sized.rate is None else f"{when} ({words.number(sized.rate)} an hour)"
+    return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
 
 
 def _fleet(shown: Shown) -> str:
@@ -174,14 +191,14 @@ def _is_close(shown: Shown) -> bool:
 def _close(plan: FleetPlan, shown: Shown) -> str:
     """Why a design is neither enough nor too few."""
     if shown.verdict.within_zone:
-        return f"better than the target by less than {words.amount(plan.target.indicator, plan.zone)}"
+        return f"better than the target by less than {words.amount(plan.target.indicator, plan.zone, plan.target.unit)}"
     alone = shown.verdict.outlier
     return "too close to tell" if alone is None else f"too close to tell, for replication {alone} alone"
 
 
 def _ended(plan: FleetPlan, sized: Sized, when: str) -> str:
     """What is known where the runs allowed ended before there was an answer."""
-    aim = f"meet {words.target(plan.target)}"
+    aim = f"reach {words.target(plan.target)}"
     left, few = sorted(sized.open), [(one.robots, one.chargers) for one in sized.below]
     parts = [] if sized.best is None else [f"{_fleets([(sized.best.robots, sized.best.chargers)])} {aim}"]
     parts += [f"{_fleets(few)} do not{'' if parts else f' {aim}'}"] if few else []
@@ -196,17 +213,14 @@ def _fleets(counts: Sequence[tuple[int, int]]) -> str:
     return f"{spoken([f'{robots}' for robots, _ in counts])} robot{'s' * (counts[-1][0] != 1)}"
 
 
-def _sized(plan: FleetPlan, sized: Sized, when: str) -> str:
+def _sized(plan: FleetPlan, sized: Sized, when: str, model: Model) -> str:
     """The answer for one demand."""
     if sized.open:
         return _ended(plan, sized, when)
     if sized.best is None:
         largest = sized.below[-1]
-        return (
-            f"{when} not even {_fleet(largest)} were shown to be enough: {plan.target.indicator} is "
-            f"{_found(plan, largest)}."
-        )
-    line = f"{when} {_fleet(sized.best)}: {plan.target.indicator} is {_found(plan, sized.best)}"
+        return f"{when} not even {_fleet(largest)} were shown to be enough: {_reached(plan, largest, model)}."
+    line = f"{when} {_fleet(sized.best)}: {_reached(plan, sized.best, model)}"
     close = [one for one in sized.below if _is_close(one)]
     if close:
         line += f" ({spoken([_fleet(one) for one in close], 'or')} may do: too close to tell)"
@@ -215,31 +229,56 @@ def _sized(plan: FleetPlan, sized: Sized, when: str) -> str:
 
 def _strategy(plan: FleetPlan) -> str:
     """Whether another strategy makes do with less."""
+    own = _own(plan)
     if plan.strategy is not None:
-        return f"With {plan.strategy.label} instead of {plan.own} fewer are needed: these numbers are for it."
-    judged = [strategy.label for strategy in plan.strategies if strategy.shown]
-    same = [strategy.label for strategy in plan.strategies if not strategy.shown]
+        return f"With {_choice(plan.strategy)} instead of {own} fewer are needed: these numbers are for it."
+    judged = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
+    same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
     if not judged:
-        return f"With {spoken(same, 'or')} instead of {plan.own} nothing changes."
-    line = f"With {spoken(judged, 'or')} instead of {plan.own} no fewer are enough"
+        return f"With {spoken(same, 'or')} instead of {own} nothing changes."
+    line = f"With {spoken(judged, 'or')} instead of {own} no fewer are enough"
     return f"{line}, and {spoken(same)} change{'s' * (len(same) == 1)} nothing." if same else f"{line}."
+
+
+def _own(plan: FleetPlan) -> str:
+    """The strategy of the model in words."""
+    [key, *others] = plan.strategies[0].overrides
+    return plan.own if others else words.policy(key, plan.own)
+
+
+def _choice(strategy: Strategy) -> str:
+    """A strategy in words: `the least driving in all (hungarian)`."""
+    [key, *others] = strategy.overrides
+    return strategy.label if others else words.policy(key, strategy.label)
 
 
 def _bottleneck(plan: FleetPlan) -> str:
     """What is busiest at the last answer."""
     sized = plan.grown or plan.today
     (part, most), *others = sized.utilisation.items()
-    rest = ", ".join(f"{name} {words.share_text(estimate)}" for name, estimate in others)
+    rest = ", ".join(f"{name} {numbers.PERCENT.estimate(estimate)}" for name, estimate in others)
     are = "The bottleneck is the robots" if part == "robots" else f"The bottleneck is {PARTS[part]}"
     who = {"robots": "they are busy", "chargers": "chargers are in use", "stations": "servers are busy"}[part]
     time = "of the time within their hours" if sized.in_hours else "of the time"
-    return f"{are}: {who} {words.share_text(most)} {time}" + (f" ({rest})." if rest else ".")
+    return f"{are}: {who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})." if rest else ".")
 
 
-def _found(plan: FleetPlan, shown: Shown) -> str:
-    """The mean of the target's indicator with its interval, or why the design fails in spite of it."""
-    text = "no value" if shown.estimate is None else words.interval_text(plan.target.indicator, shown.estimate)
+def _reached(plan: FleetPlan, shown: Shown, model: Model) -> str:
+    """The same in a sentence: `97.4 % (97.1 to 97.7) on time`."""
+    text = words.reached(plan.target.indicator, _value(plan, shown, model))
     return f"{text}, but {shown.vetoed}" if shown.vetoed else text
+
+
+def _found(plan: FleetPlan, shown: Shown, model: Model) -> str:
+    """The mean of the target's indicator with its interval, or why the design fails in spite of it."""
+    text = _value(plan, shown, model)
+    return f"{text}, but {shown.vetoed}" if shown.vetoed else text
+
+
+def _value(plan: FleetPlan, shown: Shown, model: Model) -> str:
+    if shown.estimate is None:
+        return "no value"
+    return words.scale(plan.target.indicator, model, (shown.estimate.mean,)).estimate(shown.estimate)
 
 
 def command_line(
@@ -251,17 +290,17 @@ def command_line(
     seed: int,
 ) -> str:
     """The line that shows a number and its interval again."""
-    sets = [*assignments, *(f"{key}={_value(value)}" for key, value in overrides.items())]
+    sets = [*assignments, *(f"{key}={_typed(value)}" for key, value in overrides.items())]
     parts = ["desim", "what-if", model, *options_of(sets)]
     parts += ["--replications", str(runs), *(part for name in indicators for part in ("--indicator", name))]
     parts += ["--seed", str(seed)] if seed else []
     return " ".join(shlex.quote(part) for part in parts)
 
 
-def _value(value: Any) -> str:
+def _typed(value: Any) -> str:
     """A value as `--set` takes it."""
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key}: {_value(item)}' for key, item in value.items())}}}"
+        return f"{{{', '.join(f'{key}: {_typed(item)}' for key, item in value.items())}}}"
     return value if isinstance(value, str) else json.dumps(value)
 
 
@@ -275,7 +314,7 @@ def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, A
     return {
         "name": model.name,
         "question": question(plan),
-        "answer": sentences(plan),
+        "answer": sentences(plan, model),
         "feasible": plan.feasible,
         "target": {"indicator": plan.target.indicator, "sense": plan.target.sense, "value": plan.target.value},
         "zone": plan.zone,

@@ -8,7 +8,7 @@ import numpy as np
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.verdicts import RULES
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; make run.length longer"
 """Of a design whose warm-up was to be found."""
+_MOST_TIMES = 10
+"""Times the baseline up to which a difference is told as a part of it."""
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
 """Indicators that rise with demand in any warehouse."""
 
@@ -47,7 +49,12 @@ def verdicts(study: Results) -> list[str]:
 
 def sentence(line: str) -> str:
     """A line as a sentence, with a capital and a full stop."""
-    return f"{line[:1].upper()}{line[1:]}."
+    return capital(f"{line}.")
+
+
+def capital(line: str) -> str:
+    """A sentence with a capital."""
+    return f"{line[:1].upper()}{line[1:]}"
 
 
 def marks(study: Results, design: str) -> str:
@@ -90,7 +97,7 @@ def _follows(study: Results, indicator: str, row: Difference) -> bool:
 
 def name_of(study: Results, design: str) -> str:
     """A design in words; factors that do not vary are left out."""
-    return words.design_name(levels_of(study, design))
+    return words.design_spoken(levels_of(study, design))
 
 
 def levels_of(study: Results, design: str) -> dict[str, Any]:
@@ -102,21 +109,21 @@ def levels_of(study: Results, design: str) -> dict[str, Any]:
 def _amount(study: Results, indicator: str, row: Difference) -> str:
     """By how much: with the half-width, and as a share of the baseline's mean."""
     estimate = row.estimate
-    scale, unit = 1, words.unit(words.indicator_kind(indicator), study.base.units)
-    if words.is_share(indicator):
-        scale, unit = 100, "percentage points"
-    half_width = None if estimate.half_width is None else scale * estimate.half_width
-    digits = None if half_width is None else words.decimals(half_width)
-    by = words.number(scale * abs(estimate.mean), digits)
-    by += "" if half_width is None else f" ± {words.number(half_width, digits)}"
-    by += f" {unit}" if unit else ""
-    by += ", exactly" if half_width is None else ""
     values = study.values(study.baseline, indicator)
     base = values[~np.isnan(values)].mean()
-    if not base:
+    scale = words.scale(indicator, study.base, (base,))
+    if scale.is_share:
+        scale = numbers.Scale("percentage points", 100.0)
+    half_width = None if estimate.half_width is None else scale.by * estimate.half_width
+    digits = None if half_width is None else numbers.decimals(half_width)
+    by = numbers.number(scale.by * abs(estimate.mean), digits)
+    by += "" if half_width is None else f" ± {numbers.number(half_width, digits)}"
+    by += f" {numbers.plural(scale.unit, scale.by * abs(estimate.mean))}" if scale.unit else ""
+    by += ", exactly" if half_width is None else ""
+    if not base or abs(estimate.mean) > _MOST_TIMES * abs(base):
         return by
     share = 100 * estimate.mean / abs(base)
-    return f"{by} ({'+' if share > 0 else ''}{words.number(share, 0 if abs(share) >= 10 else 1)} %)"  # noqa: PLR2004
+    return f"{by} ({'+' if share > 0 else ''}{numbers.number(share, 0 if abs(share) >= 10 else 1)} %)"  # noqa: PLR2004
 
 
 def knee_of_throughput(study: Results) -> list[str]:
@@ -147,11 +154,11 @@ def knee_of_throughput(study: Results) -> list[str]:
     if low <= 0:
         return []
     over = averaged_over(study.table, [factor])
-    on_average = f" on average over {spoken(over)}" if over else ""
+    on_average = f" on average over {spoken(map(words.in_words, over))}" if over else ""
     return [
         (
-            f"Throughput has its knee at {factor} = {words.level(shape.at)}, with {words.number(shape.output)} tasks "
-            f"per hour{on_average}: beyond it, each further robot adds less than before. "
-            f"The largest mean, {words.number(shape.maximum)}, is at {words.level(shape.maximum_at)}."
+            f"Throughput has its knee at {words.level(shape.at)} robots, with {numbers.measured(shape.output)} tasks "
+            f"an hour{on_average}: beyond it, each further robot adds less than before. "
+            f"The largest mean, {numbers.measured(shape.maximum)}, is at {words.level(shape.maximum_at)}."
         )
     ]

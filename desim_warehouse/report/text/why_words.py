@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.text import words
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.root_words import root
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.suspects import Suspect
     from desim_warehouse.study.why import Failure, Health, Why
 
+_ROOTS_SAID = 3
 _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
 """What a run does that could not go on, by its error."""
 
@@ -28,6 +31,17 @@ def sentence(found: Why, units: Units) -> str:
         known = found.gains.none or found.gains.clear
         return f"Nothing holds it up: {state(found.state)}.{f' {_gains(found, units)}' if known else ''}"
     return _gains(found, units)
+
+
+def lost(found: Why, model: Model) -> str:
+    """How long robots waited in the run that was looked at, and for what most of it; empty where nobody waited."""
+    if not found.lost:
+        return ""
+    most = [
+        f"{numbers.PERCENT.value(share)} {root(one, model)}" for one, share in list(found.lost.items())[:_ROOTS_SAID]
+    ]
+    whole = numbers.PERCENT.value(math.fsum(found.lost.values()))
+    return f"Robots waited {whole} of their time in the run looked at: {spoken(most)}."
 
 
 def state(now: Health) -> str:
@@ -118,7 +132,7 @@ def amount(found: Why, value: float, *, up: bool = False) -> str:
     value *= 100 if find(found.indicator).is_share else 1
     digits = max(0, 1 - math.floor(math.log10(abs(value)))) if value else 0
     shown = math.ceil(value * 10**digits) / 10**digits if up else value
-    return words.number(shown, digits)
+    return numbers.number(shown, digits)
 
 
 def interval(found: Why, gain: Gain) -> str:

@@ -1,4 +1,4 @@
-"""Names, units and numbers for people: the same in figures, tables and sentences."""
+"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import spoken
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import plain
+from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.results import Results
@@ -32,15 +35,42 @@ _OF_THE_MODEL = {
     "acceleration": "{length} per {time}^2",
     "power": "energy per {time}",
 }
-_OF_ALL = {"rate": "per hour", "angle": "degrees"}
+_OF_ALL = {"rate": "per hour", "angle": "degrees", "weighted": "", "tasks": ""}
 """Units by kind of quantity; any other kind is its own unit."""
+_BOUNDS = {">=": "at least", "<=": "at most", ">": "more than", "<": "less than"}
+_AIMS = {
+    "on_time": "{} on time",
+    "worked_on_time": "{} worked on in time",
+    "orders_on_time": "{} of orders on time",
+    "throughput_per_hour": "{} tasks an hour",
+}
+"""Targets that are said in a way of their own, by indicator."""
+_POLICIES = {
+    "allocation": {
+        "in-order": "the first free robot",
+        "nearest": "the nearest robot",
+        "nearest-aging": "the nearest robot, old tasks first",
+        "earliest-due": "the most urgent task first",
+        "hungarian": "the least driving in all",
+        "regret": "the task that would lose most first",
+        "auction": "the lowest bid",
+        "cost-aware": "the least cost in all",
+    },
+    "routing": {
+        "highways": "the fewest nodes",
+        "shortest": "the shortest route",
+        "fastest": "the fastest route",
+        "congestion-aware": "around queues",
+    },
+}
+"""Policies that are compared with one another, by what they choose."""
 _LONGEST = 44
 """A label longer than this is cut."""
 
 
 def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
     """The unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
-    if kind in ("count", "weighted", "ratio", "share"):
+    if kind in ("count", "ratio", "share"):
         return ""
     if kind == "time" and seconds:
         return "s"
@@ -86,8 +116,14 @@ def factor_unit(key: str, units: Units | None) -> str:
 
 def factor_name(key: str) -> str:
     """What a factor is, for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
+    name = in_words(key)
+    return name if name == key else f"{name[0].upper()}{name[1:]}"
+
+
+def in_words(key: str) -> str:
+    """What a factor is, inside a sentence: `chargers in parking`; the name of a case as it is."""
     known = about(key)
-    return f"{known.label[0].upper()}{known.label[1:]}" if known else key
+    return known.label if known else key
 
 
 def factor_head(key: str, units: Units | None) -> str:
@@ -123,17 +159,20 @@ def level(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def design_name(design: Mapping[str, Any]) -> str:
-    """A design point in words: `fleet.size = 6, battery.threshold = 2`."""
-    return ", ".join(f"{key} = {level(value)}" for key, value in design.items()) or "the model as it is"
-
-
 def design_spoken(design: Mapping[str, Any]) -> str:
-    """A design point as one says it: `6 robots and 2 chargers, battery.threshold = 2`."""
+    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
     counts = [f"{n} {what}{'s' * (n != 1)}" for key, n in design.items() if (what := _counted(key, n))]
-    others = {key: value for key, value in design.items() if not _counted(key, value)}
-    parts = [*([spoken(counts)] if counts else []), *([design_name(others)] if others or not counts else [])]
-    return ", ".join(parts)
+    others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
+    return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
+
+
+def setting(key: str, value: Any) -> str:
+    """A key of the model with a value, in words: `allocation: the nearest robot (nearest)`, `goods 20 random`."""
+    known = about(key)
+    if known is None:
+        return f"{key}: {level(value)}"
+    said = policy(key, value) if key.startswith("policies.") and isinstance(value, str) else level(value)
+    return f"{known.label}{':' * isinstance(value, str)} {said}"
 
 
 def fleet(robots: int, chargers: int) -> str:
@@ -147,42 +186,6 @@ def _counted(key: str, value: Any) -> str:
         return ""
     charger = key == "chargers" or key.endswith(".total_chargers")
     return "robot" if key == "fleet.size" else "charger" if charger else ""
-
-
-def number(value: float, digits: int | None = None) -> str:
-    """A number with separated thousands: four significant digits, or the given decimals."""
-    if not math.isfinite(value):
-        return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
-    if digits is None:
-        whole = float(value).is_integer() and abs(value) < 1e15  # noqa: PLR2004 - beyond, floats skip
-        digits = 0 if whole or not value else max(0, 3 - math.floor(math.log10(abs(value))))
-        shown = f"{value:,.{digits}f}"
-        shown = shown.rstrip("0").rstrip(".") if "." in shown else shown
-    else:
-        shown = f"{value:,.{digits}f}"
-    return shown.replace("-", "−") if float(shown.replace(",", "")) else shown.removeprefix("-")
-
-
-def number_of(count: float, what: str) -> str:
-    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
-    return f"{number(count)} {what}{'s' * (count != 1)}"
-
-
-def decimals(half_width: float) -> int:
-    """Decimals at which a half-width shows two significant digits."""
-    if not half_width or not math.isfinite(half_width):
-        return 0
-    return max(0, 1 - math.floor(math.log10(abs(half_width))))
-
-
-def mean_text(estimate: Estimate) -> str:
-    """A mean with its half-width, rounded alike; the mean alone where there is no interval. Shares of tasks in %."""
-    if estimate.of_all is not None:
-        return share_text(estimate)
-    if estimate.half_width is None:
-        return number(estimate.mean)
-    digits = decimals(estimate.half_width)
-    return f"{number(estimate.mean, digits)} ± {number(estimate.half_width, digits)}"
 
 
 def replications(plan: StudyPlan) -> str:
@@ -208,48 +211,73 @@ def met(study: Results, design: str) -> str:
 
 def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
-    times, unit = study.warm_ups.values(), study.base.units.time
-    if not times:
+    found, unit = study.warm_ups.values(), study.base.units.time
+    if not found:
         return f"{number(study.base.run.warm_up)} {unit}, not counted"
-    return f"{number(min(times))} to {number(max(times))} {unit}, found for each design, not counted"
+    return f"{number(min(found))} to {number(max(found))} {unit}, found for each design, not counted"
 
 
 def target(goal: Target) -> str:
-    """A target as people write it: shares in per cent, times and lengths with their unit."""
-    return f"{goal.indicator} {goal.sense} {amount(goal.indicator, goal.value)}{' ' * bool(goal.unit)}{goal.unit}"
+    """A target as people say it: `at least 95 % on time`, `cycle time, mean at most 5 min`."""
+    return reached(goal.indicator, f"{_BOUNDS[goal.sense]} {amount(goal.indicator, goal.value, goal.unit)}")
 
 
-def amount(indicator: str, value: float) -> str:
-    """A value of an indicator, shares in per cent."""
-    return f"{100 * value:.4g} %" if is_share(indicator) else number(value)
+def reached(indicator: str, value: str) -> str:
+    """A value of an indicator in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
+    base, _, flow = indicator.partition(":")
+    if base in _AIMS:
+        return f"{_AIMS[base].format(value)}{f', {flow}' if flow else ''}"
+    return f"{in_sentence(indicator)} {value}"
 
 
-def interval_text(indicator: str, estimate: Estimate, unit: str = "") -> str:
-    """A mean with the ends of its interval, rounded alike; shares in per cent."""
+def amount(indicator: str, value: float, unit: str = "") -> str:
+    """A value of an indicator as it was asked for; shares in per cent, times in a unit that fits."""
     if is_share(indicator):
-        return share_text(estimate)
-    of = f" {unit}" if unit else ""
-    if estimate.interval is None:
-        return f"{number(estimate.mean)}{of} ({'exact' if estimate.deterministic else 'one run'})"
-    low, high = estimate.interval
-    digits = decimals((high - low) / 2)
-    return f"{number(estimate.mean, digits)}{of} ({number(low, digits)} to {number(high, digits)})"
+        return f"{100 * value:.4g} %"
+    scale = times(unit, (value,)) if indicator_kind(indicator) == "time" else Scale(unit)
+    return f"{number(scale.by * value)} {plural(scale.unit, scale.by * value)}".strip()
 
 
-def share_text(estimate: Estimate) -> str:
-    """A share in per cent, with the ends of its interval, and the share of all tasks where that is another number."""
-    digits = 1
-    if estimate.interval is None:
-        ends = "exact" if estimate.deterministic else "one run"
-    else:
-        low, high = (100 * end for end in estimate.interval)
-        digits = min(max(decimals((high - low) / 2) - 1, 0), 3) if high > low else 1
-        ends = f"{_percent(low, digits)} to {_percent(high, digits)}"
-    mean = _percent(100 * estimate.mean, digits)
-    all_tasks = mean if estimate.of_all is None else _percent(100 * estimate.of_all, digits)
-    return f"{mean} % ({ends}" + (")" if all_tasks == mean else f"; of all tasks {all_tasks} %)")
+def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
+    """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
+    kind = indicator_kind(indicator)
+    if is_share(indicator):
+        return PERCENT
+    if kind == "time" and model is not None:
+        return times(model.units.time, values)
+    if kind == "capacity per hour":
+        return Scale("% an hour", 100.0)
+    if kind == "tasks per hour":
+        return Scale("tasks/h")
+    if kind.startswith("money"):
+        return Scale(money(model))
+    return Scale(unit(kind, model.units if model else None))
 
 
-def _percent(value: float, digits: int) -> str:
-    """A share in per cent; that all or none of it is so needs no decimals."""
-    return number(value, 0 if value in {0.0, 100.0} else digits)
+def value(indicator: str, value: float, model: Model) -> str:
+    """What a run gave, with its unit; times in a unit of the model's own in seconds, too: `120 steps (6 s)`."""
+    said = scale(indicator, model, (value,)).value(value)
+    if indicator_kind(indicator) != "time" or model.units.time in SECONDS or not math.isfinite(value):
+        return said
+    return f"{said} ({duration(value * model.units.seconds, 's')})"
+
+
+def scale_of(indicator: str, model: Model | None, found: Iterable[Estimate | None]) -> Scale:
+    """The one scale for a column of estimates."""
+    return scale(indicator, model, [one.mean for one in found if one is not None])
+
+
+def head(indicator: str, scale: Scale) -> str:
+    """An indicator and the unit of its scale, for the head of a table; shares have theirs in the cells."""
+    return with_unit(indicator_name(indicator), "" if scale.is_share else scale.unit)
+
+
+def money(model: Model | None) -> str:
+    """The currency of a model; empty where it names none."""
+    return (model.prices.currency or "") if model is not None and model.prices is not None else ""
+
+
+def policy(key: str, name: str) -> str:
+    """What a policy does, and its name: `the nearest robot (nearest)`; the name of one's own as it is."""
+    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name)
+    return f"{said} ({name})" if said else name

@@ -15,9 +15,9 @@ class Study {
     return this.factors[factor].levels.map((_, level) => this.at(changedAt(levels, factor, level)));
   }
 
-  // The levels of a design, all or but for one factor: "fleet.size = 3, policies.routing = fastest".
+  // The levels of a design, all or but for one factor: "Number of robots 3, Routing fastest".
   words(levels, without = -1) {
-    const said = this.factors.map(({ key, levels: texts }, rank) => `${key} = ${texts[levels[rank]]}`);
+    const said = this.factors.map(({ head, levels: texts }, rank) => `${head.replace(/ \([^)]*\)$/, "")} ${texts[levels[rank]]}`);
     return said.filter((_, rank) => rank !== without).join(", ");
   }
 

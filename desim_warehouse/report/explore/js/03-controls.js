@@ -33,6 +33,7 @@ function ticks(levels) {
 
 class Controls {
   constructor(study, state, changed) {
+    this.state = state;
     this.shown = [];
     study.factors.forEach((factor, rank) => {
       const sides = element("div", { class: "sides" });
@@ -61,5 +62,6 @@ class Controls {
 
   show() {
     for (const show of this.shown) show();
+    for (const name of ["indicator", "over"]) byId(name).value = this.state[name];
   }
 }

@@ -12,8 +12,10 @@ class Curves {
   show() {
     const { study, state, svg } = this, factor = study.factors[state.over];
     const { name, label: title } = study.indicators[state.indicator], means = study.means[name];
-    const every = means.flatMap((mean) => mean?.slice(0, 3) ?? []).filter((value) => value !== null);
+    const aim = study.target?.name === name ? [study.target.value] : [];
+    const every = [...means.flatMap((mean) => mean?.slice(0, 3) ?? []).filter((value) => value !== null), ...aim];
     const axes = frame(svg, every, title), where = places(factor, axes);
+    for (const value of aim) this.aim(axes, value);
     label(svg, factor, where, axes);
     const held = SIDES.map((side) => study.words(state[side], state.over)), one = held[0] === held[1];
     const drawn = one ? [["both", state.a, 0]] : [["a", state.a, -APART / 2], ["b", state.b, APART / 2]];
@@ -25,6 +27,12 @@ class Curves {
       this.curve(points, kind, axes.y, name);
     }
     this.legend(held, one);
+  }
+
+  // A line at the target, with its words.
+  aim({ left, right, y }, value) {
+    this.svg.append(shape("path", { class: "target", d: `M${left} ${y(value)}H${right}` }));
+    this.svg.append(shape("text", { class: "soft", x: right, y: y(value) - 5, "text-anchor": "end" }, `target: ${this.study.target.words}`));
   }
 
   curve(points, kind, y, name) {

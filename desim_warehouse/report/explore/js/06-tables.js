@@ -9,7 +9,7 @@ function showDifferences(study, state) {
     const cells = found ?? ["", "", "", "", a === b ? "the same design" : "no replication in common"];
     const row = element("tr", { "data-indicator": name, class: rank === state.indicator ? "now" : "" }, element("th", { scope: "row" }, title));
     for (const [rank, design] of [a, b].entries())
-      row.append(element("td", { "data-name": SIDES[rank].toUpperCase() }, study.means[name][design]?.[3] ?? "-"));
+      row.append(element("td", { "data-name": SIDES[rank].toUpperCase() }, study.means[name][design]?.[3] ?? "–"));
     cells.forEach((text, rank) => row.append(element("td", { "data-name": COLUMNS[rank] }, text)));
     return row;
   });
@@ -25,7 +25,7 @@ function inWords(study, a, b) {
   for (const { name, label: title, better } of study.indicators) {
     const row = study.differences[name][a][b];
     if (!row) continue;
-    const less = row[0].startsWith("-"), differs = row[4].startsWith("differs");
+    const less = row[0].startsWith("−"), differs = row[4].startsWith("differs");
     const kind = better === null ? "B is other" : less === (better === "less") ? "B is better" : "B is worse";
     found[differs ? kind : "Not shown to differ"].push(title.replace(/ \([^)]*\)$/, ""));
   }
@@ -47,13 +47,15 @@ class Designs {
     this.study = study;
     const judged = study.designs.some(({ marks }) => marks), settled = study.designs[0].counted_from !== null;
     const heads = [...study.factors.map(({ head }) => head), ...study.indicators.map(({ label: title }) => title)];
-    heads.push(...(settled ? ["counted from"] : []), "runs");
+    const aim = study.target;
+    heads.push(...(aim ? [aim.words] : []), ...(settled ? ["counted from"] : []), "runs");
     const head = element("tr", {}, ...heads.map((text, rank) => element("th", { scope: "col", ...(rank < study.factors.length ? { class: "words" } : {}) }, text)));
     if (judged) head.append(element("th", { scope: "col", class: "words" }, "verdict"));
     byId("designs").tHead.append(head);
-    this.rows = study.designs.map(({ levels, runs, failed, marks, counted_from: from }, design) => {
+    this.rows = study.designs.map(({ levels, runs, failed, marks, met, counted_from: from }, design) => {
       const row = element("tr", {}, ...study.factors.map((factor, rank) => element("th", { scope: "row", class: "words" }, factor.levels[levels[rank]])));
-      for (const { name } of study.indicators) row.append(element("td", {}, study.means[name][design]?.[3] ?? "-"));
+      for (const { name } of study.indicators) row.append(element("td", {}, study.means[name][design]?.[3] ?? "–"));
+      if (aim) row.append(element("td", {}, met));
       if (settled) row.append(element("td", {}, from));
       row.append(element("td", {}, failed ? `${runs} (${failed} failed)` : `${runs}`));
       if (judged) row.append(element("td", { class: "words" }, marks));

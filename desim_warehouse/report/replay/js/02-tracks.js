@@ -101,6 +101,16 @@ class Tracks {
     }
   }
 
+  // The points of the way that a robot has come between two times, up to where it is.
+  behind(robot, from, time) {
+    const { edges } = this, points = [];
+    for (let i = this.leg(robot, time); i >= this.first[robot] && this.end[i] > from; i--) {
+      const edge = this.edge[i], part = edges.length[edge] > 0 ? this.origin[i] / edges.length[edge] : 0;
+      points.push([edges.x[edge] + part * edges.dx[edge], edges.y[edge] + part * edges.dy[edge]]);
+    }
+    return [[this.x[robot], this.y[robot]], ...points];
+  }
+
   // Where a robot goes from a time on until another: the points of its route, the nodes on it, and how far it is.
   ahead(robot, time, until) {
     const { edges } = this, points = [[this.x[robot], this.y[robot]]], nodes = [];

@@ -51,6 +51,7 @@ class Story {
     this.waitRobot = columns.wait_robot;
     this.waitOther = columns.wait_other;
     this.waitEdge = columns.wait_edge;
+    this.waitNode = columns.wait_node;
     this.waitLength = columns.wait_length;
     this.waitBegin = this.waitTime.map((time, i) => time - this.waitLength[i]);
     const counts = new Int32Array(this.count);
@@ -108,6 +109,27 @@ class Story {
     if (this.waitFirst[robot] === this.waitFirst[robot + 1]) return -1;
     const wait = this.waitsOf[rowAt(this.beginsOf, this.waitFirst, this.waitCursor, robot, time)];
     return time >= this.waitBegin[wait] && time < this.waitBegin[wait] + this.waitLength[wait] ? wait : -1;
+  }
+
+  // Who a robot waits for, who that one waits for, and so on: the waits from it to the root, and the last robot, which
+  // waits for no other (-1: the last waits for nobody) or is in the chain already.
+  chain(robot, time) {
+    const waits = [], seen = new Set();
+    for (let last = robot; ; ) {
+      const wait = seen.has(last) ? -1 : this.waiting(last, time);
+      if (wait < 0) return { waits, last, ring: seen.has(last) };
+      seen.add(last);
+      waits.push(wait);
+      last = this.waitOther[wait];
+      if (last < 0) return { waits, last, ring: false };
+    }
+  }
+
+  // When the wait of a robot for a closure or person ends: the first moment at which its way is open again.
+  opens(wait, time) {
+    const ends = this.blocked(time).map((i) => this.shutBegin[i] + this.shutLength[i]);
+    const over = this.waitBegin[wait] + this.waitLength[wait];
+    return ends.length ? ends.reduce((a, b) => (Math.abs(b - over) < Math.abs(a - over) ? b : a)) : over;
   }
 
   // How many goods were delivered at a node since the warm-up.

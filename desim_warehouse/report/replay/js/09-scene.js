@@ -3,6 +3,7 @@
 const LEAST = 5; // robots are drawn at least this large (radius in CSS pixels) where the floor allows
 const CROWD = 0.14; // the most of the floor that enlarged robots may cover
 const LINK = 0.42; // the most of the distance between lanes that an enlarged robot's radius may be, but
+const QUEUE = 8; // radii of a robot: the end of a lane, where those stand that wait
 const SEEN = 3; // where lanes are closer than can be drawn, robots are at least this large
 
 // Somebody: a head and shoulders.
@@ -23,6 +24,8 @@ class Scene {
     this.showHeat = false;
     this.chosen = -1; // the robot whose panel is open
     this.following = false;
+    this.pointed = -1; // the robot under the pointer
+    this.trail = 0; // ticks of their way that robots are drawn as, where they are too fast to be followed
     this.queue = null; // one that was jumped to
     this.stale = true;
     this.groups = { empty: [], loaded: [], charging: [], idle: [], broken: [] };
@@ -78,13 +81,41 @@ class Scene {
     this.sort(time);
     this.rotations(time, colours);
     this.route(time, colours);
+    ctx.globalAlpha = this.showHeat ? 0.3 : 1;
+    if (this.trail) this.trails(time, colours);
+    else this.crowd(time, colours);
+    ctx.globalAlpha = 1;
+    this.mark(colours);
+    this.chain(time, colours);
+    this.spot(colours);
+  }
+
+  // All robots, with what they do.
+  crowd(time, colours) {
     this.waits(colours);
     for (const mood of ["idle", "charging", "empty", "loaded", "broken"]) this.robots(mood, colours);
     this.dots(colours);
     this.bars(time, colours);
     this.numbers(colours);
-    this.mark(colours);
-    this.spot(colours);
+  }
+
+  // The way that robots have just come, with and without a load: where there is much traffic lines lie over each other.
+  trails(time, colours) {
+    const { ctx, view, tracks } = this, s = view.scale;
+    ctx.lineWidth = Math.max(this.floor.radius * s, 2);
+    ctx.lineJoin = "round";
+    ctx.globalAlpha = 0.35;
+    for (const mood of ["idle", "empty", "loaded"]) {
+      ctx.strokeStyle = colours[mood];
+      for (const robot of this.groups[mood]) {
+        const points = tracks.behind(robot, time - this.trail, time);
+        if (points.length < 2) continue;
+        ctx.beginPath();
+        for (const [x, y] of points) ctx.lineTo(x * s + view.x, y * s + view.y);
+        ctx.stroke();
+      }
+    }
+    ctx.globalAlpha = 1;
   }
 
   // The two-way lanes in use, each in its present direction: that of the robots on it.
@@ -121,15 +152,20 @@ class Scene {
 
   heatMap(time, colours) {
     const { ctx, view, edges } = this, s = view.scale;
-    const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.3;
+    const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.8;
+    ctx.globalAlpha = 0.7;
+    ctx.fillStyle = colours.floor;
+    ctx.fillRect(0, 0, view.width, view.height);
+    ctx.globalAlpha = 1;
     ctx.lineCap = "round";
-    ctx.lineWidth = Math.max(wide, 2.5);
-    this.heat.shaded(time, colours.heat.length).forEach((lanes, shade) => {
+    ctx.lineWidth = Math.max(wide, 4);
+    this.heat.shaded(time).forEach((lanes, shade) => {
       ctx.strokeStyle = colours.heat[shade];
       ctx.beginPath();
       for (const i of lanes) {
-        ctx.moveTo((edges.x[i] + edges.dx[i] * 0.08) * s + view.x, (edges.y[i] + edges.dy[i] * 0.08) * s + view.y);
-        ctx.lineTo((edges.x[i] + edges.dx[i] * 0.92) * s + view.x, (edges.y[i] + edges.dy[i] * 0.92) * s + view.y);
+        const from = Math.max(0.08, 1 - (QUEUE * this.floor.radius) / (this.floor.span[i] || 1));
+        ctx.moveTo((edges.x[i] + edges.dx[i] * from) * s + view.x, (edges.y[i] + edges.dy[i] * from) * s + view.y);
+        ctx.lineTo((edges.x[i] + edges.dx[i] * 0.96) * s + view.x, (edges.y[i] + edges.dy[i] * 0.96) * s + view.y);
       }
       ctx.stroke();
     });
@@ -218,6 +254,29 @@ class Scene {
     ctx.fillStyle = colours.ink;
     ctx.beginPath();
     ctx.arc(x * view.scale + view.x, y * view.scale + view.y, 5, 0, 7);
+    ctx.fill();
+  }
+
+  // From the robot that is chosen or pointed at along those it waits for, to the root.
+  chain(time, colours) {
+    const robot = this.pointed >= 0 ? this.pointed : this.chosen;
+    if (robot < 0) return;
+    const { ctx, view, tracks, story } = this, { waits, last } = story.chain(robot, time);
+    if (!waits.length) return;
+    const chain = [...waits.map((wait) => story.waitRobot[wait]), ...(last < 0 ? [] : [last])];
+    const points = chain.map((one) => [tracks.x[one] * view.scale + view.x, tracks.y[one] * view.scale + view.y]);
+    for (const [wide, colour] of [[7, colours.floor], [3.5, colours.ring]]) {
+      ctx.strokeStyle = ctx.fillStyle = colour;
+      ctx.lineWidth = wide;
+      ctx.lineJoin = ctx.lineCap = "round";
+      ctx.beginPath();
+      for (const [x, y] of points) ctx.lineTo(x, y);
+      ctx.stroke();
+    }
+    ctx.lineCap = "butt";
+    const [x, y] = points.at(-1);
+    ctx.beginPath();
+    ctx.arc(x, y, 6, 0, 7);
     ctx.fill();
   }
 

@@ -1,57 +1,45 @@
-// Waits in traffic an hour on each lane, counted from the start of the window, or from the end of the warm-up if that is
-// later; kept up as time goes on.
+// How long robots waited where: the time lost where they stood, at the end of a lane, as a part of the time counted so far,
+// from the start of the window, or from the end of the warm-up if that is later; kept up as time goes on.
 
 class Heat {
-  constructor(story, edges) {
+  constructor(story, edges, steps) {
     this.story = story;
-    this.edges = edges;
-    this.count = new Int32Array(edges.real);
-    this.used = []; // lanes with waits
+    this.steps = steps;
+    this.lost = new Float64Array(edges.real); // ticks, by the edge on which they stood
+    this.used = []; // edges with waits
     this.next = 0;
-    this.most = 0;
   }
 
-  // The waits so far.
+  // The time lost in the waits that are over.
   upTo(time) {
-    const { waitTime, waitEdge, from } = this.story;
+    const { waitTime, waitBegin, waitEdge, from } = this.story;
     if (this.next > 0 && waitTime[this.next - 1] > time) {
-      this.count.fill(0);
-      this.used.length = this.next = this.most = 0;
+      this.lost.fill(0);
+      this.used.length = this.next = 0;
     }
     for (; this.next < waitTime.length && waitTime[this.next] <= time; this.next++) {
-      const edge = waitEdge[this.next];
-      if (edge < 0 || waitTime[this.next] < from - 1e-9) continue;
-      const lane = this.edges.lane(edge);
-      if (this.count[lane]++ === 0) this.used.push(lane);
-      this.most = Math.max(this.most, this.count[lane]);
+      const edge = waitEdge[this.next], lasted = waitTime[this.next] - Math.max(waitBegin[this.next], from);
+      if (edge < 0 || lasted <= 0) continue;
+      if (this.lost[edge] === 0) this.used.push(edge);
+      this.lost[edge] += lasted;
     }
-    return this.count;
+    return this.lost;
   }
 
-  hours(time) {
-    const { tick, units } = this.story.header;
-    return ((time - this.story.from) * tick * units.seconds) / 3600;
+  // The part of the time so far in which somebody waited at the end of an edge.
+  share(edge, time) {
+    const counted = time - this.story.from;
+    return counted > 0 ? this.upTo(time)[edge] / counted : 0;
   }
 
-  // Waits an hour so far on the lane of an edge.
-  anHour(edge, time) {
-    const hours = this.hours(time);
-    return hours > 0 ? this.upTo(time)[this.edges.lane(edge)] / hours : 0;
-  }
-
-  // The most of any lane.
-  mostAnHour(time) {
-    const hours = this.hours(time);
+  // Edges by step of the scale, which is the same for all floors.
+  shaded(time) {
     this.upTo(time);
-    return hours > 0 ? this.most / hours : 0;
-  }
-
-  // Lanes by shade, those with the most waits last.
-  shaded(time, shades) {
-    this.upTo(time);
-    const groups = Array.from({ length: shades }, () => []);
-    for (const lane of this.used)
-      groups[Math.min(Math.floor((this.count[lane] / this.most) * shades), shades - 1)].push(lane);
+    const groups = [...this.steps, Infinity].map(() => []);
+    for (const edge of this.used) {
+      const share = this.share(edge, time), step = this.steps.findIndex((most) => share < most);
+      groups[step < 0 ? this.steps.length : step].push(edge);
+    }
     return groups;
   }
 }

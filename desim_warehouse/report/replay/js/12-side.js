@@ -1,5 +1,7 @@
 // One run of the page: all that is known of it, and its floor on a canvas of its own.
 
+const LINKS = 4; // of a chain of waits that are told one by one
+
 class Side {
   constructor(header, columns, colours, root, letter) {
     this.header = header;
@@ -9,7 +11,7 @@ class Side {
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
     this.resources = resourcesOf(header, columns);
-    this.heat = new Heat(this.story, edges);
+    this.heat = new Heat(this.story, edges, colours.steps);
     const floor = new Floor(header, columns, edges);
     this.view = new View(floor.bounds);
     this.span = Math.round((header.end - header.start) / header.tick);
@@ -69,6 +71,39 @@ class Side {
   place(node) {
     const zone = this.scene.floor.zones.find((one) => one.node === node && one.kind === "station");
     return zone ? `${isolated(zone.name)} (${isolated(this.name(node))})` : isolated(this.name(node));
+  }
+
+  // Why a robot waits, link by link to the root: "waits 4 s before V for robot 11, which waits behind robot 3, which ...".
+  why(robot, time) {
+    const { story, header } = this, { waits, last, ring } = story.chain(robot, time);
+    if (!waits.length) return "";
+    const shown = waits.slice(0, LINKS);
+    const words = shown.map((wait, i) => {
+      const other = story.waitOther[wait], node = story.waitNode[wait], cause = story.waitCause?.[wait] ?? 0;
+      const since = i === 0 ? ` ${this.lasts(time - story.waitBegin[wait])}` : "";
+      if (cause > 0) return `waits${since}${header.apart[cause - 1].replace("waiting", "")} until ${this.short(story.opens(wait, time))}`;
+      const where = node < 0 ? " behind" : ` before ${isolated(this.name(node))}`;
+      if (other < 0) return `waits${since}${node < 0 ? "" : where} for its turn`;
+      return `waits${since}${where}${node < 0 ? "" : " for"} robot ${other}`;
+    });
+    if (waits.length > LINKS) words.push(`and so on to robot ${last}`);
+    if (ring) words.push("and so on in a ring");
+    else if (last >= 0) words.push(this.present(last, time));
+    return words.join(", which ");
+  }
+
+  // What a robot does that others wait for, and until when.
+  present(robot, time) {
+    const { story, header, scene } = this, row = story.row(robot, time);
+    const { edges, tracks } = scene, on = tracks.on[robot], until = story.until(row, robot);
+    const state = header.states[story.state[row]], stands = !state.drives;
+    const place = stands ? ` at ${isolated(this.name(on < edges.real ? edges.target[on] : edges.source[on]))}` : "";
+    return `is ${state.doing}${place}${stands && Number.isFinite(until) ? ` until ${this.short(until)}` : ""}`;
+  }
+
+  // The clock alone.
+  short(time) {
+    return this.clock(time).replace(/ \(.*/, "");
   }
 
   // Words for a length of time in ticks.

@@ -44,17 +44,18 @@ class Tiles {
   }
 
   draw(colours) {
-    const part = (this.player.time - this.player.start) / (this.player.end - this.player.start);
+    const { whole, start, end } = this.player, until = whole ? end : this.player.time, part = (until - start) / (end - start);
     for (const cell of this.cells) {
       const ctx = this.clear(cell.canvas, colours, cell.label);
       if (ctx === null) continue;
       cell.runs.forEach((run, i) => {
         if (run === null) return;
-        const time = this.player.in(run.side, this.player.time), now = run.side.value(cell.key, cell.form, time);
+        const time = this.player.in(run.side, until), now = run.side.value(cell.key, cell.form, time);
         let text = FORMS[cell.form](now);
         if (run.low && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
         if (run.value.textContent !== text) run.value.textContent = text;
         const colour = this.sides.length > 1 ? [colours.empty, colours.second][i] : colours.soft;
+        if (!whole) this.line(ctx, cell, run.curve, 1, NaN, colours.bar);
         if (run.low) this.line(ctx, cell, run.low, part, run.side.story.battery(time)[1], colours.bar);
         this.line(ctx, cell, run.curve, part, now, colour, true);
       });

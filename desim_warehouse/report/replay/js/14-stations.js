@@ -1,8 +1,9 @@
 // A table of stations and chargers: how much they were in use since the warm-up, who queues now, what was delivered.
 
 class Stations {
-  constructor(root, side, caption) {
+  constructor(root, side, caption, go) {
     this.side = side;
+    this.go = go;
     root.hidden = side.resources.length === 0;
     if (root.hidden) return;
     const table = root.appendChild(element("table"));
@@ -10,26 +11,29 @@ class Stations {
     const head = table.createTHead().insertRow();
     head.append(...["", "in use", "queue", "delivered"].map((text) => element("th", { scope: "col" }, text)));
     const body = table.createTBody();
-    this.rows = side.resources.map((one) => this.row(body, one));
+    this.rows = side.resources.map((one, number) => this.row(body, one, number));
   }
 
-  row(body, one) {
+  row(body, one, number) {
     const row = body.insertRow(), what = one.kind === "station" ? "server" : "charger";
     const where = `${this.side.name(one.node)}, ${one.number} ${what}${one.number > 1 ? "s" : ""}`;
-    row.append(element("th", { scope: "row" }, element("bdi", {}, one.name), " ", element("small", {}, where)));
+    const name = element("button", { type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, one.name));
+    name.addEventListener("click", () => this.go(this.side, number));
+    row.append(element("th", { scope: "row" }, name, " ", element("small", {}, where)));
     const bar = element("span", { class: `bar ${one.kind}` }), text = element("span");
     row.insertCell().append(bar, text);
     return { one, bar, text, queue: row.insertCell(), done: row.insertCell() };
   }
 
-  draw(time) {
+  // In use and delivered up to one time, queues at another.
+  draw(upTo, time) {
     for (const { one, bar, text, queue, done } of this.rows ?? []) {
-      const used = one.utilisation(time), robots = one.queue.at(time);
+      const used = one.utilisation(upTo), robots = one.queue.at(time);
       bar.style.setProperty("--used", `${100 * (used || 0)}%`);
       text.textContent = percent(used);
       queue.textContent = robots;
       queue.className = robots ? "some" : "";
-      done.textContent = one.kind === "station" ? this.side.story.deliveredAt(one.node, time) : "";
+      done.textContent = one.kind === "station" ? this.side.story.deliveredAt(one.node, upTo) : "";
     }
   }
 }

@@ -24,6 +24,7 @@ class Hover {
 
   hide() {
     this.point = null;
+    this.scene.pointed = -1;
     this.tip.hidden = true;
   }
 
@@ -47,6 +48,7 @@ class Hover {
 
   lines(sx, sy) {
     const robot = this.robotAt(sx, sy);
+    this.scene.pointed = robot;
     if (robot >= 0) return this.robotLines(robot);
     const [wx, wy] = this.scene.view.world(sx, sy);
     return this.nodeLines(wx, wy) ?? this.storageLines(wx, wy) ?? this.edgeLines(wx, wy);
@@ -71,10 +73,7 @@ class Hover {
       const good = story.good[story.rowOf.get(task)] ?? -1;
       lines.push([`task ${task}${good >= 0 ? `, good ${story.called(good)}` : ""}`]);
     }
-    if (wait >= 0) {
-      const other = story.waitOther[wait], since = this.side.lasts(time - story.waitBegin[wait]);
-      lines.push([`waits ${other >= 0 ? `for robot ${other}, ` : ""}${since} so far`]);
-    }
+    if (wait >= 0) lines.push([this.side.why(robot, time)]);
     if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
     const edge = tracks.on[robot];
     if (edge < edges.real)
@@ -125,10 +124,10 @@ class Hover {
       const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
-      const { units } = header, waits = shortNumber(heat.anHour(i, this.time));
+      const { units } = header, waited = percent(heat.share(i, this.time));
       const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
       return [[word, this.name(edges.source[i]), sign, this.name(edges.target[i])],
-        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`${waits} waits an hour so far`]];
+        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`somebody waited here ${waited} of the time so far`]];
     }
     return null;
   }

@@ -23,7 +23,7 @@ class Panel {
     const row = story.row(robot, time), task = story.task[row], wait = story.waiting(robot, time);
     const doing = header.states[story.state[row]].doing;
     this.say("title", `Robot ${robot}${many ? `, ${side.letter}` : ""}`);
-    this.say("doing", wait < 0 ? doing : `${doing}, waits${this.whom(wait)}, ${side.lasts(time - story.waitBegin[wait])} so far`);
+    this.say("doing", wait < 0 ? doing : `${doing}, ${side.why(robot, time)}`);
     this.say("task", this.taskText(task));
     this.say("due", this.dueText(task, time));
     this.say("route", this.routeText(scene.ahead(time), story.until(row, robot), time));
@@ -37,13 +37,6 @@ class Panel {
   say(name, text) {
     if (this.parts[name].textContent !== text) this.parts[name].textContent = text;
     this.parts[name].hidden = !text;
-  }
-
-  whom(wait) {
-    const { story, header } = this.side, other = story.waitOther[wait];
-    if (other >= 0) return ` for robot ${other}`;
-    const cause = story.waitCause === null ? 0 : story.waitCause[wait];
-    return cause === 0 ? "" : header.apart[cause - 1].replace("waiting", "");
   }
 
   taskText(task) {

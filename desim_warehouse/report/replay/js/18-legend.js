@@ -97,21 +97,35 @@ function drawRibbon(canvas, player, colours) {
     const high = count ? (0.35 + 0.65 * (count / most)) * height : 0;
     ctx.fillRect(i * 2, height - high, 1.5, high);
   });
+  hatch(ctx, part(player.sides[0], player.sides[0].story.from) * width, height, colours.soft);
   ctx.fillStyle = colours.ring;
   for (const side of player.sides)
     for (const ring of side.story.rings) ctx.fillRect(part(side, ring.time) * width - 1, 0, 2, height);
 }
 
-// What the colours of the heat map mean now; of two runs each has its own scale.
-function drawScale(box, sides, player, colours, shown) {
+// The warm-up, which is not counted: hatched.
+function hatch(ctx, width, height, colour) {
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(0, 0, Math.max(width, 0), height);
+  ctx.clip();
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 1;
+  ctx.beginPath();
+  for (let x = -height; x < width; x += 5) {
+    ctx.moveTo(x, height);
+    ctx.lineTo(x + height, 0);
+  }
+  ctx.stroke();
+  ctx.restore();
+}
+
+// What the colours of the heat map mean: steps that are the same for all floors.
+function drawScale(box, colours, steps, shown) {
   box.hidden = !shown;
   if (box.hidden) return;
-  const canvas = box.querySelector("canvas"), ctx = canvas.getContext("2d"), wide = canvas.width / colours.heat.length;
-  colours.heat.forEach((colour, i) => {
-    ctx.fillStyle = colour;
-    ctx.fillRect(i * wide, 0, wide + 1, canvas.height);
-  });
-  const most = sides.map((side) => shortNumber(side.heat.mostAnHour(player.in(side)))).join(" and ");
-  const text = `${most} waits an hour on a lane`, out = box.querySelector("[data-part=most]");
-  if (out.textContent !== text) out.textContent = text;
+  const ends = steps.map((step) => `${100 * step}`), last = ends.length;
+  const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
+  const parts = words.flatMap((text, i) => [element("i", { style: `background: ${colours.heat[i]}` }), text]);
+  box.replaceChildren(element("span", {}, "Somebody waits here, part of the time:"), ...parts);
 }

@@ -4,7 +4,7 @@ class Controls {
   constructor(app) {
     this.app = app;
     const { player, sides } = app, none = (id, when) => (byId(id).disabled = when);
-    for (const speed of SPEEDS) byId("speed").add(new Option(`${speed}×`, speed));
+    for (const { speed, words } of player.speeds) byId("speed").add(new Option(words, speed));
     this.reserve(byId("time"), sides[0].clock(sides[0].span));
     byId("scrub").min = player.start;
     byId("scrub").max = player.end;
@@ -101,6 +101,23 @@ class Controls {
   worst() {
     const all = this.app.sides.flatMap((side) => side.header.worst.map((queue) => ({ side, ...queue })));
     return all.sort((a, b) => b.robots - a.robots);
+  }
+
+  // To one of the longest waits for a root.
+  waitFor({ side, words, longest }, rank) {
+    const [robot, time, length] = longest[rank], { player } = this.app;
+    player.stop((time * side.header.units.seconds) / player.seconds);
+    this.look(side, robot);
+    const which = rank === 0 ? "the longest wait" : `wait ${rank + 1} of the longest`;
+    this.say(`${this.of(side)}Robot ${robot}: ${which} ${words}, ${side.lasts(length / side.header.tick)} in all`);
+  }
+
+  // To a station, or to a bay with chargers.
+  place(side, number) {
+    for (const one of this.app.sides) one.scene.queue = one === side ? { what: "place", number } : null;
+    const [x, y] = side.scene.around(side.scene.queue);
+    this.see(side, x, y);
+    this.say(`${this.of(side)}${side.resources[number].name}, ${side.name(side.resources[number].node)}`);
   }
 
   // To the worst queue; pressed again, to the next worst.

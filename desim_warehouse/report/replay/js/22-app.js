@@ -1,5 +1,7 @@
 // Puts the parts together and draws when something changed.
 
+const TRAIL = 0.5; // seconds of their way that robots leave behind where they are too fast to be followed
+
 class App {
   constructor(page, all) {
     this.colours = new Colours(page.palette, page.colours);
@@ -12,6 +14,7 @@ class App {
     this.picture = new Picture(this);
     this.stations = this.sides.map((side, i) => this.dress(side, roots[i]));
     this.controls = new Controls(this);
+    new LostTime(byId("lost"), this.sides, this.controls);
     for (const side of this.sides) this.pointer(side);
     this.frames = this.drawing = this.last = 0;
     this.asked = false;
@@ -42,7 +45,14 @@ class App {
     const label = `Warehouse floor ${many ? side.caption : ""} with ${header.radii.length} robots; ? shows the keys`;
     root.querySelector("canvas").setAttribute("aria-label", label);
     const place = byId("stations").appendChild(element("section"));
-    return new Stations(place, side, `Stations and chargers${many ? `, ${side.letter}` : ""}`);
+    return new Stations(place, side, `Stations and chargers${many ? `, ${side.letter}` : ""}`, (...which) => this.controls.place(...which));
+  }
+
+  // What the figures beside the floor count.
+  counted() {
+    const { player, sides } = this, { header } = sides[0], after = header.begin > header.start ? " after the warm-up" : "";
+    if (player.whole) return `The whole run${after}. Play it to see how it came about.`;
+    return player.in(sides[0]) < sides[0].story.from ? "Warm-up: nothing is counted yet." : `Counted so far${after}.`;
   }
 
   pointer(side) {
@@ -69,6 +79,7 @@ class App {
     const colours = this.colours.now;
     drawLegend(byId("legend"), colours, this.sides);
     drawRibbon(byId("ribbon"), this.player, colours);
+    drawScale(byId("scale"), colours, this.colours.steps, this.sides[0].scene.showHeat);
     this.wake();
   }
 
@@ -94,13 +105,17 @@ class App {
   // Draw everything; while it plays, words and curves only now and then.
   show() {
     const colours = this.colours.now, { player, sides } = this;
-    for (const side of sides) side.scene.draw(player.in(side));
+    for (const side of sides) {
+      side.scene.trail = player.blurs ? ((TRAIL * player.speed) / side.header.units.seconds) / side.header.tick : 0;
+      side.scene.draw(player.in(side));
+    }
     this.controls.show();
     if (player.playing && this.frames % 6) return;
     this.tiles.draw(colours);
-    this.stations.forEach((table, i) => table.draw(player.in(sides[i])));
+    this.stations.forEach((table, i) => table.draw(player.whole ? sides[i].span : player.in(sides[i]), player.in(sides[i])));
+    const said = this.counted();
+    if (byId("counted").textContent !== said) byId("counted").textContent = said;
     this.panel.draw(colours, sides.length > 1);
-    drawScale(byId("scale"), sides, player, colours, sides[0].scene.showHeat);
     for (const side of sides) side.hover.again();
   }
 }

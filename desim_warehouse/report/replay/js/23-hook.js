@@ -38,9 +38,8 @@ function about(app, side, seek) {
     resources: () => side.resources.map((one) => ({ kind: one.kind, node: side.name(one.node), queue: one.queue.at(now()), utilisation: one.utilisation(now()) })),
     deliveredAt: () => Object.fromEntries(Array.from(story.deliveries.keys(), (node) => [side.name(node), story.deliveredAt(node, now())])),
     directions: () => scene.directions().map((edge) => [scene.edges.source[edge], scene.edges.target[edge]].map((node) => side.name(node))),
-    // Waits so far, and waits an hour, by edge; both of a two-way lane's are counted at its first.
-    waits: () => Array.from(heat.upTo(now())),
-    heat: () => Array.from(heat.upTo(now()), (_, edge) => (scene.edges.lane(edge) === edge ? heat.anHour(edge, now()) : 0)),
+    // The part of the time so far in which robots waited at the end of each edge.
+    heat: () => Array.from(heat.lost.keys(), (edge) => heat.share(edge, now())),
   };
 }
 

@@ -1,0 +1,156 @@
+"""Why robots wait: who waits for whom, followed to the root, where somebody waits for nobody.
+
+A robot that waits in traffic waits for another, which may itself wait for a third. The chain ends at its root: a robot
+at work, a queue for a server or charger, a closure, a person, a two-way lane that is taken, or the crossing itself.
+Chains change while robots wait, so waits are cut wherever one on the chain does something else. Needs `log: all`.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from itertools import islice
+from operator import attrgetter
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim_warehouse.outcome.account import pieces
+from desim_warehouse.states import APART, SHOWN, Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.outcome.account import Piece
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.outcome.records import Wait
+
+TRAFFIC = ("behind_robot", "before_intersection")
+"""Parts of the account in which a robot waits for another."""
+CROSSING, LANE, TWO_WAY, RING = "crossing", "lane", "two_way_lane", "ring"
+"""Roots that are no state of a robot: others cross, drive ahead, come the other way, or all wait for each other."""
+QUEUES = frozenset(name for name, state in SHOWN.items() if state.queue is not None)
+_MOVING = frozenset({Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY, Phase.REST})
+
+
+class Root(NamedTuple):
+    """What a chain of waits ends at: a state of a robot, a wait for a closure or person, or a root above; and where.
+
+    `at`: a node, or an edge (`A>B`).
+    """
+
+    cause: str
+    at: str
+
+
+class Lost(NamedTuple):
+    """Time that a robot waited, in traffic or in a queue, for one root."""
+
+    robot: int
+    start: float
+    end: float
+    root: Root
+
+
+def lost(history: History) -> Iterator[Lost]:
+    """All waiting of the run, robot by robot, cut into parts that have one root each."""
+    chains = _Chains(history)
+    return (one for robot in chains.fleet for piece in robot if _waits(piece) for one in chains.follow(piece))
+
+
+def roots(history: History) -> list[Root]:
+    """For each wait in traffic, in the order of `History.waits`, the root that it had for longest."""
+    chains = _Chains(history)
+    spent: defaultdict[tuple[int, float], defaultdict[Root, float]] = defaultdict(lambda: defaultdict(float))
+    for robot in chains.fleet:
+        for piece in robot:
+            if piece.part in TRAFFIC or piece.part in APART:
+                of_wait = spent[piece.robot, chains.wait(piece.robot, piece.start).start]
+                for one in chains.follow(piece):
+                    of_wait[one.root] += one.end - one.start
+    found = (spent.get((wait.robot, wait.start)) for wait in history.waits)
+    longest = (max(of_wait, key=of_wait.__getitem__) if of_wait else None for of_wait in found)
+    return [root or _place(wait) for root, wait in zip(longest, history.waits, strict=True)]
+
+
+def lost_to(history: History) -> dict[Root, tuple[float, int]]:
+    """For each root the counted time that all robots together waited for it, and for how many of them, most first."""
+    spent: defaultdict[Root, list[float]] = defaultdict(list)
+    robots: defaultdict[Root, set[int]] = defaultdict(set)
+    for one in lost(history):
+        if history.counts(one.start):
+            spent[one.root].append(one.end - one.start)
+            robots[one.root].add(one.robot)
+    found = {root: (math.fsum(times), len(robots[root])) for root, times in spent.items()}
+    return dict(sorted(found.items(), key=lambda item: -item[1][0]))
+
+
+def _waits(piece: Piece) -> bool:
+    return piece.part in TRAFFIC or piece.part in APART or piece.part in QUEUES
+
+
+def _place(wait: Wait) -> Root:
+    """Where a robot waits, for whatever is under way there."""
+    if wait.cause in APART:
+        return Root(wait.cause, ">".join(wait.into) if wait.into else wait.node or "")
+    return Root(LANE, ">".join(wait.edge)) if wait.edge is not None else Root(CROSSING, wait.node or "")
+
+
+class _Chains:
+    """Who does what when, and who waits for whom."""
+
+    def __init__(self, history: History) -> None:
+        self.fleet = pieces(history)
+        self.ends = [[piece.end for piece in robot] for robot in self.fleet]
+        self.waits: list[list[Wait]] = [[] for _ in self.fleet]
+        for wait in sorted(history.waits, key=attrgetter("start")):
+            self.waits[wait.robot].append(wait)
+        self.over = [[wait.end for wait in robot] for robot in self.waits]
+        edges = history.layout.graph.edges
+        self.ahead = {f"{a}>{b}": b for a, b in edges}
+        self.two_way = {f"{a}>{b}": "-".join(sorted((a, b))) for a, b, both in edges(data="two_way") if both}
+        self.shared = {node for lane in history.layout.two_way for node in lane}
+
+    def wait(self, robot: int, time: float) -> Wait:
+        """What a robot that waits in traffic at a time waits for."""
+        return self.waits[robot][bisect_right(self.over[robot], time)]
+
+    def follow(self, piece: Piece) -> Iterator[Lost]:
+        """The time of a piece of waiting in parts, each with the root that its chain ends at then."""
+        todo: list[tuple[Piece, float, float, tuple[int, ...]]] = [(piece, piece.start, piece.end, ())]
+        while todo:
+            link, start, end, before = todo.pop()
+            wait = None if link.part in QUEUES else self.wait(link.robot, start)
+            chain = (*before, link.robot)
+            if wait is None:
+                yield Lost(piece.robot, start, end, Root(link.part, link.node or ""))
+            elif wait.other < 0:
+                yield Lost(piece.robot, start, end, self._nobody(wait))
+            elif wait.other in chain:
+                yield Lost(piece.robot, start, end, Root(RING, _place(wait).at))
+            else:
+                for part in self._between(wait.other, start, end):
+                    since, until = max(start, part.start), min(end, part.end)
+                    if _waits(part):
+                        todo.append((part, since, until, chain))
+                    else:
+                        yield Lost(piece.robot, since, until, self._at_work(part, wait))
+
+    def _between(self, robot: int, start: float, end: float) -> Iterator[Piece]:
+        """What a robot does between two times."""
+        for piece in islice(self.fleet[robot], bisect_right(self.ends[robot], start), None):
+            if piece.start >= end:
+                return
+            yield piece
+
+    def _nobody(self, wait: Wait) -> Root:
+        """For a closure or person; or for a step that would block a two-way lane for good, or for its turn."""
+        root = _place(wait)
+        return Root(TWO_WAY, root.at) if root.cause == CROSSING and root.at in self.shared else root
+
+    def _at_work(self, doing: Piece, wait: Wait) -> Root:
+        """The last of a chain does not wait: it stands at work, or drives, and then the place is the root."""
+        if SHOWN[doing.part].phase not in _MOVING:
+            return Root(doing.part, doing.node or self.ahead[doing.edge or ""])
+        if doing.edge in self.two_way:
+            return Root(TWO_WAY, self.two_way[doing.edge])
+        return _place(wait)

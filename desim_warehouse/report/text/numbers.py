@@ -1,0 +1,228 @@
+"""Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from desim_warehouse.values.units import SECONDS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+NONE = "–"
+"""Where there is no value."""
+VERDICTS = {True: "differs", False: "not shown to differ", None: "cannot be tested (one run)"}
+"""By `Difference.differs`."""
+_SMALLEST_P = 0.001
+_NEAR = 0.01
+"""Shares nearer to none or all than this have more than one decimal."""
+_FEW = 5
+"""Runs below which it is said beside an interval that there are so few, where they all agree."""
+_LIMITS = {"s": 90.0, "min": 5400.0, "h": 129_600.0}
+"""The seconds up to which times are said in a unit."""
+_LONG_NAME = 4
+"""Letters from which the name of a unit is a word, with a plural."""
+
+
+class Mean(Protocol):
+    """A mean with its interval, as `study.statistics.Estimate` is one."""
+
+    @property
+    def n(self) -> int:
+        """How many runs."""
+
+    @property
+    def mean(self) -> float:
+        """Of these runs."""
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Its ends, if there is one."""
+
+    @property
+    def half_width(self) -> float | None:
+        """The longer side of it."""
+
+    @property
+    def sd(self) -> float | None:
+        """0: all runs agree."""
+
+    @property
+    def deterministic(self) -> bool:
+        """Whether chance plays no part."""
+
+    @property
+    def of_all(self) -> float | None:
+        """Of shares of tasks, the share of all tasks of all runs."""
+
+
+class Paired(Protocol):
+    """A difference between two designs, as `study.statistics.Difference` is one."""
+
+    @property
+    def estimate(self) -> Mean:
+        """The difference."""
+
+    @property
+    def p_adjusted(self) -> float | None:
+        """That it is zero."""
+
+    @property
+    def differs(self) -> bool | None:
+        """None: it cannot be tested."""
+
+    @property
+    def missing(self) -> int:
+        """Pairs without a value."""
+
+
+def number(value: float, digits: int | None = None) -> str:
+    """A number with separated thousands: four significant digits, or the given decimals (−2: whole hundreds)."""
+    if not value:
+        return "0"
+    if not math.isfinite(value):
+        return NONE if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if digits is None:
+        whole = float(value).is_integer() and abs(value) < 1e15  # noqa: PLR2004 - beyond, floats skip
+        digits = 0 if whole else max(0, 3 - math.floor(math.log10(abs(value))))
+        shown = f"{value:,.{digits}f}"
+        shown = shown.rstrip("0").rstrip(".") if "." in shown else shown
+    else:
+        shown = f"{round(value, digits):,.{max(digits, 0)}f}"
+    return shown.replace("-", "−") if float(shown.replace(",", "")) else shown.removeprefix("-")
+
+
+def measured(value: float) -> str:
+    """What one run gave: three significant digits, and all before the point."""
+    if not value or not math.isfinite(value):
+        return number(value)
+    shown = number(value, max(0, 2 - math.floor(math.log10(abs(value)))))
+    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+
+
+def number_of(count: float, what: str) -> str:
+    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
+    return f"{number(count)} {what}{'s' * (count != 1)}"
+
+
+def decimals(half_width: float) -> int:
+    """Decimals at which a half-width shows two significant digits; below 0 where these stand before the point."""
+    if not half_width or not math.isfinite(half_width):
+        return 0
+    return 1 - math.floor(math.log10(abs(half_width)))
+
+
+def p_value(p: float | None) -> str:
+    """A p-value: three decimals are enough for any decision."""
+    return NONE if p is None else f"< {_SMALLEST_P}" if p < _SMALLEST_P else f"{p:.3f}"
+
+
+def percent(share: float, digits: int = 1) -> str:
+    """A share in per cent, without the sign: `97.4`; that all or none of it is so needs no decimals."""
+    return number(100 * share, 0 if share in {0.0, 1.0} else digits)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How the values of an indicator are written: `by` times as large, with their unit; shares as per cent."""
+
+    unit: str = ""
+    by: float = 1.0
+    is_share: bool = False
+
+    def value(self, value: float) -> str:
+        """What one run gave, with its unit: `3.71 min`, `97.4 %`."""
+        return self._with_unit(self.bare(value), self.by * value)
+
+    def bare(self, value: float) -> str:
+        """The same without the unit."""
+        return percent(value) if self.is_share else measured(self.by * value)
+
+    def estimate(self, found: Mean) -> str:
+        """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
+        if found.interval is None:
+            return f"{self.value(found.mean)} ({'exact' if found.deterministic else 'one run'})"
+        few = f", {number_of(found.n, 'run')}" if not found.sd and found.n < _FEW else ""
+        return self._with_ends(found, found.interval, self.unit) + few
+
+    def cell(self, found: Mean | None) -> str:
+        """A mean in a table whose head has the unit: `200 ± 14`; with its ends where one of them is nearer."""
+        if found is None:
+            return NONE
+        if found.interval is None:
+            return self._with_unit(self.bare(found.mean), 0) if self.is_share else self.bare(found.mean)
+        if self.is_share or not found.sd:
+            return self._with_ends(found, found.interval, "%" if self.is_share else "")
+        digits = self._digits(found)
+        return f"{self._rounded(found.mean, digits)} ± {number(self.by * (found.half_width or 0.0), digits)}"
+
+    def difference(self, found: Paired) -> tuple[str, str, str, str, str]:
+        """A paired difference in a table: its mean, the ends of its interval, p-value and verdict."""
+        one = found.estimate
+        points = Scale("", 100.0 if self.is_share else self.by)
+        digits = points._digits(one) if one.interval else None
+        ends = ("exact", "") if one.deterministic else (NONE, NONE)
+        return (
+            measured(points.by * one.mean) if digits is None else points._rounded(one.mean, digits),
+            *(
+                (points._rounded(one.interval[0], digits or 0), points._rounded(one.interval[1], digits or 0))
+                if one.interval
+                else ends
+            ),
+            p_value(found.p_adjusted),
+            VERDICTS[found.differs] + (f" ({number_of(found.missing, 'pair')} missing)" if found.missing else ""),
+        )
+
+    def _with_ends(self, found: Mean, interval: tuple[float, float], unit: str) -> str:
+        digits = self._digits(found)
+        low, high = (self._rounded(end, digits) for end in interval)
+        mean = self._rounded(found.mean, digits)
+        whole = mean if found.of_all is None else self._rounded(found.of_all, digits)
+        of_all = "" if whole == mean else f"; of all tasks {whole} %"
+        named = f" {plural(unit, self.by * found.mean)}" if unit else ""
+        return f"{mean}{named} ({low} to {high}{of_all})"
+
+    def _digits(self, found: Mean) -> int:
+        """The decimals that the interval deserves."""
+        if not self.is_share:
+            return decimals(self.by * (found.half_width or 0.0))
+        low, high = found.interval or (0.0, 0.0)
+        most = 1 if low > _NEAR and high < 1 - _NEAR else 3
+        return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
+
+    def _rounded(self, value: float, digits: int) -> str:
+        return percent(value, digits) if self.is_share else number(self.by * value, digits)
+
+    def _with_unit(self, text: str, value: float) -> str:
+        return f"{text} {plural(self.unit, value)}" if self.unit and text != NONE else text
+
+
+PERCENT = Scale("%", 100.0, is_share=True)
+
+
+def plural(unit: str, value: float) -> str:
+    """A unit behind a number: words have a plural (`2 steps`), abbreviations none (`2 min`)."""
+    is_word = unit.isalpha() and len(unit) >= _LONG_NAME and not unit.endswith("s")
+    return f"{unit}s" if is_word and value != 1 else unit
+
+
+def times(unit: str, values: Iterable[float]) -> Scale:
+    """The scale for times in a unit of a model: s, min, h or d by the largest of them; any other unit stays."""
+    if unit not in SECONDS:
+        return Scale(unit)
+    in_seconds = float(SECONDS[unit])
+    most = max((abs(value) for value in values if math.isfinite(value)), default=0.0) * in_seconds
+    fit = next((name for name, limit in _LIMITS.items() if most < limit), "d") if most else unit
+    return Scale(fit, in_seconds / float(SECONDS[fit]))
+
+
+def duration(time: float, unit: str) -> str:
+    """A time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
+    scale = times(unit, (time,))
+    value = scale.by * time
+    digits = 0 if abs(value) >= 10 else 1 if abs(value) >= 1 else decimals(value)  # noqa: PLR2004 - two digits
+    shown = number(value, digits)
+    return f"{shown.rstrip('0').rstrip('.') if '.' in shown else shown} {plural(scale.unit, value)}"

@@ -1,0 +1,99 @@
+"""What came out of a run in a few sentences: what was delivered, whether it lasts, what was busiest, what it costs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.outcome.resources import resources
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.sentences import sentence
+from desim_warehouse.states import TIMES
+from desim_warehouse.values.units import SECONDS
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import Run
+
+_USED = {"robots": "the robots: at work", "chargers": "the chargers: in use", "workers": "the workers: at work"}
+
+
+def sentences(run: Run) -> list[str]:
+    """The run in a few sentences."""
+    wrong = [sentence(verdict.text) for verdict in run.verdicts]
+    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_breakdowns(run), *_cost(run)]
+
+
+def counted_time(run: Run) -> str:
+    """The counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    unit = run.model.units.time
+    said = numbers.duration(run.history.counted, unit)
+    if unit not in SECONDS:
+        said += f" ({numbers.duration(run.history.counted * run.model.units.seconds, 's')})"
+    if run.history.begin:
+        said += f" after a warm-up of {numbers.duration(run.history.begin, unit)}"
+    return said
+
+
+def _delivered(run: Run) -> str:
+    kpis = run.kpis
+    said = f"{numbers.number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
+    if math.isfinite(kpis["throughput_per_hour"]):
+        said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
+    late = kpis.get("on_time", math.nan)
+    return f"{said}, {numbers.PERCENT.value(late)} on time." if math.isfinite(late) else f"{said}."
+
+
+def _keeps_up(run: Run) -> list[str]:
+    """That work does not pile up, where it comes by itself."""
+    if "backlog_growth_per_hour" not in run.kpis:
+        return []
+    return [f"It keeps up: {numbers.number_of(run.kpis['backlog'], 'task')} open at the end."]
+
+
+def _busiest(run: Run) -> str:
+    """Who was at work for the largest part of the time, and how long robots waited in traffic."""
+    used = _used(run)
+    if not used:
+        return "No time was counted."
+    who = max(used, key=lambda name: used[name])
+    doing = _USED.get(who, f"the servers of {who}: at work")
+    waited = numbers.PERCENT.value(run.kpis["share_waiting"])
+    return (
+        f"Busiest were {doing} {numbers.PERCENT.value(used[who])} of the time. Robots waited in traffic {waited} of it."
+    )
+
+
+def _used(run: Run) -> dict[str, float]:
+    """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
+    kpis, history = run.kpis, run.history
+    standing = [name for name, state in TIMES.items() if state.draws == "standing" and state.applies(run.model)]
+    off = kpis.get("share_on_break", 0.0)
+    found = {
+        "robots": (1 - math.fsum(kpis[f"share_{name}"] for name in standing)) / (1 - off) if off < 1 else math.nan,
+        "chargers": kpis.get("charger_utilisation", math.nan),
+        "workers": kpis.get("worker_utilisation", math.nan),
+    }
+    if history.log.level == "all" and history.counted:
+        stations: dict[str, list[float]] = {}
+        for one in resources(history):
+            if one.kind != "chargers":
+                stations.setdefault(one.zone, []).append(one.utilisation(history.begin, history.end))
+        found.update({zone: math.fsum(parts) / len(parts) for zone, parts in stations.items()})
+    return {name: part for name, part in found.items() if math.isfinite(part)}
+
+
+def _breakdowns(run: Run) -> list[str]:
+    """How often robots broke down, and what it cost."""
+    if "breakdowns" not in run.kpis:
+        return []
+    count, share = run.kpis["breakdowns"], run.kpis["availability"]
+    left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
+    return [f"Robots broke down {numbers.number_of(count, 'time')}{left}."]
+
+
+def _cost(run: Run) -> list[str]:
+    if "annual_cost" not in run.kpis:
+        return []
+    scale, each = words.scale("annual_cost", run.model), run.kpis["cost_per_task"]
+    task = f", a task {scale.value(each)}" if math.isfinite(each) else ""
+    return [f"A year like this costs {scale.value(run.kpis['annual_cost'])}{task}."]
