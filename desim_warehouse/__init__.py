@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
+    from desim_warehouse.model.order_day import order_day
     from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
@@ -55,6 +56,7 @@ _HOME = {
     ),
     "learn.asktell": ("steps",),
     "model": ("Model", "load"),
+    "model.order_day": ("order_day",),
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
@@ -96,6 +98,7 @@ __all__ = [
     "check",
     "load",
     "load_run",
+    "order_day",
     "orient",
     "plan",
     "plot",

@@ -371,7 +371,7 @@ class BaySpec(PlacesSpec):
         description="slots at each node; default: as many as robots start there, and one for each of total_chargers",
     )
     grows: Flag = Field(
-        False, description="with places: where more robots start at a node, it has a slot for each of them"
+        False, description="with places: where more robots start at a node, it has a slot for each of them, too"
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"
@@ -391,9 +391,8 @@ class BaySpec(PlacesSpec):
     def _one_in_the_lane(self) -> BaySpec:
         if self.in_lane and self.places not in {None, 1}:
             raise wrong(f"too many for a bay in the lane (got {self.places}), expected 1: the node itself", "places")
-        if self.grows and (self.in_lane or self.places is None):
-            text = "a bay in the lane has one slot, the node itself" if self.in_lane else "without places"
-            raise wrong(f"{text}, expected grows only beside places, off the lane", "grows")
+        if self.grows and self.in_lane:
+            raise wrong("a bay in the lane has one slot, the node itself, expected grows only off the lane", "grows")
         return self
 
     @model_validator(mode="after")

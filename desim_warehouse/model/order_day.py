@@ -234,7 +234,7 @@ class _Day:
             if column in frame:
                 texts = np.array([not str(cell).strip() for cell in frame[column].fillna("")], dtype=bool)
                 cure = "a place, or no such column (the flow then says where)"
-                chunk.problem(texts & ~chunk.bad, column, "empty", cure)
+                chunk.problem(texts & ~chunk.bad, column, "nothing there", cure)
         if "order" in frame and len(frame):
             hashes = pd.util.hash_pandas_object(frame.astype(str), index=False).tolist()
             twice = np.zeros(len(frame), dtype=bool)

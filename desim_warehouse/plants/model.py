@@ -29,8 +29,9 @@ Keys = tuple[str | int, ...]
 _SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_ROOM = 20  # robots for which there is room in all stations together, one being served and one waiting at least
-_OPEN = 20  # tasks that are always open where no others are known
+_ROOM = (
+    2  # slots in all stations together for each point of the plant, which is more than robots that could drive there
+)
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
 _LONGEST = 500  # letters about what was lost, in a message
@@ -192,7 +193,7 @@ class _Maker:
             "description": "",
             "layout": layout,
             "fleet": fleet,
-            "tasks": self.tasks(layout["stations"]),
+            "tasks": self.tasks(fleet["size"], layout["stations"]),
             **({"battery": battery} if battery else {}),
             "policies": {"allocation": "nearest", "routing": routing, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
@@ -249,10 +250,9 @@ class _Maker:
 
         A robot takes a task only if its station has a free slot. Slots for one vehicle each would therefore keep a
         larger fleet in its bays, whatever the lanes can carry. Their number does not depend on the fleet, so that
-        fleets compare; on a grid robots queue anywhere.
+        fleets compare.
         """
-        room = _ROOM if self.plant.cell is None else max(2 * len(self.plant.points), _ROOM)
-        places = max(-(-room // len(self.stops.unload)), 2)
+        places = max(-(-_ROOM * len(self.plant.points) // len(self.stops.unload)), _ROOM)
         self.plant.assume("layout.stations", f"room beside them for {places} robots at each point, whatever the fleet")
         groups: dict[tuple[str, ...], list[str]] = {}
         for point, names in self.stops.unload.items():
@@ -305,9 +305,9 @@ class _Maker:
         if any(one.speed is None for one in vehicles):
             self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
 
-    def tasks(self, stations: Content) -> Content:
+    def tasks(self, robots: int, stations: Content) -> Content:
         if not self.stops.tasks:
-            why = f"always {_OPEN} tasks open: what the plant can do at most"
+            why = "always as many tasks open as there are robots: what the plant can do at most"
             self.plant.assume("tasks.goods", why)
             self.plant.assume("tasks.station_choice", "any station, drawn for every task")
         handling = self.plant.handling
@@ -319,7 +319,7 @@ class _Maker:
         if are_orders(self.stops.tasks):
             return times
         return {
-            "goods": self.goods(stations) or {"saturated": _OPEN},
+            "goods": self.goods(stations) or {"saturated": robots},
             "unload_at": [
                 one for name, item in stations.items() for one in (item["at"] if name in self.plant.points else [name])
             ],

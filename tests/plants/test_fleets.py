@@ -8,6 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
 from desim_warehouse.run import check
+from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit
 from tests.plants.drawings import DRAWN
 from tests.plants.foreign import FOLDER, needs_plants
@@ -40,8 +41,15 @@ def test_bays_grow_where_they_are_told_to(tmp_path):
     assert not [finding for finding in check(grown).findings if finding.level == "error"]
     fixed = model.replace({"fleet.size": 5, **{f"layout.bays.{name}.grows": False for name in model.layout.bays}})
     assert "TOO_FEW_PLACES" in {finding.code for finding in check(fixed).findings}
-    with pytest.raises(dw.ModelError, match="without places, expected grows only beside places"):
-        model.replace({f"layout.bays.{bay}.places": None})
+    with pytest.raises(dw.ModelError, match="the node itself, expected grows only off the lane"):
+        model.replace({f"layout.bays.{bay}.in_lane": True})
+
+
+def test_plan_searches_robots_and_chargers_of_an_imported_plant(tmp_path):
+    model = import_layout(DRAWN["opentcs"](tmp_path)).model.replace({"run.length": 1800, "fleet.kinds": {}})
+    designs = Designs(model, [2, 3], [1, 2, 3])
+    for design in ((2, 1), (3, 3), (8, 2)):
+        assert refused(model, designs.overrides(design)) is None
 
 
 def foreign():
