@@ -25,6 +25,8 @@ class InOrder:
     Source: Liu et al., ROBIO 2017, section V.
     """
 
+    gives_only: ClassVar = True
+
     def assign(self, situation: Situation) -> Iterable[tuple[int, int]]:
         """Robots by number, tasks by their rank in the list; a robot that may not take the next one is passed over."""
         tasks = iter(situation.tasks)
@@ -46,6 +48,7 @@ class Nearest:
     """
 
     candidates: int = CANDIDATES
+    gives_only: ClassVar = True
 
     def __post_init__(self) -> None:
         """A policy that considers no task would never assign one."""
@@ -67,6 +70,7 @@ class NearestAging:
 
     aging: float = 0.2
     candidates: int = CANDIDATES
+    gives_only: ClassVar = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -92,6 +96,7 @@ class EarliestDue:
     """
 
     candidates: int = CANDIDATES
+    gives_only: ClassVar = True
     reads: ClassVar = ("priority", "due")
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from desim_warehouse.policies.allocation import CANDIDATES, _at_least_one
 
@@ -25,6 +25,7 @@ class Hungarian:
     """
 
     candidates: int = CANDIDATES
+    gives_only: ClassVar = True
 
     def __post_init__(self) -> None:
         """Check the parameter."""

@@ -69,6 +69,7 @@ class Dispatcher:
         self.env = env
         self.log = log
         self.allocation = allocation
+        self._gives_only = vars(type(allocation)).get("gives_only", False)  # not inherited: a heir may do more
         self.interval = policies.interval
         self.charging = policies.charging.name
         self.robots = robots
@@ -242,6 +243,8 @@ class Dispatcher:
             self._pass()
         elif self.reach.openings.holds and not self.situation().tasks:
             self.decide(())  # all are held back
+        elif self._gives_only and self.stations.out_of_room(self._able()):
+            self.decide(())
         elif self.allocation is None:
             self.waiting = True
             raise StopSimulation(None)
@@ -319,7 +322,7 @@ class Dispatcher:
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
                 continue
-            if not self.reach.must_charge(self._view(number)) or not (robot.at_charger or self.bays.charger_for(robot)):
+            if not (robot.at_charger or self.bays.charger_for(robot)) or not self.reach.must_charge(self._view(number)):
                 continue
             del self.free[number]
             robot.charging.require()

@@ -15,7 +15,7 @@ from desim_warehouse.world.places.stops import Stop, stops_of_tour
 from desim_warehouse.world.places.workplace import Workplace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from simpy import Environment
 
@@ -54,6 +54,7 @@ class Stations:
         self.full = full
         self.by_node = by_node
         self.close = any(station.hours is not None for station in by_node.values())
+        self._ends_all = not (tasks.flows or self.close) and all(node in by_node for node in self.nodes)
         self._travel = travel
         self._streams = streams
         self._drawn: dict[int, str] = {}
@@ -140,6 +141,12 @@ class Stations:
             return False
         station = self.at_pick(task)
         return station is None or station.free > 0 or robot.number in station.inside
+
+    def out_of_room(self, robots: Iterable[int]) -> bool:
+        """Whether none of these robots has room for any task, as every station where tasks end is full."""
+        if len(self.full) < len(self.nodes) or not (self._ends_all and self.full.issuperset(self.nodes)):
+            return False
+        return not any(robot in self.by_node[node].inside for robot in robots for node in self.nodes)
 
     # Stops
 
