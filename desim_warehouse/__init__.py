@@ -23,6 +23,8 @@ if TYPE_CHECKING:
         StudyError,
         WarehouseError,
     )
+    from desim_warehouse.fleet_log import read_log
+    from desim_warehouse.fleet_log.calibrate import calibrate
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.order_day import order_day
@@ -54,6 +56,8 @@ _HOME = {
         "StudyError",
         "WarehouseError",
     ),
+    "fleet_log": ("read_log",),
+    "fleet_log.calibrate": ("calibrate",),
     "learn.asktell": ("steps",),
     "model": ("Model", "load"),
     "model.order_day": ("order_day",),
@@ -95,6 +99,7 @@ __all__ = [
     "WarehouseError",
     "__version__",
     "best",
+    "calibrate",
     "check",
     "load",
     "load_run",
@@ -103,6 +108,7 @@ __all__ = [
     "plan",
     "plot",
     "read_layout",
+    "read_log",
     "schema",
     "simulate",
     "size",

@@ -18,6 +18,7 @@ _RUN = {
     "csv": ("csv", "a folder of tables"),
     "parquet": ("parquet", "a folder of tables"),
     "trace": ("trace.json", "one file for ui.perfetto.dev or chrome://tracing"),
+    "vda5050": ("states.jsonl", "state messages of VDA 5050, one a line"),
 }
 """Formats of a run: the name of what is written, and what it is."""
 _MODEL = {
@@ -44,8 +45,10 @@ def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
     help=f"Of a run: {_listed(_RUN)}. Of a model: {_listed(_MODEL)}.",
 )
 @click.option("-o", "--out", metavar="PATH", help="Default: by the format, in the run's folder or beside the model.")
+@click.option("--noise", type=click.FloatRange(0), default=0.0, help="vda5050: standard deviation of positions.")
+@click.option("--gaps", type=click.FloatRange(0), default=0.0, help="vda5050: gaps for each robot and hour.")
 @with_force
-def command(path: str, form: str, out: str | None, force: bool) -> None:
+def command(path: str, form: str, out: str | None, noise: float, gaps: float, force: bool) -> None:
     """Write what is at PATH in an open format: a run (a folder from `desim run --out`), or the layout of a model.
 
     Below the name of what is written, a table says what of the model the format cannot hold.
@@ -55,7 +58,8 @@ def command(path: str, form: str, out: str | None, force: bool) -> None:
 
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
-        click.echo(export(load_run(path), form, place / _RUN[form][0] if out is None else Path(out)))
+        to = place / _RUN[form][0] if out is None else Path(out)
+        click.echo(export(load_run(path), form, to, noise=noise, gaps=gaps))
         return
     if place.is_dir():
         _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form][0]}"), force)

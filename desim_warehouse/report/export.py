@@ -1,4 +1,4 @@
-"""A run for other programs: tables as CSV or Parquet, and a trace for Perfetto or chrome://tracing."""
+"""A run for other programs: tables as CSV or Parquet, a trace for Perfetto, and messages of VDA 5050."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.fleet_log.vda5050 import messages
 from desim_warehouse.folders import make_folder
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.report.text import words
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.run import Run
 
-Format = Literal["csv", "parquet", "trace"]
+Format = Literal["csv", "parquet", "trace", "vda5050"]
 FORMATS: tuple[str, ...] = get_args(Format)
 _STATES, _TASKS, _WAITS = 1, 2, 3
 """The tracks of a robot, in display order."""
@@ -29,14 +30,17 @@ _RINGS = 1
 """The process of fleet-wide events; robot n is process n + 2."""
 
 
-def export(run: Run, form: str, path: str | Path) -> Path:
+def export(run: Run, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0) -> Path:
     """Write a run in an open format.
 
     Args:
         run: the run.
         form: "csv" or "parquet": a folder with the tables kpis, log, states, waits, robots, edges and nodes;
-            "trace": one JSON file in the Trace Event Format, for https://ui.perfetto.dev or chrome://tracing.
+            "trace": one JSON file in the Trace Event Format, for https://ui.perfetto.dev or chrome://tracing;
+            "vda5050": the state messages that its robots would have sent, one a line.
         path: the folder, or the file.
+        noise: only for vda5050: standard deviation of positions, in the length unit of the layout.
+        gaps: only for vda5050: stretches of 20 to 90 s without messages, for each robot and hour.
 
     Raises:
         ReportError: another format, or a path that cannot be written.
@@ -48,6 +52,11 @@ def export(run: Run, form: str, path: str | Path) -> Path:
         if form == "trace":
             make_folder(path.parent)
             path.write_text(json.dumps(trace(run), separators=(",", ":"), allow_nan=False), encoding="utf-8")
+            return path
+        if form == "vda5050":
+            make_folder(path.parent)
+            with path.open("w", encoding="utf-8") as file:
+                file.writelines(f"{line}\n" for line in messages(run, noise=noise, gaps=gaps))
             return path
         make_folder(path)
         for name, table in tables(run).items():

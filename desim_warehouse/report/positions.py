@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int64]
 
 
+EPS = 1e-6
+"""Length units from the end of an edge within which a robot is at its end."""
+
+
 @dataclass(frozen=True)
 class Edges:
     """All edges as straight lines, those of the layout first, then one for every slot of a zone."""
@@ -88,11 +92,28 @@ class Positions:
         for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
             later = int(np.searchsorted(legs.begin[low:high], time, side="right"))
             index[robot] = low + max(later - 1, 0)
-        begin, end = legs.begin[index], legs.end[index]
+        return self._along(index, np.full(len(index), time))
+
+    def of(self, robot: int, times: Floats) -> tuple[Ints, Floats]:
+        """The edge that a robot is on at some times, and its position along it."""
+        low, high = self.legs.first[robot : robot + 2]
+        later = np.searchsorted(self.legs.begin[low:high], times, side="right")
+        return self._along(low + np.maximum(later - 1, 0), times)
+
+    def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
+        """The edges and positions along them of some legs, each at a time."""
+        legs = self.legs
+        begin, end = legs.begin[leg], legs.end[leg]
         lasts = end > begin
-        part = np.clip(np.divide(time - begin, end - begin, out=np.ones(len(index)), where=lasts), 0, 1)
-        origin, target = legs.origin[index], legs.target[index]
-        return legs.edge[index], origin + part * (target - origin)
+        part = np.clip(np.divide(times - begin, end - begin, out=np.ones(len(leg)), where=lasts), 0, 1)
+        origin, target = legs.origin[leg], legs.target[leg]
+        return legs.edge[leg], origin + part * (target - origin)
+
+    def last_nodes(self, edge: Ints, position: Floats) -> list[str]:
+        """The node that a robot reached last, at positions along edges."""
+        there = position >= self.edges.length[edge] - EPS
+        ends = zip(edge.tolist(), there.tolist(), strict=True)
+        return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
 
     def points(self, time: float) -> Floats:
         """The point at which every robot is at a time, one row of x and y each, in the units of the layout."""

@@ -179,14 +179,14 @@ class Run:
         return pd.DataFrame(self.record.rings, columns=["time", "robots", "edges"])
 
     def positions(self, times: Iterable[float]) -> pd.DataFrame:
-        """Where every robot is at some times: time, robot, x, y and heading, a row for each; needs `log: all`.
+        """Where every robot is at some times: time, robot, x, y, heading and node, a row for each; needs `log: all`.
 
         Args:
             times: in the model's time unit, in any order; before and after the run robots stand.
 
         Returns:
-            x and y in the units of the layout, the heading in radians from x towards y. A robot in a slot of a bay or
-            station is drawn beside its node.
+            x and y in the units of the layout, the heading in radians from x towards y, and the node that was reached
+            last. A robot in a slot of a bay or station is drawn beside its node.
 
         Raises:
             ReportError: a run without `log: all`.
@@ -196,13 +196,17 @@ class Run:
 
         found, asked = self._positions, np.fromiter(times, dtype=float)
         robots = len(found.legs.first) - 1
-        points = np.concatenate([np.empty((0, 2)), *map(found.points, asked)])
+        edge, along = np.empty((len(asked), robots), np.int64), np.empty((len(asked), robots))
+        for robot in range(robots):
+            edge[:, robot], along[:, robot] = found.of(robot, asked)
+        points = found.edges.points(edge.ravel(), along.ravel())
         columns: dict[str, Any] = {
             "time": np.repeat(asked, robots),
             "robot": np.tile(np.arange(robots), len(asked)),
             "x": points[:, 0],
             "y": points[:, 1],
-            "heading": np.concatenate([np.empty(0), *map(found.headings, asked)]),
+            "heading": found.edges.headings(edge.ravel()),
+            "node": found.last_nodes(edge.ravel(), along.ravel()),
         }
         return pd.DataFrame(columns)
 

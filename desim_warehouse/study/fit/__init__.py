@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from desim_warehouse.study.fit.fitting import Candidate, Fitted, fit
+from desim_warehouse.study.fit.fitting import Candidate, Fitted, fit, fit_between
 
-__all__ = ["Candidate", "Fitted", "fit"]
+__all__ = ["Candidate", "Fitted", "fit", "fit_between"]

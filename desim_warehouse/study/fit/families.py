@@ -30,21 +30,43 @@ STEPS = (60.0, 30.0, 15.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 COARSE = 0.05
 """Of the standard deviation: smaller steps change no fit."""
 DIGITS = 4
+POINTS = 5
+"""Instants that stand for an interval in which a time began."""
+WEIGHTS = {1: np.ones(1), POINTS: np.polynomial.legendre.leggauss(POINTS)[1] / 2}
+"""Of the intervals of a time, by how many there are."""
 IMPOSSIBLE = 1e10
 """In place of the minus log likelihood of times that a distribution cannot have."""
 
 
 class Counted(NamedTuple):
-    """Times, each once, how often they occur, and the step of the clock that rounded them (0: none did)."""
+    """Times, each once, how often they occur, and the ends of the intervals in which they lie (None: exactly known).
+
+    `ends` has two tables, the lower and the upper ends: a row for each time, and a column for each of the intervals
+    that are as likely.
+    """
 
     times: NDArray[np.float64]
     often: NDArray[np.int64]
-    step: float
+    ends: NDArray[np.float64] | None
 
     @classmethod
     def of(cls, times: NDArray[np.float64], step: float) -> Counted:
-        """The times of a sample."""
-        return cls(*np.unique(times, return_counts=True), step)
+        """The times of a sample that a clock has rounded to this step (0: none did)."""
+        each, often = np.unique(times, return_counts=True)
+        return cls(each, often, np.stack([each - step / 2, each + step / 2])[:, :, None] if step else None)
+
+    @classmethod
+    def between(cls, begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Counted:
+        """Times of which begin and end are known to lie between two instants each: a row of two for each time.
+
+        The begin is as likely at any instant between its two, which Gauss and Legendre's points stand for. The end may
+        be open: inf, where the time was still running.
+        """
+        points, _ = np.polynomial.legendre.leggauss(POINTS)
+        begin = begun[:, :1] + (points + 1) / 2 * (begun[:, 1:] - begun[:, :1])
+        ends = np.maximum(np.stack([ended[:, :1] - begin, ended[:, 1:] - begin]), 0.0)
+        middle = ends[0].mean(axis=1) + np.where(np.isinf(ended[:, 1]), 0.0, (ended[:, 1] - ended[:, 0]) / 2)
+        return cls(middle, np.ones(len(begun), np.int64), ends)
 
 
 @dataclass(frozen=True)
@@ -67,13 +89,13 @@ class Family:
 
     def cost(self, parameters: Parameters, counted: Counted) -> float:
         """Minus the log likelihood, of rounded times by the intervals in which they lie."""
-        times, often, step = counted
-        if not step:
+        times, often, ends = counted
+        if ends is None:
             logs = self.scipy.logpdf(times, *parameters)
         else:
-            ends = self.scipy.cdf(np.stack([times - step / 2, times + step / 2]), *parameters)
+            below = self.scipy.cdf(ends, *parameters)
             with np.errstate(divide="ignore"):
-                logs = np.log(ends[1] - ends[0])
+                logs = np.log((below[1] - below[0]) @ WEIGHTS[ends.shape[2]])
         return float(-(often * logs).sum())
 
     def most_likely(self, times: NDArray[np.float64], step: float) -> Parameters:
@@ -81,16 +103,18 @@ class Family:
         if not step and self.scipy.name != "triang":
             known = {} if self.scipy.name == "uniform" else {"floc": 0.0}
             return tuple(map(float, self.scipy.fit(times, **known)))
-        from scipy.optimize import minimize
+        return self.likeliest(Counted.of(times, step), self.guess(times, step))
 
-        counted = Counted.of(times, step)
+    def likeliest(self, counted: Counted, guess: list[float]) -> Parameters:
+        """The parameters with which times that lie in intervals are most likely, found from a first guess."""
+        from scipy.optimize import minimize
 
         def cost(free: NDArray[np.float64]) -> float:
             with np.errstate(over="ignore", invalid="ignore"):
                 found = self.cost(self.made(free), counted)
             return found if math.isfinite(found) else IMPOSSIBLE
 
-        best = minimize(cost, self.guess(times, step), method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-4})
+        best = minimize(cost, guess, method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-4})
         return self.made(best.x)
 
 

@@ -25,6 +25,8 @@ TESTED = 2000
 """Times that the test takes at most: with more, every smooth curve is refuted by the clock that measured them."""
 SAMPLES = 199
 """Samples of the proposed distribution to which the measured times are compared."""
+BOUNDED = {"uniform", "triangular"}
+"""Families with a largest time."""
 LEVEL = 0.05
 """A p-value below this speaks against a distribution."""
 
@@ -111,6 +113,26 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
     statistic, p_value = _tested(family, some, step, rng)
     candidates = tuple(Candidate(family.ours(*one), aic, family.frozen(one).cdf) for family, one, aic in found)
     return Fitted(x, candidates, statistic, p_value, step)
+
+
+def fit_between(begun: NDArray[np.float64], ended: NDArray[np.float64]) -> Distribution:
+    """The most likely of the exponential, gamma, lognormal and Weibull distributions for times seen now and then only.
+
+    Args:
+        begun: for each time the last instant at which it had not begun, and the first at which it had.
+        ended: the last instant at which it was still running, and the first at which it was over (inf: not seen).
+
+    Source: Turnbull (1976), The empirical distribution function with arbitrarily grouped, censored and truncated data,
+    J. Royal Statistical Society B 38(3), 290-295.
+    """
+    counted = Counted.between(begun, ended)
+    found = []
+    for name, family in families().items():
+        if name in BOUNDED:
+            continue  # its ends would lie where the clock put them
+        likely = family.likeliest(counted, family.guess(counted.times, 0.0))
+        found.append((family.free + family.cost(likely, counted), name, family.ours(*likely)))
+    return min(found)[2]
 
 
 def _tested(family: Family, times: NDArray[np.float64], step: float, rng: np.random.Generator) -> tuple[float, float]:

@@ -1,0 +1,39 @@
+"""`desim calibrate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from desim_warehouse.cli.options import with_force, write_files
+
+
+@click.command("calibrate")
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.option("--model", required=True, metavar="PLANT", help="The model file of the plant.")
+@click.option("--orders", metavar="ORDERS", help="A file of orders (CSV, Parquet) that demand is taken from as it is.")
+@click.option(
+    "--out", required=True, metavar="FILE", help="The calibrated model file; FILE.ranges.yaml goes beside it."
+)
+@with_force
+def command(logs: tuple[str, ...], model: str, orders: str | None, out: str, force: bool) -> None:
+    """Estimate the figures of PLANT from the LOGs of its real fleet, a day each.
+
+    A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
+    """
+    from desim_warehouse.cli.tables import sheet, show
+    from desim_warehouse.errors import got
+    from desim_warehouse.fleet_log.calibrate import calibrate
+
+    found = calibrate(model, logs, orders=orders)
+    write_files(found.files(Path(out)), force=force)
+    for line in found.notes:
+        click.echo(line)
+    table = sheet(None, "key", "value", "interval of 95 %, and evidence")
+    for one in found.estimates:
+        value = got(one.value) if one.identified else "not identified"
+        table.add_row(one.key, value, one.words())
+    show(table)
+    click.echo("not in a log: who is sent where (policies.allocation), the distance that robots keep")
+    click.echo(f"{out} is written; next: desim validate {out} --against LOG")

@@ -1,0 +1,93 @@
+"""What a log says of one key of a model: a value with its interval and evidence, or why it says nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+FEWEST = 5
+"""Observations below which nothing but a rate is estimated."""
+_WIDE = 3.5
+"""Standard deviations beyond which an observation is taken for a disturbance."""
+_FLOOR = 1e-9
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a log says of a key.
+
+    Attributes:
+        key: of the model, dotted.
+        value: what to write there; None: not identified, so that the model keeps what it has.
+        mean, low, high: the figure that was estimated, and its interval of 95 %; nan where there is none.
+        n: how many observations that rests on, and of `what`.
+        why: what it was not identified for, or anything else to be known.
+        ranged: the key that the interval is of, where that is a part of the value.
+    """
+
+    key: str
+    value: Any
+    mean: float
+    low: float
+    high: float
+    n: int
+    what: str
+    why: str = ""
+    ranged: str = ""
+
+    @property
+    def identified(self) -> bool:
+        """Whether the log says what the value is."""
+        return self.value is not None
+
+    def words(self) -> str:
+        """Interval and evidence: `1.29 to 1.33, from 812 stretches`."""
+        if math.isnan(self.low):
+            return self.why
+        about = f"{self.mean:.4g} ({self.low:.4g} to {self.high:.4g}), from {self.n:,} {self.what}"
+        return f"{about}; {self.why}" if self.why else about
+
+
+def unknown(key: str, why: str, n: int = 0, what: str = "") -> Estimate:
+    """A key of which the log says nothing."""
+    return Estimate(key, None, math.nan, math.nan, math.nan, n, what, why)
+
+
+def short(value: float) -> float:
+    """A number with the digits that a log can carry."""
+    return float(f"{value:.4g}")
+
+
+def t_quantile(degrees: float) -> float:
+    """Student's quantile for the two-sided interval."""
+    from scipy.stats import t
+
+    return float(t.ppf((1 + CONFIDENCE) / 2, max(degrees, 1)))
+
+
+def densest(values: Floats, share: float = 0.2) -> float:
+    """The middle of the shortest stretch that holds this share of the values: where most of them are."""
+    ordered = np.sort(values)
+    many = max(int(share * len(ordered)), 2)
+    spans = ordered[many - 1 :] - ordered[: len(ordered) - many + 1]
+    first = int(spans.argmin())
+    return float(ordered[first : first + many].mean())
+
+
+def undisturbed(off: Floats, side: int) -> tuple[NDArray[np.bool_], float]:
+    """Which residuals are those of measuring alone, and their standard deviation, judged by the side without others.
+
+    Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.
+    """
+    quiet = np.abs(off[off * side >= 0])
+    sigma = max(float(np.quantile(quiet, 0.683)) if len(quiet) else 0.0, _FLOOR)
+    return np.abs(off) <= _WIDE * sigma, sigma

@@ -1,0 +1,238 @@
+"""A log laid over the floor of a model: in its units and axes, every message on the edge that its robot drove."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError, got, nearest, spoken
+from desim_warehouse.fleet_log.table import GAP
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from desim_warehouse.fleet_log.table import FleetLog
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.model import Model
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+    Flags = NDArray[np.bool_]
+
+_FEWEST = 10
+"""Arrivals at nodes from which the axes of a log are found."""
+_NAMES = 12
+_CLOSE = 0.05
+"""Axes that fit the floor this well, as a share of its extent, are those of the log."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """The messages of all logs, robot after robot in order of time, in the units of the model.
+
+    `robot` differs from day to day, too. `node`: number of the node reached last, `onto` of the next one, -1: none.
+    `edge` is that between the two, -1 where the model has none or the robot stands beside it, and `along` the way from
+    its start. `joined`: no gap lies between a message and the one before of its robot. `step`: between two messages.
+    """
+
+    model: Model
+    time: Floats
+    robot: Ints
+    node: Ints
+    onto: Ints
+    edge: Ints
+    along: Floats
+    x: Floats
+    y: Floats
+    driving: Flags
+    load: Flags
+    action: Ints
+    charge: Floats
+    fault: Flags
+    joined: Flags
+    step: float
+    length: float
+    days: int
+    notes: tuple[str, ...]
+
+    @cached_property
+    def edges(self) -> list[Edge]:
+        """The edges of the layout by number."""
+        return list(self.model.floor.graph.edges)
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """Their lengths."""
+        return np.array([self.model.floor.length(edge) for edge in self.edges])
+
+    @cached_property
+    def before(self) -> Floats:
+        """The time since the message before of the same robot, 0 where there is none, or a gap."""
+        return np.where(self.joined, np.diff(self.time, prepend=0.0), 0.0)
+
+
+def lay_over(model: Model, logs: Sequence[FleetLog]) -> Tracks:
+    """The messages of some logs on the floor of a model.
+
+    Raises:
+        ReportError: kinds of robots that differ, nodes of the log that are none of the model's, axes that do not fit.
+    """
+    if model.fleet.kinds:
+        raise ReportError(
+            f"{model.name}: fleet.kinds: a log does not say of which kind a robot is; calibrate each alone"
+        )
+    parts: dict[str, list[Any]] = {}
+    notes: list[str] = []
+    robots = 0
+    for log in logs:
+        if not log.step:
+            continue
+        columns, said = _day(model, log)
+        columns["robot"] = columns["robot"] + robots
+        robots += len(log.robots)
+        notes += said
+        for name, column in columns.items():
+            parts.setdefault(name, []).append(column)
+    if not parts:
+        raise ReportError("logs of trips alone do not say where robots are, expected one with states")
+    steps = [log.step for log in logs if log.step]
+    seconds = model.units.seconds
+    return Tracks(
+        model=model,
+        step=float(np.median(steps)) / seconds,
+        length=sum(log.length for log in logs if log.step) / seconds,
+        days=len(steps),
+        notes=tuple(notes),
+        **{name: np.concatenate(columns) for name, columns in parts.items()},
+    )
+
+
+def _day(model: Model, log: FleetLog) -> tuple[dict[str, Any], list[str]]:
+    """The columns of `Tracks` of one log, and what is to be said of it."""
+    layout, table = model.floor, log.table
+    number = {node: rank for rank, node in enumerate(layout.graph)}
+    known = np.array([number.get(node, -1) for node in log.nodes])
+    strange = [node for node in log.nodes if node not in number and node]
+    node = known[table["node"].to_numpy()]
+    if (node < 0).mean() > 0.5:  # noqa: PLR2004 - most of the log
+        hint = nearest(strange[0], number) if strange else None
+        raise ReportError(
+            f"{log.name}: nodes that the model does not have (got {', '.join(map(got, strange[:3]))}), expected "
+            f"{spoken(list(number)[:3], 'or')} and the like" + (f"; did you mean '{hint}'?" if hint else "")
+        )
+    notes = [f"{log.name}: nodes that the model does not have: {', '.join(strange[:_NAMES])}"] if strange else []
+    robot = table["robot"].to_numpy().astype(np.int64)
+    time = table["time"].to_numpy()
+    first = np.diff(robot, prepend=-1) != 0
+    joined = ~first & (np.diff(time, prepend=-math.inf) <= GAP * log.step)
+    at, said = _aligned(model, log, node, first)
+    notes += said
+    columns = {
+        "time": time / model.units.seconds,
+        "robot": robot,
+        "node": node,
+        "driving": table["driving"].to_numpy(),
+        "load": table["load"].to_numpy(),
+        "action": table["action"].to_numpy().astype(np.int64),
+        "charge": table["charge"].to_numpy().astype(float),
+        "fault": table["fault"].to_numpy(),
+        "joined": joined,
+    }
+    return {**columns, **_on_edges(model, at, node, robot, columns["driving"])}, notes
+
+
+def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any, list[str]]:
+    """Where robots were, x + iy in the layout's axes and units, by where they were as they came to nodes."""
+    points = np.array(list(model.floor.points.values()))
+    seen = log.table["x"].to_numpy().astype(float) + 1j * log.table["y"].to_numpy()
+    came = (np.diff(node, prepend=-1) != 0) & ~first & (node >= 0) & np.isfinite(seen)
+    if came.sum() < _FEWEST:
+        return seen, [f"{log.name}: {came.sum()} arrivals at nodes are too few to find its axes"]
+    there, here = points[node[came]], seen[came]
+    best: tuple[float, complex, complex, bool] | None = None
+    for mirrored in (False, True):
+        from_log = here.conj() if mirrored else here
+        turn, shift = _similar(from_log, there)
+        off = float(np.median(np.abs(turn * from_log + shift - there)))
+        if best is None or off < best[0]:
+            best = off, turn, shift, mirrored
+    assert best is not None
+    off, turn, shift, mirrored = best
+    extent = max(np.ptp(points.real), np.ptp(points.imag))
+    if off > _CLOSE * extent:
+        raise ReportError(
+            f"{log.name}: positions do not fit the nodes of the model ({off:.3g} {model.units.length} apart), "
+            "expected a log of the same floor"
+        )
+    scale = abs(turn)
+    said = []
+    if abs(scale - 1) > _CLOSE / 2:
+        said = [f"{log.name}: {scale:.4g} {model.units.length} of the model to a unit of the log"]
+    else:  # true to scale: what the fit says beyond that is chance
+        turn /= scale
+    from_log = seen.conj() if mirrored else seen
+    return turn * from_log + shift, said
+
+
+def _similar(here: Any, there: Any) -> tuple[complex, complex]:
+    """Turn (with scale) and shift that bring some points to others, by least squares over the better half, twice."""
+    use = np.ones(len(here), bool)
+    turn, shift = 1 + 0j, 0j
+    for _ in range(5):
+        a, b = here[use].mean(), there[use].mean()
+        spread = (np.abs(here[use] - a) ** 2).sum()
+        turn = complex(((there[use] - b) * (here[use] - a).conj()).sum() / spread) if spread else 1 + 0j
+        shift = complex(b - turn * a)
+        off = np.abs(turn * here + shift - there)
+        use = off <= np.median(off)
+    return turn, shift
+
+
+def _on_edges(model: Model, at: Any, node: Ints, robot: Ints, driving: Flags) -> dict[str, Any]:
+    """For every message where it is, the node that its robot comes to next, the edge to it, and how far along it is."""
+    layout = model.floor
+    names, points = list(layout.graph), np.array(list(layout.points.values()))
+    turns = np.flatnonzero((np.diff(node) != 0) | (np.diff(robot) != 0))
+    ends = np.append(turns, len(node) - 1)
+    after = np.append(node[turns + 1], -1)
+    after[np.append(robot[turns] != robot[turns + 1], True)] = -1
+    onto = after[np.searchsorted(ends, np.arange(len(node)))]
+    code = {(names.index(a), names.index(b)): rank for rank, (a, b) in enumerate(layout.graph.edges)}
+    pairs, inverse = np.unique(np.stack([node, onto]), axis=1, return_inverse=True)
+    edge = np.array([code.get((int(a), int(b)), -1) for a, b in pairs.T])[inverse.ravel()]
+    real = np.flatnonzero((edge >= 0) & np.isfinite(at))
+    way = points[onto[real]] - points[node[real]]
+    drawn = np.abs(way)
+    ahead, start = way / drawn, points[node[real]]
+    moving = driving[real]  # those that stand may do so in a slot beside the lane
+    at = _squared(at, at[real][moving], start[moving], ahead[moving], model.fleet.contact / 2)
+    place = (at[real] - start) * ahead.conj()
+    along = np.full(len(node), math.nan)
+    along[real] = place.real * np.array([layout.length(one) for one in layout.graph.edges])[edge[real]] / drawn
+    beside = np.ones(len(node), bool)
+    beside[real] = np.abs(place.imag) > model.fleet.contact / 2
+    along[beside] = math.nan
+    return {"x": at.real, "y": at.imag, "onto": onto, "edge": np.where(beside, -1, edge), "along": along}
+
+
+def _squared(at: Any, on: Any, start: Any, ahead: Any, far: float) -> Any:
+    """All positions, turned and shifted a little so that robots are in the middle of their lanes, on average.
+
+    Arrivals at nodes are seen up to a second late, so axes that are found from these alone are slightly off.
+    """
+    beside = ((on - start) * ahead.conj()).imag
+    near = np.abs(beside) < far
+    if near.sum() < _FEWEST:
+        return at
+    middle = on[near].mean()
+    across = 1j * ahead[near]
+    columns = [1j * (on[near] - middle), np.ones(int(near.sum())), np.full(int(near.sum()), 1j)]
+    matrix = np.stack([(column * across.conj()).real for column in columns], axis=1)
+    turn, x, y = np.linalg.lstsq(matrix, -beside[near], rcond=None)[0]
+    return (at - middle) * np.exp(1j * turn) + middle + complex(x, y)

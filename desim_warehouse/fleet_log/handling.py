@@ -1,0 +1,185 @@
+"""How long loading, unloading and repairs last, and how often robots break down, seen once a second.
+
+Begin and end of each lie between two messages. The likelihood is that of these intervals, as `desim fit` has it for
+times that a clock has rounded. The middle between the bounds is right on average, so it gives the interval of the mean.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, Estimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.table import DROP, PICK
+from desim_warehouse.study.fit import fit_between
+from desim_warehouse.values.distributions import Distribution, LognormalTime
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from desim_warehouse.fleet_log.floor import Tracks
+
+    Floats = NDArray[np.float64]
+
+MANY = 30
+"""Times from which on their mean is taken to be normal; below that their logarithms are."""
+_QUICK = 2.0
+"""Times of less than so many messages escape the log too often."""
+_SAME = 0.03
+"""Times that spread less than this share of their mean, as far as the log can tell, are all alike."""
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """Stretches of messages of one robot in which something is so.
+
+    `begun` and `ended` have two instants for each: between them it began, and ended (inf: not seen). `first` and `last`
+    are the messages in it.
+    """
+
+    begun: Floats
+    ended: Floats
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+
+    def only(self, which: Any) -> Episodes:
+        """Some of them."""
+        return Episodes(self.begun[which], self.ended[which], self.first[which], self.last[which])
+
+    @property
+    def over(self) -> Any:
+        """Which ended while the log went on."""
+        return np.isfinite(self.ended[:, 1])
+
+    @property
+    def middle(self) -> Floats:
+        """How long each lasted, from the middle of its bounds; those not over as far as seen."""
+        ended = np.where(self.over, self.ended.mean(axis=1), self.ended[:, 0])
+        return np.asarray(ended - self.begun.mean(axis=1))
+
+
+def episodes(tracks: Tracks, so: Any) -> Episodes:
+    """The stretches that began in the log, not in a gap; what ends in one, or with the log, is open."""
+    new = np.diff(tracks.robot, prepend=-1) != 0
+    starts = np.flatnonzero(so & ~new & ~np.concatenate([[True], so[:-1]]) & tracks.joined)
+    off = np.flatnonzero(~so | new)
+    after = np.append(off, len(so))[np.searchsorted(off, starts + 1)]
+    last = after - 1
+    seen = np.zeros(len(starts), bool)
+    inside = after < len(so)
+    seen[inside] = tracks.joined[after[inside]]
+    end = np.full(len(starts), math.inf)
+    end[seen] = tracks.time[after[seen]]
+    begun = np.stack([tracks.time[starts - 1], tracks.time[starts]], axis=1)
+    return Episodes(begun, np.stack([tracks.time[last], end], axis=1), starts, last)
+
+
+def handling(tracks: Tracks) -> list[Estimate]:
+    """Loading and unloading times; those that a breakdown cut short begin anew, and are left out."""
+    faults = np.concatenate([[0], np.cumsum(tracks.fault)])
+    found = []
+    for key, action in (("load_time", PICK), ("unload_time", DROP)):
+        all_of_them = episodes(tracks, tracks.action == action)
+        end = np.minimum(all_of_them.last + 2, len(tracks.time))
+        whole = (faults[end] == faults[all_of_them.first - 1]) & all_of_them.over
+        one_time = episodes_mean(
+            f"tasks.{key}", all_of_them.only(whole), tracks.step, "picks" if action == PICK else "drops"
+        )
+        own = [name for name, flow in tracks.model.tasks.flows.items() if getattr(flow, key) is not None]
+        if own and one_time.identified:
+            one_time = unknown(one_time.key, f"flows have their own ({', '.join(own)})", one_time.n, one_time.what)
+        found.append(one_time)
+    return found
+
+
+def episodes_mean(key: str, found: Episodes, step: float, what: str) -> Estimate:
+    """The distribution of some times that were seen to begin and end, and the interval of its mean."""
+    n, times = len(found.begun), found.middle
+    if n < FEWEST:
+        return unknown(key, f"{n} {what} are too few", n, what)
+    mean = float(times.mean())
+    if mean < _QUICK * step:
+        return unknown(key, f"{mean:.2g} is too short for messages every {step:.2g}", n, what)
+    blur = sum(float((np.diff(ends, axis=1) ** 2).mean()) / 12 for ends in (found.begun, found.ended))
+    spread = math.sqrt(max(float(times.var(ddof=1)) - blur, 0.0))
+    if spread < max(_SAME * mean, math.sqrt(blur) / 4):
+        low, high = mean_interval(times)
+        return Estimate(key, short(mean), mean, low, high, n, what, "always the same, as far as can be seen")
+    fitted = fit_between(found.begun, found.ended)
+    if n < MANY:  # too few to tell families apart
+        fitted = LognormalTime.model_validate({"lognormal": {"mean": short(mean), "cv": short(spread / mean)}})
+    return _of(key, fitted, times, n, what)
+
+
+def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> Estimate:
+    low, high = mean_interval(times)
+    shift = fitted.mean - float(times.mean())
+    kind = fitted.kind
+    ranged = f"{key}.{kind}" + ({"weibull": ".scale", "exponential": ""}.get(kind, ".mean"))
+    scale = fitted.content()[kind]["scale"] / fitted.mean if kind == "weibull" else 1.0
+    low, high = max(low + shift, 0.0), high + shift
+    why = f"cv {fitted.cv:.2g}"
+    if scale != 1.0:
+        why += f"; the interval of the scale is {low * scale:.4g} to {high * scale:.4g}"
+    return Estimate(key, fitted.content(), fitted.mean, low, high, n, what, why, ranged)
+
+
+def mean_interval(times: Floats) -> tuple[float, float]:
+    """The interval of the mean of some times: by Student, and of few by their logarithms (Cox).
+
+    Source: Zhou & Gao (1997), Confidence intervals for the log-normal mean, Statistics in Medicine 16, 783-790.
+    """
+    n, mean = len(times), float(times.mean())
+    if n >= MANY or times.std() < _SAME * mean:
+        half = t_quantile(n - 1) * float(times.std(ddof=1)) / math.sqrt(n)
+        return max(mean - half, 0.0), mean + half
+    logs = np.log(np.maximum(times, 1e-3 * mean))
+    square = float(logs.var(ddof=1))
+    half = t_quantile(n - 1) * math.sqrt(square / n + square**2 / (2 * (n - 1)))
+    return math.exp(float(logs.mean()) + square / 2 - half), math.exp(float(logs.mean()) + square / 2 + half)
+
+
+# Breakdowns
+
+_KEY = "fleet.robot.breakdowns"
+
+
+def breakdowns(tracks: Tracks) -> list[Estimate]:
+    """Time in operation between breakdowns, exact for a Poisson process, and repair times; however few there were."""
+    from scipy.stats import chi2
+
+    found = episodes(tracks, tracks.fault)
+    n = len(found.begun)
+    at_work = (tracks.driving | np.isin(tracks.action, (PICK, DROP))) & ~tracks.fault
+    operated = float(tracks.before[at_work].sum())
+    tail = (1 - CONFIDENCE) / 2
+    high = 2 * operated / float(chi2.ppf(tail, 2 * n)) if n else math.inf
+    low = 2 * operated / float(chi2.ppf(1 - tail, 2 * n + 2))
+    if not n:
+        why = f"none in {operated:,.0f} of operation: less often than every {low:,.0f}"
+        return [unknown(_KEY, why, 0, "breakdowns")]
+    over = found.only(found.over)
+    every = Estimate(
+        f"{_KEY}.every", {"exponential": short(operated / n)}, operated / n, low, high, n, "breakdowns",
+        ranged=f"{_KEY}.every.exponential",
+    )  # fmt: skip
+    repair = episodes_mean(f"{_KEY}.repair", over, tracks.step, "repairs")
+    if not repair.identified:
+        repair = _few_repairs(found)
+    return [every, repair]
+
+
+def _few_repairs(found: Episodes) -> Estimate:
+    """Repair times of less than a handful: exponential, as that has the widest interval; those not over count."""
+    from scipy.stats import chi2
+
+    total, n = float(found.middle.sum()), max(int(found.over.sum()), 1)
+    tail = (1 - CONFIDENCE) / 2
+    low, high = (2 * total / float(chi2.ppf(share, 2 * n)) for share in (1 - tail, tail))
+    mean = total / n
+    key = f"{_KEY}.repair"
+    why = "too few to tell a distribution"
+    return Estimate(key, {"exponential": short(mean)}, mean, low, high, n, "repairs", why, f"{key}.exponential")

@@ -1,0 +1,195 @@
+"""One table of what a real fleet did, whatever wrote the log: a row for each state that a robot reported.
+
+Rows are collected in compact columns, some 30 bytes a message, so a day of a large fleet fits into memory. What is
+wrong with a log is counted in `Notes`, and the first bad rows are named.
+"""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+MOST_PROBLEMS = 20
+"""Bad rows of a log that are named."""
+NOTHING, PICK, DROP, CHARGE = range(4)
+"""Codes of the column `action`."""
+ACTIONS = ("", "pick", "drop", "charge")
+FAR = 3600.0
+"""A single time stamp that is later than its neighbours by so many seconds is wrong."""
+GAP = 2.5
+"""Messages further apart than this multiple of the usual step have a gap between them."""
+
+
+@dataclass
+class Notes:
+    """What was met while reading: rows, bad rows (the first 20 by name), and what is wrong with the times.
+
+    `late` are messages that came after later ones of their robot and stand in order now. `jumps` are those left out
+    as the robot's clock ran back, or ahead for a moment. `gaps` are times without messages, `missing` seconds in all.
+    """
+
+    rows: int = 0
+    bad: int = 0
+    problems: list[str] = field(default_factory=list)
+    duplicates: int = 0
+    late: int = 0
+    jumps: int = 0
+    gaps: int = 0
+    missing: float = 0.0
+
+    def refuse(self, place: str, why: str) -> None:
+        """Count a bad row, and name it if it is among the first."""
+        self.bad += 1
+        if len(self.problems) < MOST_PROBLEMS:
+            self.problems.append(f"{place}: {why}")
+
+    def lines(self) -> list[str]:
+        """What is to be known of the log, in words; nothing where nothing was wrong."""
+        found = [*self.problems]
+        if self.bad > len(self.problems):
+            found.append(f"and {self.bad - len(self.problems):,} more bad rows")
+        said = {
+            "duplicates left out": self.duplicates,
+            "messages that came late": self.late,
+            "messages left out, as a clock jumped": self.jumps,
+            f"gaps, {self.missing / 60:,.0f} robot minutes in all": self.gaps,
+        }
+        return found + [f"{count:,} {what}" for what, count in said.items() if count]
+
+
+@dataclass(frozen=True)
+class FleetLog:
+    """What a fleet did on one day: `table` is sorted by robot and time.
+
+    Attributes:
+        name: of the file or folder.
+        table: time (s, from `begin`), robot, x, y, node (the last that was reached), driving, load, action (a code of
+            `ACTIONS`), charge (per cent, nan: not said) and fault; robot and node are numbers of `robots`, `nodes`.
+        begin: the first time stamp, in seconds since 1970, or 0 for a run.
+        step: the usual time between two messages of a robot; 0: the log has trips, one row where each begins and ends.
+    """
+
+    name: str
+    table: pd.DataFrame
+    robots: tuple[str, ...]
+    nodes: tuple[str, ...]
+    begin: float
+    step: float
+    notes: Notes
+
+    @property
+    def length(self) -> float:
+        """The time from the first message to the last, in seconds."""
+        return float(self.table["time"].max()) if len(self.table) else 0.0
+
+
+_TYPES = {
+    "time": "d",
+    "robot": "i",
+    "x": "f",
+    "y": "f",
+    "node": "i",
+    "driving": "b",
+    "load": "b",
+    "action": "b",
+    "charge": "f",
+    "fault": "b",
+}
+_LOGICAL = ("driving", "load", "fault")
+UNSAID = -1
+"""In the column `load`: the message does not say whether the robot is loaded."""
+
+
+class Collector:
+    """Takes the rows of a log one by one, in the order of the file, and makes a `FleetLog` of them."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.notes = Notes()
+        self._columns = {name: array(code) for name, code in _TYPES.items()}
+        self._add = [column.append for column in self._columns.values()]
+        self._robots: dict[str, int] = {}
+        self._nodes: dict[str, int] = {}
+
+    def add(self, time: float, robot: str, x: float, y: float, node: str, *rest: float) -> None:
+        """A row; `rest`: driving, load, action, charge, fault."""
+        number = self._robots.setdefault(robot, len(self._robots))
+        place = self._nodes.setdefault(node, len(self._nodes))
+        for put, value in zip(self._add, (time, number, x, y, place, *rest), strict=True):
+            put(value)  # type: ignore[arg-type]
+
+    def log(self, *, trips: bool = False) -> FleetLog:
+        """All rows, in order and without those that cannot be.
+
+        Raises:
+            ReportError: a log without a single good row.
+        """
+        import pandas as pd
+
+        notes = self.notes
+        notes.rows = len(self._columns["time"]) + notes.bad
+        if not len(self._columns["time"]):
+            first = f"; {notes.problems[0]}" if notes.problems else ""
+            raise ReportError(f"{self.name}: no rows that can be read, expected a log of a fleet{first}")
+        columns: dict[str, Any] = {
+            name: np.frombuffer(column, column.typecode) for name, column in self._columns.items()
+        }
+        keep = np.arange(len(columns["time"])) if trips else _in_order(columns["robot"], columns["time"], notes)
+        columns = {name: column[keep] for name, column in columns.items()}
+        if trips:
+            keep = np.lexsort((columns["time"], columns["robot"]))
+            columns = {name: column[keep] for name, column in columns.items()}
+        if (columns["load"] == UNSAID).all():
+            columns["load"] = _carried(columns["robot"], columns["action"])
+        begin, step = float(columns["time"].min()), 0.0
+        if not trips:
+            gaps = np.diff(columns["time"])[np.diff(columns["robot"]) == 0]
+            step = float(np.median(gaps)) if len(gaps) else 0.0
+            long = gaps[gaps > GAP * step]
+            notes.gaps, notes.missing = len(long), float(long.sum() - len(long) * step)
+        columns["time"] = columns["time"] - begin
+        table = pd.DataFrame({name: value == 1 if name in _LOGICAL else value for name, value in columns.items()})
+        return FleetLog(self.name, table, tuple(self._robots), tuple(self._nodes), begin, step, notes)
+
+
+def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> NDArray[np.int64]:
+    """The numbers of the rows that stay, by robot and time; notes what is left out."""
+    by_robot = np.argsort(robot, kind="stable")
+    kept = []
+    for mine in np.split(by_robot, np.flatnonzero(np.diff(robot[by_robot])) + 1):
+        at = time[mine]
+        ahead = np.zeros(len(at), bool)
+        ahead[1:-1] = (at[1:-1] - at[:-2] > FAR) & (at[1:-1] - at[2:] > FAR)
+        back = np.maximum.accumulate(np.where(ahead, -np.inf, at)) - at
+        jumped = ahead | (back >= LATE)
+        rows = mine[~jumped]
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        again = np.diff(time[rows], prepend=-np.inf) == 0
+        notes.jumps += int(jumped.sum())
+        notes.late += int(((back > 0) & ~jumped).sum())
+        notes.duplicates += int(again.sum())
+        kept.append(rows[~again])
+    return np.concatenate(kept)
+
+
+LATE = 30.0
+"""Seconds by which a message may come after a later one; beyond that the clock has jumped."""
+
+
+def _carried(robot: NDArray[Any], action: NDArray[Any]) -> NDArray[np.int8]:
+    """Whether each robot is loaded, by its last action, where no message says it: after a pick, until a drop ends."""
+    handling = np.isin(action, (PICK, DROP))
+    last = np.maximum.accumulate(np.where(handling, np.arange(len(action)), -1))
+    known = (last >= 0) & (robot[last] == robot)
+    then = np.where(known, action[last], NOTHING)
+    loaded: NDArray[np.int8] = (((then == PICK) & (action != PICK)) | (action == DROP)).astype(np.int8)
+    return loaded
