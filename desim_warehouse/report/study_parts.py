@@ -89,13 +89,18 @@ def first_page(study: Results, run: Run | None, replay: str | None = None) -> Ht
 
 def numbers_of(study: Results, design: str | None) -> list[tuple[str, str, str]]:
     """What the design of the answer achieves: its first indicators with their intervals, and its cost."""
-    names = [] if design is None else [*study.main[:3], *(["annual_cost"] if "annual_cost" in study.indicators else [])]
-    estimates = {name: study.estimate(study.runs(str(design)), name) for name in names}
-    return [
-        words.scale(name, study.base, (found.mean,)).tile(found, words.in_sentence(name))
+    if design is None:
+        return []
+    estimates = {name: study.estimate(study.runs(design), name) for name in (*study.main[:3], "annual_cost")}
+    tiles = {
+        name: words.scale(name, study.base, (found.mean,)).tile(found, words.in_sentence(name))
         for name, found in estimates.items()
         if found is not None
-    ]
+    }
+    year = estimates["annual_cost"]
+    if year is not None and answers.cost_is_fixed(study):
+        tiles["annual_cost"] = words.scale("annual_cost", study.base).value(year.mean), "a year", ""
+    return list(tiles.values())
 
 
 def first_figure(study: Results) -> list[Axes]:
