@@ -50,6 +50,11 @@ def heading(text: str) -> Html:
     return _part("heading", text)
 
 
+def tiles(found: Iterable[tuple[str, str, str]]) -> Html:
+    """Large numbers: each with what it is, and a note such as its interval."""
+    return _part("tiles", list(found))
+
+
 def bullets(lines: Iterable[str], kind: str = "") -> Html:
     """A list of sentences."""
     return _part("bullets", list(lines), kind)

@@ -66,13 +66,22 @@ def _picture(axes: Axes) -> Html:
 
 
 def first_page(
-    title: str, description: str, question: str, answer: Iterable[str], run: Run | None, replay: str | None
+    title: str,
+    description: str,
+    question: str,
+    numbers: Iterable[tuple[str, str, str]],
+    answer: Iterable[str],
+    run: Run | None,
+    replay: str | None,
 ) -> Html:
-    """Title, question and answer; then the date, and a link to the replay of `run`, written to the path `replay`."""
+    """Title, question, the numbers that answer it, and the answer in sentences.
+
+    Then the date, and a link to the replay of `run`, written to the path `replay`.
+    """
     now = datetime.now(UTC).astimezone()
     parts = html.heading(title)
     parts += html.paragraph(description, "lead") if description else Html("")
-    parts += html.paragraph(question, "question") + html.bullets(answer, "answers")
+    parts += html.paragraph(question, "question") + html.tiles(numbers) + html.bullets(answer, "answers")
     made = f"{now.day} {now:%B %Y}"
     if run is None or replay is None:
         return parts + html.paragraph(made, "note")

@@ -27,6 +27,8 @@ PAGE = {
         "charge": "#00735a",
         "a": "#0062a3",
         "b": "#d55e00",
+        "one": "#6d3fb8",
+        "two": "#0f766e",
     },
     "dark": {
         "back": "#0e1216",
@@ -39,10 +41,12 @@ PAGE = {
         "charge": "#2fc79b",
         "a": "#56b4e9",
         "b": "#ff8a3d",
+        "one": "#c9a4ff",
+        "two": "#5fd3c4",
     },
 }
-"""The parts of a page around its figures, on light or dark ground; `second`: of another run, `charge`: of chargers, `a`
-and `b`: of two designs that are compared."""
+"""The parts of a page around its figures, on light or dark ground; `second`: of stations, `charge`: of chargers, `a`
+and `b`: of two designs that are compared, `one` and `two`: of two runs side by side, colours that mean nothing else."""
 
 GROUND = {
     "light": {

@@ -117,8 +117,27 @@ def page(folder: str | Path, replay: str | None = None) -> ReportPage:
 
 def first_page(plan: PlanFolder, run: Run | None, replay: str | None = None) -> Html:
     """The question, and the answer as `desim plan` prints it."""
-    said = [*plan.content["answer"], *plan.content["notes"]]
-    return pages.first_page(plan.content["name"], plan.model.description, plan.content["question"], said, run, replay)
+    content = plan.content
+    said = [*content["answer"], *content["notes"]]
+    return pages.first_page(
+        content["name"], plan.model.description, content["question"], numbers_of(plan), said, run, replay
+    )
+
+
+def numbers_of(plan: PlanFolder) -> list[tuple[str, str, str]]:
+    """The numbers of today's answer: robots, chargers, what they reach, and what they cost; none without an answer."""
+    best, goal = plan.content["today"]["best"], plan.content["target"]
+    if best is None:
+        return []
+    found = [(str(best["robots"]), f"robot{'s' * (best['robots'] != 1)}", "")]
+    found += [(str(best["chargers"]), f"charger{'s' * (best['chargers'] != 1)}", "")] if best["chargers"] else []
+    if best["mean"] is not None:
+        scale = words.scale(goal["indicator"], plan.model, (best["mean"],))
+        ends = " to ".join(scale.bare(end) for end in best["interval"] or ())
+        found.append((scale.value(best["mean"]), words.in_sentence(goal["indicator"]), ends))
+    if best["cost"] is not None:
+        found.append((numbers.Scale(words.money(plan.model)).value(best["cost"]), "a year", ""))
+    return found
 
 
 def first_figure(plan: PlanFolder) -> Axes:

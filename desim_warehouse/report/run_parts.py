@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
+from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.text import numbers, run_words, words
+from desim_warehouse.report.text.root_words import root as root_in_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
     from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
 
-_PLACES = 10
-"""Edges and intersections in the list of the worst."""
+_ROOTS = 10
+"""Roots of waiting in a table."""
 _GANTT = 24
 """Robots in the Gantt chart."""
 _SPANS = 400
@@ -53,10 +55,11 @@ def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
     run = read(folder)
     return pages.ReportPage(
         title=run.model.name,
-        first=[first_page(run, replay), *flow_figures(run)],
+        first=[first_page(run, replay), *first_figures(run)],
         sections={
-            "Where the time goes": [account(run), *account_figures(run)],
-            **places(run),
+            "Where the time goes": [account(run), *flow_figures(run), *account_figures(run)],
+            "Stations and chargers": [resources(run)],
+            "What robots waited for": [lost_time(run)],
             "Robots": robot_figures(run),
         },
         appendix={
@@ -71,7 +74,8 @@ def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
 def first_page(run: Run, replay: str | None = None) -> Html:
     """The question, the answer, and what a year like the run costs."""
     about = run.model.description or f"Work: {work(run.model)}."
-    return pages.first_page(run.model.name, about, question(run), run_words.sentences(run), run, replay)
+    said = [*run_words.sentences(run), *run_words.waited(run)]
+    return pages.first_page(run.model.name, about, question(run), run_words.numbers_of(run), said, run, replay)
 
 
 def question(run: Run) -> str:
@@ -99,6 +103,11 @@ def indicators(run: Run) -> Html:
     return html.table(["indicator", "value", "name"], rows, words=3, name="indicators")
 
 
+def first_figures(run: Run) -> list[Axes]:
+    """The floor with where robots waited; where nobody did, what came and was delivered."""
+    return congestion_figures(run) or flow_figures(run)
+
+
 def flow_figures(run: Run) -> list[Axes]:
     """Orders that came and were delivered."""
     return [plot.arrivals(run)] if run.history.tasks else []
@@ -110,7 +119,7 @@ def places(run: Run | None) -> dict[str, list[Html | Axes | None]]:
         return {}
     return {
         "Stations and chargers": [resources(run)],
-        "Where robots wait": [*congestion_figures(run), worst_places(run)],
+        "Where robots wait": [*congestion_figures(run), lost_time(run)],
     }
 
 
@@ -139,9 +148,9 @@ def robot_figures(run: Run) -> list[Axes]:
     figures = [plot.utilisation(run)]
     shown = list(fleet[:_GANTT])
     states = sum(len(robot) for robot in run.history.states[:_GANTT])
-    end = run.record.end * min(1.0, _SPANS / max(states, 1))
-    if end > 0:
-        figures.append(plot.gantt(run, robots=shown, end=end))
+    end = run.history.begin + run.history.counted * min(1.0, _SPANS / max(states, 1))
+    if end > run.history.begin:
+        figures.append(plot.gantt(run, robots=shown, start=run.history.begin, end=end))
     if run.model.battery is not None:
         figures.append(plot.battery(run))
     return figures
@@ -197,23 +206,19 @@ def congestion_figures(run: Run | None) -> list[Axes]:
     return [] if run is None or not run.kpis["S"] else [plot.congestion(run)]
 
 
-def worst_places(run: Run) -> Html | None:
-    """The edges and intersections with the most waiting."""
-    found = [
-        (f"{kind} {name}", float(row["blocked"]), int(row["waits"]), int(row["passages"]))
-        for kind, table in (("on", run.edges), ("before", run.nodes))
-        for name, row in table.iterrows()
-    ]
-    worst = sorted((item for item in found if item[2]), key=lambda item: -item[1])[:_PLACES]
-    if not worst:
+def lost_time(run: Run) -> Html | None:
+    """What robots waited for in the end, and how much time was lost to it."""
+    if run.record.level != "all":
+        return html.paragraph("What robots waited for needs a run with log: all.", "note")
+    found = list(lost_to(run.history).items())[:_ROOTS]
+    if not found:
         return None
-    scale = numbers.times(run.model.units.time, [item[1] for item in worst])
+    whole, unit = run.history.counted * run.model.fleet.size, run.model.units.time
     rows = [
-        [place, scale.bare(blocked), numbers.number(waits), numbers.number(passages)]
-        for place, blocked, waits, passages in worst
+        [root_in_words(root, run.model), numbers.duration(time, unit), numbers.PERCENT.value(time / whole), str(robots)]
+        for root, (time, robots) in found
     ]
-    head = ["place", words.with_unit("time waited", scale.unit), "waits", "passages"]
-    return html.table(head, rows, name="places")
+    return html.table(["robots waited", "time, all together", "of the fleet's time", "robots"], rows, name="lost")
 
 
 def warm_up_figures(run: Run) -> list[Axes]:

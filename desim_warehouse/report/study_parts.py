@@ -83,7 +83,24 @@ def _title(study: Results) -> str:
 def first_page(study: Results, run: Run | None, replay: str | None = None) -> Html:
     """The question, the answer, and what a year costs; `run` is linked as a replay where there is a path for it."""
     about = study.plan.description or study.base.description
-    return pages.first_page(_title(study), about, answers.question(study), answers.answer(study)[0], run, replay)
+    said, named = answers.answer(study)
+    return pages.first_page(_title(study), about, answers.question(study), numbers_of(study, named), said, run, replay)
+
+
+def numbers_of(study: Results, design: str | None) -> list[tuple[str, str, str]]:
+    """What the design of the answer achieves: its first indicators with their intervals, and its cost."""
+    if design is None:
+        return []
+    estimates = {name: study.estimate(study.runs(design), name) for name in (*study.main[:3], "annual_cost")}
+    tiles = {
+        name: words.scale(name, study.base, (found.mean,)).tile(found, words.in_sentence(name))
+        for name, found in estimates.items()
+        if found is not None
+    }
+    year = estimates["annual_cost"]
+    if year is not None and answers.cost_is_fixed(study):
+        tiles["annual_cost"] = words.scale("annual_cost", study.base).value(year.mean), "a year", ""
+    return list(tiles.values())
 
 
 def first_figure(study: Results) -> list[Axes]:

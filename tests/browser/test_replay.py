@@ -358,7 +358,7 @@ def test_two_runs_play_side_by_side_on_one_clock(browser: Any, tmp_path: Path) -
     other = dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": 3}))
     page = Page(browser, run, tmp_path, beside=other)
     captions = [item.text for item in page.browser.find_elements("class name", "caption")]
-    assert captions == ["A: fleet.size = 6", "B: fleet.size = 3"]
+    assert captions == ["A: number of robots 6", "B: number of robots 3"]
     for time in (150.0, 700.0):
         for who, one in (("page", run), ("page.beside", other)):
             off = np.array(page.ask(f"{who}.positions(arguments[0])", time)) - Positions(one.history).points(time)

@@ -29,7 +29,7 @@ def page(browser: Any, tmp_path: Path) -> Page:
 
 def test_every_control_is_reached_by_tab_and_shows_that_it_is(page: Page) -> None:
     reached = {}
-    for _ in range(30):
+    for _ in range(45):
         page.press(TAB)
         name, style, width = page.browser.execute_script(FOCUSED)
         reached[name] = (style, width)
@@ -206,7 +206,8 @@ def boxes(page: Page, selector: str) -> list[dict[str, float]]:
 def covered(page: Page) -> None:
     """No part of the page lies on another: floors, legend, notes, buttons, tiles, panel and tables."""
     parts = boxes(
-        page, ".stage, h1, .caption, #legend li, #scale, #said, #ribbon, button, select, output, .tile, #stations"
+        page,
+        ".stage, h1, .caption, #legend li, #scale, #said, #ribbon, button:not(.link), select, output, .tile, #stations",
     )
     parts = [box for box in parts if box["bottom"] - box["top"] > 1]
     panel = boxes(page, "#robot")

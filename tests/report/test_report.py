@@ -226,10 +226,12 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     page = needs_nothing_from_outside(out.read_text(encoding="utf-8"))
     shown = {row[2]: row[1] for row in page.tables["indicators"][1:]}
     assert shown == {key: words.value(key, value, lifelong.model) for key, value in lifelong.kpis.items()}
-    worst = lifelong.nodes["blocked"].max()
-    assert numbers.measured(worst) in {row[1] for row in page.tables["places"]}
+    lost = lifelong.lost_time
+    assert [row[1] for row in page.tables["lost"][1:]] == [
+        numbers.duration(time, lifelong.model.units.time) for time in lost["time"][:10]
+    ]
     assert [picture["alt"].split()[0] for picture in page.pictures] == [
-        "Tasks", "Account", "Time", "Share", "States", "Energy", "Layout", "Warm-up",
+        "Robots", "Tasks", "Account", "Share", "States", "Energy", "Layout", "Warm-up",
     ]  # fmt: skip
     parts = lifelong.account("task").sum()
     share = numbers.percent(parts.max() / parts.sum(), 0)
@@ -496,3 +498,23 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
     ):
         assert fact in page
     assert not {"Hours", "What goes wrong"} & set(re.findall(r">([\w ]+)<", model_facts(dw.load(SQUARE))._repr_html_()))
+
+
+def test_the_first_page_has_large_numbers_with_their_intervals(tmp_path, lifelong):
+    prices = {"hours": 4000, "robot": 9000, "charger": 800, "currency": "EUR"}
+    study = Study(
+        example().replace({"prices": prices}), {"fleet.size": [3, 4]}, replications=4, target="on_time >= 50 %"
+    )
+    study.run(out=tmp_path / "study")
+    first = report(tmp_path / "study").read_text(encoding="utf-8").partition("<h2")[0]
+    lines, design = answers.answer(study.results)
+    found = study.results.estimate(study.results.runs(design), "on_time")
+    value, ends = numbers.PERCENT.estimate(found).rstrip(")").split(" (")
+    assert f"<dt>done on time</dt><dd>{value}<small>{ends}" in first
+    assert "<dd>27,800 EUR" in first
+    assert lines[-1].startswith("A year with 3 robots costs 27,800 EUR, a task ")
+    said = run_words.numbers_of(lifelong)
+    assert next(what for _, what, _ in said) == "tasks an hour"
+    page = report(lifelong, tmp_path / "run.html").read_text(encoding="utf-8").partition("<h2")[0]
+    assert all(f"<dt>{what}</dt><dd>{value}" in page for value, what, _ in said)
+    assert run_words.waited(lifelong)[0] in Page(page).text

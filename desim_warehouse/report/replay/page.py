@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
+from desim_warehouse.model.facts.keys import about
 from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
@@ -27,10 +28,12 @@ _LONGEST = 40
 def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palette: str) -> str:
     """One self-contained HTML page that replays a window of each run, one or two; it needs no network."""
     headers, texts = [], []
+    first = (runs[0].model.content()["tasks"], runs[0].seed)
     for history, (start, end), label in zip(runs, windows, labels(runs), strict=True):
         header, columns = payload(history, start, end)
         index, text = pack(columns)
-        headers.append({**header, "label": label, "columns": index})
+        work = (history.model.content()["tasks"], history.seed)
+        headers.append({**header, "label": label, "work": work == first, "columns": index})
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
     parts = {
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
@@ -50,8 +53,9 @@ def labels(runs: Sequence[History]) -> list[str]:
     differ = [key for key in keys if key != "name" and len({_text(content.get(key)) for content in contents}) > 1]
     found = []
     for history, content in zip(runs, contents, strict=True):
-        parts = [f"{key} = {_text(content.get(key))}" for key in differ[:_KEYS]]
-        if len(differ) > _KEYS:
+        said = [key for key in differ if content.get(key) is not None] or differ
+        parts = [f"{_name(key)} {_text(content.get(key))}" for key in said[:_KEYS]]
+        if len(said) > _KEYS:
             parts.append("...")
         if not differ or len({history.seed for history in runs}) > 1:
             parts.append(f"seed {history.seed}")
@@ -68,6 +72,12 @@ def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, A
             yield f"{before}{key}", value
 
 
+def _name(key: str) -> str:
+    """What people call a key."""
+    known = about(key)
+    return known.label if known else key
+
+
 def _text(value: Any) -> str:
     """A value of a model, short enough for a caption."""
     text = "none" if value is None else value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
@@ -76,5 +86,5 @@ def _text(value: Any) -> str:
 
 def _colours() -> dict[str, Any]:
     """The colours of the page: of its floor, of what moves on it, and of waiting."""
-    ground = {name: {**GROUND[name], "second": PAGE[name]["second"]} for name in GROUND}
+    ground = {name: {**GROUND[name], "one": PAGE[name]["one"], "two": PAGE[name]["two"]} for name in GROUND}
     return {"ground": ground, "palettes": PALETTES, "heat": HEAT, "steps": WAITED_STEPS}

@@ -55,10 +55,15 @@ def cost(study: Results, design: str) -> list[str]:
     year, task = (one and scale.estimate(one) for one in found)
     if found[0] is None or year is None:
         return []
-    prices = study.base.prices
-    if prices is not None and not (prices.energy or prices.late_order):
-        year = scale.value(found[0].mean)  # nothing in it depends on a run
+    if cost_is_fixed(study):
+        year = scale.value(found[0].mean)
     return [f"A year with {_name(study, design)} costs {year}" + (f", a task {task}." if task else ".")]
+
+
+def cost_is_fixed(study: Results) -> bool:
+    """Whether nothing in the cost of a year depends on a run."""
+    prices = study.base.prices
+    return prices is not None and not (prices.energy or prices.late_order)
 
 
 def _on_target(study: Results) -> tuple[list[str], str | None]:

@@ -148,6 +148,11 @@ class Scale:
         few = f", {number_of(found.n, 'run')}" if not found.sd and found.n < _FEW else ""
         return self._with_ends(found, found.interval, self.unit) + few
 
+    def tile(self, found: Mean, what: str) -> tuple[str, str, str]:
+        """A mean as a large number: its value with the unit, what it is, and the ends of its interval."""
+        value, _, ends = self.estimate(found).partition(" (")
+        return value, what, ends.replace(")", "", 1)
+
     def cell(self, found: Mean | None) -> str:
         """A mean in a table whose head has the unit: `200 ± 14`; with its ends where one of them is nearer."""
         if found is None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.text.sentences import sentence
 from desim_warehouse.states import TIMES
 from desim_warehouse.values.units import SECONDS
@@ -21,6 +23,33 @@ def sentences(run: Run) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts]
     return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_breakdowns(run), *_cost(run)]
+
+
+def numbers_of(run: Run) -> list[tuple[str, str, str]]:
+    """The three numbers of a run that come first: each with what it is, and a note."""
+    kpis, model = run.kpis, run.model
+    found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
+    if math.isfinite(kpis.get("on_time", math.nan)):
+        found.append((numbers.PERCENT.value(kpis["on_time"]), "on time", ""))
+    else:
+        found.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within", ""))
+    if "annual_cost" in kpis:
+        found.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year", ""))
+    else:
+        found.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic", ""))
+    return found
+
+
+def waited(run: Run) -> list[str]:
+    """What robots waited for most, where the log tells."""
+    if run.record.level != "all" or not run.history.counted:
+        return []
+    whole, found = run.history.counted * run.model.fleet.size, lost_to(run.history)
+    if not found:
+        return []
+    root, (time, _) = next(iter(found.items()))
+    lasted, share = numbers.duration(time, run.model.units.time), numbers.PERCENT.value(time / whole)
+    return [f"Most of all robots waited {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
 
 
 def counted_time(run: Run) -> str:

@@ -193,9 +193,9 @@ def test_the_worst_queues_are_those_that_the_log_has() -> None:
 def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     few, many = (dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": size})) for size in (3, 5))
     again = dw.simulate(few.model, seed=9)
-    assert labels([few.history, many.history]) == ["fleet.size = 3", "fleet.size = 5"]
+    assert labels([few.history, many.history]) == ["number of robots 3", "number of robots 5"]
     assert labels([few.history, again.history]) == ["seed 0", "seed 9"]
-    assert labels([many.history, again.history]) == ["fleet.size = 5, seed 0", "fleet.size = 3, seed 9"]
+    assert labels([many.history, again.history]) == ["number of robots 5, seed 0", "number of robots 3, seed 9"]
     assert labels([few.history]) == ["seed 0"]
 
 

@@ -54,7 +54,7 @@ class Tiles {
         let text = FORMS[cell.form](now);
         if (run.low && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
         if (run.value.textContent !== text) run.value.textContent = text;
-        const colour = this.sides.length > 1 ? [colours.empty, colours.second][i] : colours.soft;
+        const colour = this.sides.length > 1 ? [colours.one, colours.two][i] : colours.soft;
         if (!whole) this.line(ctx, cell, run.curve, 1, NaN, colours.bar);
         if (run.low) this.line(ctx, cell, run.low, part, run.side.story.battery(time)[1], colours.bar);
         this.line(ctx, cell, run.curve, part, now, colour, true);

@@ -17,7 +17,7 @@ class Stations {
   row(body, one, number) {
     const row = body.insertRow(), what = one.kind === "station" ? "server" : "charger";
     const where = `${this.side.name(one.node)}, ${one.number} ${what}${one.number > 1 ? "s" : ""}`;
-    const name = element("button", { type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, one.name));
+    const name = element("button", { id: `place-${this.side.letter}-${number}`, type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, one.name));
     name.addEventListener("click", () => this.go(this.side, number));
     row.append(element("th", { scope: "row" }, name, " ", element("small", {}, where)));
     const bar = element("span", { class: `bar ${one.kind}` }), text = element("span");

@@ -10,15 +10,15 @@ class LostTime {
     if (root.hidden) return;
     const table = element("table"), body = table.createTBody();
     table.createCaption().textContent = "What robots waited for";
-    this.rows = found.map((one) => this.row(body, one));
+    this.rows = found.map((one, number) => this.row(body, one, number));
     const list = element("div", { class: "list", tabindex: 0, role: "region", "aria-label": "What robots waited for" }, table);
     if (found.length >= FILTERED) root.append(this.filter());
     root.append(list);
   }
 
-  row(body, one) {
+  row(body, one, number) {
     const row = body.insertRow(), many = this.controls.of(one.side);
-    const words = element("button", { type: "button", class: "link" }, element("bdi", {}, `${many}${one.words}`));
+    const words = element("button", { id: `lost-${number}`, type: "button", class: "link" }, element("bdi", {}, `${many}${one.words}`));
     row.append(element("th", { scope: "row" }, words), element("td", {}, one.time));
     let next = 0;
     words.disabled = one.longest.length === 0;
@@ -27,7 +27,7 @@ class LostTime {
   }
 
   filter() {
-    const field = element("input", { type: "search", placeholder: "only those with ...", "aria-label": "Only waits with these words" });
+    const field = element("input", { id: "lost-words", type: "search", placeholder: "only those with ...", "aria-label": "Only waits with these words" });
     field.addEventListener("input", () => {
       const wanted = field.value.trim().toLowerCase();
       for (const { row, text } of this.rows) row.hidden = !text.includes(wanted);

