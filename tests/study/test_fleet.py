@@ -58,8 +58,8 @@ def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(fou
     )
     assert lines[1].startswith("With 30 % more orders (78 an hour) ")
     assert lines[2] == (
-        "With the least driving in all (hungarian) or the most urgent task first (earliest-due) instead of the nearest "
-        "robot (nearest) no fewer are enough."
+        "With the most urgent task first (earliest-due) instead of the nearest robot (nearest) no fewer are enough, and "
+        "the least driving in all (hungarian) changes nothing (three runs of each)."
     )
     assert lines[3].startswith("The bottleneck is ")
 
@@ -83,6 +83,15 @@ def test_the_command_beside_a_number_shows_that_number(found, drafted, here):
         assert mean == pytest.approx(said, abs=0.51)
         assert least - 0.51 <= low  # bounds for every look are never narrower than those of one
         assert high <= most + 0.51
+
+
+def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
+    hungarian, earliest = found.strategies
+    assert (hungarian.shown, hungarian.saves, earliest.same) == ((), False, ())
+    assert set(hungarian.same) == {(one.robots, one.chargers) for one in found.grown.below}
+    runs = dw.Study.open(folder / "out" / "strategies").table.groupby("policies.allocation")["replication"].max()
+    assert runs["hungarian"] == 2
+    assert runs["earliest-due"] >= 9
 
 
 def test_runs_are_kept_and_used_again(found, folder):

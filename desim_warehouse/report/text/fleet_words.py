@@ -235,9 +235,10 @@ def _strategy(plan: FleetPlan) -> str:
     judged = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
     same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
     if not judged:
-        return f"With {spoken(same, 'or')} instead of {own} nothing changes."
+        return f"With {spoken(same, 'or')} instead of {own} nothing changes (three runs of each)."
     line = f"With {spoken(judged, 'or')} instead of {own} no fewer are enough"
-    return f"{line}, and {spoken(same)} change{'s' * (len(same) == 1)} nothing." if same else f"{line}."
+    changes = f"change{'s' * (len(same) == 1)} nothing (three runs of each)"
+    return f"{line}, and {spoken(same)} {changes}." if same else f"{line}."
 
 
 def _own(plan: FleetPlan) -> str:
