@@ -98,7 +98,7 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
     table = re.findall(r"<tr.*?</tr>", study_parts.results(study))
     head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
     place = head.index(words.head("cycle_time_p95", scale))
-    assert drawn == {(f"demand {row[0]}", row[1], row[2]): row[place] for row in rows}
+    assert drawn == {(f"demand: {row[0]}", row[1], row[2]): row[place] for row in rows}
     assert len(drawn) == 12
 
 

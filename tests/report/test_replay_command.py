@@ -63,3 +63,21 @@ def test_another_run_stands_beside_it(tmp_path: Path) -> None:
 def test_a_model_that_records_too_little_is_told_what_to_set() -> None:
     with pytest.raises(ReportError, match=r"needs log: all \(now log: tasks\).*--set log=all"):
         call(MODEL, "--set", "log=tasks")
+
+
+def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_path: Path) -> None:
+    model = tmp_path / "w.yaml"
+    new = ["new", str(model), "--size", "16x14", "--orders", "60/h", "--due", "3"]
+    assert CliRunner().invoke(desim, new, catch_exceptions=False).exit_code == 0
+    assert dw.load(model).log == "tasks"
+    short = ["--set", "run.length=1800", "--set", "run.warm_up=600"]
+    call(model, *short, "-o", tmp_path / "page.html")
+    assert "desimReplay" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    made = CliRunner().invoke(desim, ["report", str(model), *short, "-o", str(tmp_path / "report.html")])
+    assert made.output.strip() == str(tmp_path / "report.html")
+    first = (tmp_path / "report.html").read_text(encoding="utf-8").partition("<h2")[0]
+    assert "tasks an hour" in first
+    assert "Robots wait here" in first
+    refused = CliRunner().invoke(desim, ["report", str(tmp_path), "--set", "fleet.size=2"])
+    assert refused.exit_code == 2
+    assert "--set is for models" in refused.output

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.states import SHOWN
+from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY
+from desim_warehouse.states import APART, OPENING, SHOWN
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.chains import Root
 
-_ROOTS = {
-    "crossing": "at the crossing {}",
-    "lane": "behind others on {}",
-    "two_way_lane": "for the two-way lane {}",
-    "ring": "in rings of robots at {}",
-    "queueing_server": "for a server of {}",
-    "queueing_charger": "for a charger of {}",
-    "closed": "for {} to open",
-    "waiting_closed": "for {}, which was closed",
-    "waiting_person": "for people in {}",
+_PLACES = {
+    CROSSING: "at the crossing {}",
+    LANE: "behind others on {}",
+    TWO_WAY: "for the two-way lane {}",
+    RING: "in rings of robots at {}",
 }
-"""What robots wait for where a chain of waits ends (see `outcome.chains`); of other roots, what the last one does."""
+"""Roots that are places (see `outcome.chains`)."""
 
 
 def root(of: Root, model: Model) -> str:
-    """What robots waited for in the end: `for a server of packing (R)`, `at the crossing V`."""
+    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading at E`."""
+    if of.cause in _PLACES:
+        return _PLACES[of.cause].format(of.at)
+    if of.cause in APART:
+        return f"{APART[of.cause].doing.removeprefix('waiting ')}: {of.at}"
     zones = {node: item.zone for of_kind in (model.floor.bays, model.floor.stations) for node, item in of_kind.items()}
-    place = f"{zones[of.at]} ({of.at})" if of.at in zones and of.cause in SHOWN else of.at
-    if of.cause in _ROOTS:
-        return _ROOTS[of.cause].format(place)
-    return f"for robots {SHOWN[of.cause].doing} at {place}"
+    place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else of.at, SHOWN[of.cause]
+    if state.queue is None:
+        return f"for robots {state.doing} at {place}"
+    return f"for {place} to open" if state.queue == OPENING else f"for {state.queue.what} of {place}"
