@@ -58,8 +58,8 @@ def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(fou
     )
     assert lines[1].startswith("With 30 % more orders (78 an hour) ")
     assert lines[2] == (
-        "With the most urgent task first (earliest-due) instead of the nearest robot (nearest) no fewer are enough, and "
-        "the least driving in all (hungarian) changes nothing (three runs of each)."
+        "With the most urgent task first (earliest-due) instead of the nearest robot (nearest) no fewer are enough, "
+        "and the least driving in all (hungarian) changes nothing (three runs of each)."
     )
     assert lines[3].startswith("The bottleneck is ")
 
