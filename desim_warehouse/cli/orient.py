@@ -79,13 +79,14 @@ def _search(
     model: str, file: str, indicator: str, runs: int, seed: int, execution: ExecutionOptions, *, force: bool
 ) -> None:
     from desim_warehouse.model.oriented import turned_files
-    from desim_warehouse.study.directions import directions, told
+    from desim_warehouse.report.text import direction_words
+    from desim_warehouse.study.directions import directions
 
     base = load_model(model, ())
     refuse_files([Path(file)], force=force)
     with interruptible(None, execution.kept):
         found = directions(base, indicator, runs=runs, seed=seed, timeout=execution.timeout, **execution.where())
-    click.echo("\n".join(told(found)))
+    click.echo("\n".join(direction_words.sentences(found)))
     if found.gain is None:
         sys.exit(NONE_MEETS)
     write_files(turned_files(Path(model), base, found.ways, Path(file)), force=force)

@@ -19,7 +19,7 @@ from desim_warehouse.study.statistics import paired
 from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
 
     from desim_warehouse.layout import Edge
     from desim_warehouse.layout.turnable import Turnable, Way
@@ -304,28 +304,3 @@ def _gain(study: Study, number: int, indicator: str, confidence: float, *, maxim
     is_better = None if low <= 0 <= high else (low > 0) == maximise
     label = str(study.points[number + 1].labels["directions"])
     return Gain("" if number == 0 else label, found.mean / whole, low / whole, high / whole, len(both), is_better)
-
-
-def told(found: Directions) -> list[str]:
-    """The answer in sentences."""
-    if found.gain is None:
-        return [f"No better directions found than those drawn, in {found.runs} runs."]
-    gain = found.gain
-    lines = [f"{len(found.turned)} of {found.units} turned: {_listed(found.turned)}."]
-    verdict = {True: "", False: " (worse)", None: " (no difference shown)"}[gain.is_better]
-    lines.append(f"{found.indicator} {_percent(gain)} in {gain.pairs} pairs of fresh runs{verdict}.")
-    for better, said in ((True, "It holds"), (None, "Not shown"), (False, "It loses")):
-        places = [f"{one.where} {_percent(one)}" for one in found.elsewhere if one.is_better is better]
-        if places:
-            lines.append(f"{said} for {_listed(places)}.")
-    if found.cost:
-        lines.append(f"Turning these aisles costs {found.cost:,.0f} once.")
-    return lines
-
-
-def _listed(items: Sequence[str] | Iterable[str]) -> str:
-    return "; ".join(items)
-
-
-def _percent(gain: Gain) -> str:
-    return f"{100 * gain.mean:+.1f} % ({100 * gain.low:+.1f} to {100 * gain.high:+.1f})"

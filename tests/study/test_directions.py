@@ -6,7 +6,8 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.directions import directions, told
+from desim_warehouse.report.text import direction_words
+from desim_warehouse.study.directions import directions
 
 DETOUR = """\
 name: a short cut that leads the wrong way   # a comment that stays
@@ -82,7 +83,7 @@ def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(fil
     one = directions(model, runs=60, out=tmp_path / "runs")
     before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
     again = directions(model, runs=60, workers=2, out=tmp_path / "runs")
-    assert told(one) == told(again)
+    assert direction_words.sentences(one) == direction_words.sentences(again)
     assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
     assert (
         len(dw.Results.load(tmp_path / "runs" / "search").rows)
@@ -97,9 +98,9 @@ def test_the_command_writes_the_model_and_says_what_it_gains(file):
     done = CliRunner().invoke(desim, words)
     assert done.exit_code == 0, done.output
     assert "turned:" in done.output
-    assert "throughput_per_hour +" in done.output
-    assert "in 20 pairs of fresh runs." not in done.output  # 80 runs leave 16 for them
-    assert "Turning these aisles costs " in done.output
+    assert "Throughput: +" in done.output
+    assert "in 20 pairs of runs on fresh days." not in done.output  # 80 runs leave 16 for them
+    assert "Turning costs " in done.output
     assert "# a comment that stays" in out.read_text(encoding="utf-8")
     assert dw.load(out) == directions(dw.load(file), runs=80).model
 
