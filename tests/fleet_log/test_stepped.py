@@ -50,7 +50,7 @@ def log_of(setting, path):
 
 
 def test_the_figures_of_the_paper_are_found_again(tmp_path):
-    goods = tuple((7 * n) % 80 for n in range(60))
+    goods = tuple((7 * n) % 80 for n in range(24))
     log_of(stepped.Setting(robots=3, goods=goods, consumption=0.006), tmp_path / "log.jsonl")
     found = {one.key: one for one in calibrate("models/multibots.yaml", [tmp_path / "log.jsonl"]).estimates}
     assert found["fleet.robot.speed"].mean == pytest.approx(4, rel=0.001)

@@ -40,17 +40,12 @@ def days(a_plant):
     return model, from_run(dw.simulate(model, 77))
 
 
-def test_the_right_model_is_not_refuted_and_a_fast_sheet_is(days):
+def test_the_right_model_is_not_refuted(days):
     model, day = days
     right = validate(model, [day], runs=39)
     assert not right.refuted
     assert right.lines()[0].startswith("not refuted (1 day, 39 simulated")
     assert "power: a 10 % error would be seen in trip_mean with" in right.lines()[-1]
-    faster = {"fleet.robot.speed": 4.0, "fleet.robot.speed_loaded": 4.0, "traffic.node_time": 0}
-    wrong = validate(dw.load(model.content(), faster), [day], runs=39)
-    assert wrong.refuted
-    assert "share_loaded" in wrong.outside
-    assert any(line.startswith("look at share_loaded: speed with a load") for line in wrong.lines())
 
 
 def test_measures_of_a_run_are_its_indicators(days):
@@ -76,5 +71,8 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     options = ["--against", str(tmp_path / "short.jsonl"), "--runs", "39", "--set", "fleet.robot.speed=9"]
     result = CliRunner().invoke(desim, ["validate", str(a_plant.sheet), *options])
     assert result.exit_code == 0, result.output
-    assert "refuted by" in result.output
+    first, *then = result.output.splitlines()
+    assert first.startswith("refuted by")
+    assert "share_loaded" in first
+    assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
     assert "OUTSIDE" in result.output
