@@ -26,6 +26,9 @@ _ALIKE = 1.08
 """Slow edges whose speeds differ by less are one zone."""
 _ROUNDS = 8
 _STRAIGHT, _CORNER = 15.0, 90.0
+_CLOCK = 0.005
+"""Standard error of a time at a node that no number of passages takes away, as a share of the step between messages:
+stamps are rounded, and robots are held up for less than a message shows."""
 _SEEN = 2.5
 """Standard errors from 0 beyond which a turn takes time of its own."""
 
@@ -169,7 +172,7 @@ class Motion:
         n = sum(group[3] for group in groups)
         part = np.array([group[0] for group in groups])
         mean = np.array([group[1] for group in groups])
-        error = np.maximum([group[2] for group in groups], 1e-9)
+        error = np.hypot([group[2] for group in groups], _CLOCK * self.tracks.step)
         turn, turn_error = self.tracks.model.traffic.turn_time, 0.0
         corner = unknown(keys[1], "robots passed nodes only straight on, or only turning", n, "nodes passed")
         if len(groups) == 2:  # noqa: PLR2004 - straight on, and corners

@@ -133,7 +133,7 @@ def validate(
         raise ReportError("no log, expected at least one")
     real, simulated, stood = [], [], []
     for day, log in enumerate(read):
-        changed = load(base.content(), as_they_are(base, Path(orders[day])) if orders else {})
+        changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
         found, at = measured(changed, log)
         days = [_simulated(changed, log, day * runs + run) for run in range(runs)]
         real.append([found[name] for name in MEASURES])
@@ -156,7 +156,7 @@ def _simulated(model: Model, log: FleetLog, seed: int) -> tuple[dict[str, float]
     """A simulated day as long as the real one, with messages as far apart, measured as that is."""
     seconds = model.units.seconds
     changes: dict[str, Any] = {"run.length": max(log.length / seconds, 1.0), "log": "all"}
-    day = load(model.content(), changes)
+    day = model.replace(changes)
     try:
         reported = from_run(simulate(day, seed), log.step or 1.0)
     except SimulationError as error:
