@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from desim_warehouse.fleet_log import read_log
     from desim_warehouse.fleet_log.calibrate import calibrate
+    from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.order_day import order_day
@@ -58,6 +59,7 @@ _HOME = {
     ),
     "fleet_log": ("read_log",),
     "fleet_log.calibrate": ("calibrate",),
+    "fleet_log.validate": ("validate",),
     "learn.asktell": ("steps",),
     "model": ("Model", "load"),
     "model.order_day": ("order_day",),
@@ -113,6 +115,7 @@ __all__ = [
     "simulate",
     "size",
     "steps",
+    "validate",
     "why",
     "write_layout",
 ]

@@ -33,6 +33,7 @@ COMMANDS = {
     "size": ("size", "Find the smallest fleet, or other value, that meets a target."),
     "screen": ("screen", "Show which factors of a study folder matter."),
     "calibrate": ("calibrate", "Estimate a model's figures from the log of its real fleet."),
+    "validate": ("validate", "Say whether real days refute a model."),
     "fit": ("fit", "Propose a distribution for measured times."),
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
     "long-run": ("long_run", "Show what one long run says, with intervals."),

@@ -40,7 +40,11 @@ def energy(tracks: Tracks) -> list[Estimate]:
     found = _consumption(tracks, battery.capacity / 100)
     if tracks.model.policies.charging.name == "swap":
         return [*found, unknown(keys[1], "batteries are swapped")]
-    return [*found, _charge_rate(tracks, battery.capacity / 100), unknown(keys[2], "see docs: measure it at a charger")]
+    return [
+        *found,
+        _charge_rate(tracks, battery.capacity / 100),
+        unknown(keys[2], "levels near full are too coarse: measure it at a charger"),
+    ]
 
 
 def _kinds(tracks: Tracks) -> NDArray[np.int64]:
@@ -141,4 +145,6 @@ def _charge_rate(tracks: Tracks, per_cent: float) -> Estimate:
     rounding = n * (0.1 * per_cent) ** 2 / 6  # of two levels each, where the log has tenths of a per cent
     spread = math.sqrt(max(float(((gain - rate * time) ** 2).sum()) * n / (n - 1), rounding))
     half = t_quantile(n - 1) * spread / float(time.sum())
+    if rate <= half:
+        return unknown(key, "levels do not rise at chargers", n, "charges")
     return Estimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")

@@ -83,11 +83,12 @@ def densest(values: Floats, share: float = 0.2) -> float:
     return float(ordered[first : first + many].mean())
 
 
-def undisturbed(off: Floats, side: int) -> tuple[NDArray[np.bool_], float]:
+def undisturbed(off: Floats, side: int, least: float = _FLOOR) -> tuple[NDArray[np.bool_], float]:
     """Which residuals are those of measuring alone, and their standard deviation, judged by the side without others.
 
     Disturbances lie on one side only: robots are held up, never pushed. `side` is -1 where they are above 0.
+    `least`: the deviation that all measuring has.
     """
     quiet = np.abs(off[off * side >= 0])
-    sigma = max(float(np.quantile(quiet, 0.683)) if len(quiet) else 0.0, _FLOOR)
+    sigma = max(float(np.quantile(quiet, 0.683)) if len(quiet) else 0.0, least)
     return np.abs(off) <= _WIDE * sigma, sigma

@@ -26,6 +26,9 @@ _ALIKE = 1.08
 """Slow edges whose speeds differ by less are one zone."""
 _ROUNDS = 8
 _STRAIGHT, _CORNER = 15.0, 90.0
+_CLOCK = 0.005
+"""Standard error of a time at a node that no number of passages takes away, as a share of the step between messages:
+stamps are rounded, and robots are held up for less than a message shows."""
 _SEEN = 2.5
 """Standard errors from 0 beyond which a turn takes time of its own."""
 
@@ -46,7 +49,9 @@ class Motion:
         length = tracks.lengths[tracks.edge]
         self.clear = on & (tracks.along > self.margin) & (tracks.along < length - self.margin)
         self._stretches()
+        self.sigma = 1e-9
         self.speeds = [self._speed(loaded) for loaded in (False, True)]
+        self.sigma = self._noise()
         self.slow = self._slow_edges()
         if self.slow:  # those are not what robots drive elsewhere
             self.speeds = [self._speed(loaded) for loaded in (False, True)]
@@ -84,10 +89,17 @@ class Motion:
     def _speed(self, loaded: bool) -> tuple[float, float, int]:
         """The speed, the half-width of its interval, and from how many stretches; nan where they are too few."""
         return (
-            _steady(self.way[use], self.time[use], self.edge[use])
+            _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
             if (use := self._usual(loaded)).sum() >= FEWEST
             else (math.nan, math.nan, int(use.sum()))
         )
+
+    def _noise(self) -> float:
+        """Standard deviation of a way that is measured between two positions, by those longer than they should be."""
+        own = np.array([speed for speed, _, _ in self.speeds])[self.loaded.astype(int)]
+        off = (self.way - own * self.time)[self._usual(False) | self._usual(True)]
+        off = off[np.isfinite(off)]
+        return undisturbed(off, 1)[1] if len(off) else 1e-9
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
         """Edges slower than they should be, by the model's limits and the speed elsewhere: zones of like speeds."""
@@ -97,7 +109,7 @@ class Motion:
                 use = (self.edge == number) & (self.loaded == bool(loaded)) & (self.way > 0)
                 if use.sum() < FEWEST or math.isnan(usual):
                     continue
-                speed, half, _ = _steady(self.way[use], self.time[use], self.edge[use])
+                speed, half, _ = _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
                 if speed + half < SLOW * min(usual, self.limits[number]):
                     found[int(number)] = max(speed, found.get(int(number), 0.0))
         zones: list[list[int]] = []
@@ -110,7 +122,7 @@ class Motion:
 
     def _on(self, zone: list[int]) -> tuple[float, float, int]:
         use = np.isin(self.edge, zone) & (self.way > 0)
-        return _steady(self.way[use], self.time[use], self.edge[use])
+        return _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
 
     # What comes out
 
@@ -160,7 +172,7 @@ class Motion:
         n = sum(group[3] for group in groups)
         part = np.array([group[0] for group in groups])
         mean = np.array([group[1] for group in groups])
-        error = np.maximum([group[2] for group in groups], 1e-9)
+        error = np.hypot([group[2] for group in groups], _CLOCK * self.tracks.step)
         turn, turn_error = self.tracks.model.traffic.turn_time, 0.0
         corner = unknown(keys[1], "robots passed nodes only straight on, or only turning", n, "nodes passed")
         if len(groups) == 2:  # noqa: PLR2004 - straight on, and corners
@@ -170,12 +182,19 @@ class Motion:
             value = short(max(turn, 0.0))
             half = t_quantile(n) * max(turn_error, float(np.hypot(*error)))
             corner = Estimate(keys[1], value, turn, max(turn - half, 0.0), turn + half, n, "nodes passed")
+        if len(groups) == 1 and part[0]:  # only corners: what is the node's, and what the turn's?
+            both, half = float(mean[0]), t_quantile(n) * float(error[0])
+            why = "all of them turned: with the time of the turn"
+            return [
+                Estimate(keys[0], short(max(both - turn, 0.0)), both, 0.0, both + half, n, "nodes passed", why),
+                corner,
+            ]
         weight = error**-2 / (error**-2).sum()
         if turn_error:
             weight = np.array([1.0, 0.0])
         node = float((weight * (mean - part * turn)).sum())
         half = t_quantile(n) * float(np.sqrt((weight**2 * error**2).sum()))
-        low, high = max(node - half, 0.0), max(node + half, 0.0)
+        low, high = max(node - half, 0.0), max(node, 0.0) + half
         return [Estimate(keys[0], short(max(node, 0.0)), max(node, 0.0), low, high, n, "nodes passed"), corner]
 
     def _passages(self) -> tuple[Floats, Floats, Ints]:
@@ -211,16 +230,16 @@ class Motion:
         return speeds
 
 
-def _steady(way: Floats, time: Floats, edge: Ints) -> tuple[float, float, int]:
+def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float, float, int]:
     """The speed of robots that are now and then held up, the half-width of its interval, and how many were not."""
     speed = densest(way / time)
     use = np.ones(len(way), bool)
     for _ in range(_ROUNDS):
         off = way - speed * time
-        use, _ = undisturbed(off, 1)
+        use, _ = undisturbed(off, 1, sigma)
         speed = float(way[use].sum() / time[use].sum())
     n = int(use.sum())
-    spread = _spread((way - speed * time)[use], edge[use])
+    spread = max(_spread((way - speed * time)[use], edge[use]), sigma * math.sqrt(n))
     return speed, t_quantile(n - 1) * spread / float(time[use].sum()), n
 
 
@@ -232,7 +251,8 @@ def _centre(excess: Floats, kind: Ints) -> tuple[float, float, int]:
         use, _ = undisturbed(excess - centre, -1)
         centre = float(excess[use].mean())
     n = int(use.sum())
-    return centre, _spread(excess[use] - centre, kind[use]) / n, n
+    held_up = centre - float(np.median(excess[use]))  # for less than a message shows
+    return centre, math.hypot(_spread(excess[use] - centre, kind[use]) / n, held_up), n
 
 
 def _spread(off: Floats, kind: Ints) -> float:

@@ -1,0 +1,78 @@
+"""Does a day refute a model? Right models hardly ever, wrong ones soon."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.errors import ReportError
+from desim_warehouse.fleet_log.measures import MEASURES, measured
+from desim_warehouse.fleet_log.runs import from_run
+from desim_warehouse.fleet_log.validate import _judged, validate
+
+
+def test_a_right_model_is_refuted_at_the_level_however_skewed_its_figures():
+    rng = np.random.default_rng(0)
+    refuted = 0
+    for _ in range(600):
+        days = rng.lognormal(0, 1, (2, 40, 6))
+        p_value, bound, _ = _judged(days[:, 0], days[:, 1:])
+        refuted += p_value <= 0.05
+        assert bound > 1.9
+    assert 0.025 <= refuted / 600 <= 0.07
+
+
+def test_an_error_in_all_days_is_seen_though_no_day_shows_it():
+    rng = np.random.default_rng(1)
+    days = rng.normal(0, 1, (16, 60, 8))
+    days[:, 0, 3] += 1.5
+    p_value, bound, off = _judged(days[:, 0], days[:, 1:])
+    assert p_value <= 0.05
+    assert off[3] > bound
+    assert np.abs(np.delete(off, 3)).max() < bound + 1
+
+
+@pytest.fixture(scope="module")
+def days(a_plant):
+    """The real day of a plant, and its true model with a shorter day."""
+    model = dw.load(a_plant.sheet, a_plant.truth | {"run.length": 1200})
+    return model, from_run(dw.simulate(model, 77))
+
+
+def test_the_right_model_is_not_refuted(days):
+    model, day = days
+    right = validate(model, [day], runs=39)
+    assert not right.refuted
+    assert right.lines()[0].startswith("not refuted (1 day, 39 simulated")
+    assert "power: a 10 % error would be seen in trip_mean with" in right.lines()[-1]
+
+
+def test_measures_of_a_run_are_its_indicators(days):
+    model, day = days
+    found, _ = measured(model, day)
+    assert set(found) == set(MEASURES)
+    run = dw.simulate(model, 77)
+    for ours, theirs in (("share_loading", "share_loading"), ("share_charging", "share_charging")):
+        assert found[ours] == pytest.approx(run.kpis[theirs], abs=0.005)
+    assert sum(found[name] for name in MEASURES if name.startswith("share_")) == pytest.approx(1)
+
+
+def test_too_few_runs_and_orders_are_refused(a_plant):
+    with pytest.raises(ReportError, match="20 runs can refute nothing, expected at least 39"):
+        validate(a_plant.sheet, [a_plant.log], runs=20)
+    with pytest.raises(ReportError, match="2 files of orders for 1 logs"):
+        validate(a_plant.sheet, [a_plant.log], orders=["a", "b"])
+
+
+def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
+    lines = [line for line in a_plant.log.read_text(encoding="utf-8").splitlines() if "T06:0" in line]
+    (tmp_path / "short.jsonl").write_text("\n".join(lines))  # ten minutes
+    options = ["--against", str(tmp_path / "short.jsonl"), "--runs", "39", "--set", "fleet.robot.speed=9"]
+    result = CliRunner().invoke(desim, ["validate", str(a_plant.sheet), *options])
+    assert result.exit_code == 0, result.output
+    first, *then = result.output.splitlines()
+    assert first.startswith("refuted by")
+    assert "share_loaded" in first
+    assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
+    assert "OUTSIDE" in result.output
