@@ -32,9 +32,9 @@ def simulated(monkeypatch):
     done = []
     run = Simulator.run
 
-    def counted(self, wanted, timeout=None):
+    def counted(self, wanted, *limits):
         done.append((dict(wanted.overrides), wanted.seed))
-        return run(self, wanted, timeout)
+        return run(self, wanted, *limits)
 
     monkeypatch.setattr(Simulator, "run", counted)
     return done
