@@ -85,6 +85,8 @@ def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
 MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
+    "fleet_log/energy.py": {"empty", "loaded"},  # consumptions
+    "fleet_log/vda5050.py": {"charging"},  # a key of the format
     "feasibility/rules.py": {"unloading"},  # in a sentence
     "feasibility/unused.py": {"charging"},  # a kind of policy
     "model/facts/disturbances.py": {"closed"},  # in a sentence
