@@ -16,10 +16,10 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log import read_log
 from desim_warehouse.fleet_log.demand import as_flow, as_they_are, demand
 from desim_warehouse.fleet_log.energy import energy
-from desim_warehouse.fleet_log.estimates import CONFIDENCE, Estimate, short
+from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short
 from desim_warehouse.fleet_log.floor import lay_over
 from desim_warehouse.fleet_log.handling import breakdowns, handling
-from desim_warehouse.fleet_log.motion import Motion
+from desim_warehouse.fleet_log.motion import DrivingTimes
 from desim_warehouse.model import load
 from desim_warehouse.model.overrides import UNSET
 
@@ -50,7 +50,7 @@ class Calibration:
 
     source: Path
     base: Model
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[KeyEstimate, ...]
     overrides: dict[str, Any]
     notes: tuple[str, ...]
 
@@ -138,7 +138,7 @@ def _flowing(value: Any) -> Any:
 def calibrate(
     model: str | Path, logs: Sequence[str | Path | FleetLog], *, orders: str | Path | None = None
 ) -> Calibration:
-    """Estimate the figures of a model from the logs of its real fleet.
+    """KeyEstimate the figures of a model from the logs of its real fleet.
 
     Args:
         model: the model file; its layout must be that of the real floor, with the same names of nodes.
@@ -155,10 +155,10 @@ def calibrate(
         raise ReportError("no log, expected at least one")
     notes = [line for log in read for line in log.notes.lines()]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
-    estimates: list[Estimate] = []
+    estimates: list[KeyEstimate] = []
     if tracks is not None:
         notes += [*tracks.notes, *_differences(tracks)]
-        estimates = [*Motion(tracks).estimates(), *handling(tracks), *energy(tracks), *breakdowns(tracks)]
+        estimates = [*DrivingTimes(tracks).estimates(), *handling(tracks), *energy(tracks), *breakdowns(tracks)]
     else:
         notes.append("trips alone say nothing of speeds, handling, energy and breakdowns")
     if orders is None:
@@ -169,7 +169,7 @@ def calibrate(
     return Calibration(source, base, tuple(estimates), overrides, tuple(notes))
 
 
-def _overrides(base: Model, estimates: Sequence[Estimate]) -> dict[str, Any]:
+def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
     """The changes to a model: consumption as a section, demand by hour as a flow."""
     found: dict[str, Any] = {}
     for one in estimates:

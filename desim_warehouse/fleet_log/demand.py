@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import CONFIDENCE, Estimate, short, unknown
+from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short, unknown
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import PICK
 from desim_warehouse.model.overrides import UNSET
@@ -30,7 +30,7 @@ FLOW = "orders"
 """Name of the flow that takes the place of goods."""
 
 
-def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> list[Estimate]:
+def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> list[KeyEstimate]:
     """How many tasks an hour, whether that changes over the day, and which places are asked for."""
     goods = model.tasks.goods
     if not isinstance(goods, PoissonGoods):
@@ -39,14 +39,14 @@ def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> lis
     n, hours = sum(map(len, times)), sum(log.length for log in logs) / HOUR
     low, high = (bound / hours for bound in poisson_interval(n))
     key, rate = "tasks.goods.poisson", n / hours
-    found = [Estimate(key, short(rate), rate, low, high, n, "picks", "as far as the fleet kept up")]
+    found = [KeyEstimate(key, short(rate), rate, low, high, n, "picks", "as far as the fleet kept up")]
     by_hour = _by_hour(times, logs)
     if _changes(*by_hour):
         picks, lasted = by_hour
         rates = [short(float(rate)) for rate in picks / np.maximum(lasted, 1e-9)]
         value = {"profile": {"per_hour": rates}}
         why = f"from {min(rates):g} to {max(rates):g} an hour over the day"
-        found = [Estimate(f"tasks.flows.{FLOW}.arrivals", value, rate, low, high, n, "picks", why)]
+        found = [KeyEstimate(f"tasks.flows.{FLOW}.arrivals", value, rate, low, high, n, "picks", why)]
     return [*found, *([] if tracks is None else [_popularity(tracks)])]
 
 
@@ -88,7 +88,7 @@ def _changes(picks: Any, lasted: Any) -> bool:
     return float(chi2.sf(statistic, int(enough.sum()) - 1)) < _SURE
 
 
-def _popularity(tracks: Tracks) -> Estimate:
+def _popularity(tracks: Tracks) -> KeyEstimate:
     """Weights of the storage places: picks at each, and what the model expects for one place as the prior."""
     from scipy.stats import chi2
 
@@ -113,7 +113,7 @@ def _popularity(tracks: Tracks) -> Estimate:
     weights = picks[inverse] * part + prior * len(stops)
     value = {"weights": [short(float(weight)) for weight in weights]}
     why = f"{len(at):,} picks at {len(kinds)} stops, and the model's own shares as the prior"
-    return Estimate(key, value, math.nan, math.nan, math.nan, len(at), "picks", why)
+    return KeyEstimate(key, value, math.nan, math.nan, math.nan, len(at), "picks", why)
 
 
 def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import FEWEST, Estimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, short, t_quantile, unknown
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK
 
@@ -29,7 +29,7 @@ _SHARE = 0.01
 """States in which robots spend less of their time are not told apart."""
 
 
-def energy(tracks: Tracks) -> list[Estimate]:
+def energy(tracks: Tracks) -> list[KeyEstimate]:
     """Consumption by state and charge rate, in the energy unit of the model."""
     battery = tracks.model.battery
     keys = "battery.consumption", "battery.charge_rate", "battery.taper"
@@ -59,7 +59,7 @@ def _kinds(tracks: Tracks) -> NDArray[np.int64]:
     return kind
 
 
-def _consumption(tracks: Tracks, per_cent: float) -> list[Estimate]:
+def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
     """Rates by least squares of levels on the time spent in each state, window by window, errors by leaving one out."""
     kind = _kinds(tracks)
     seconds = tracks.model.units.seconds
@@ -83,7 +83,7 @@ def _consumption(tracks: Tracks, per_cent: float) -> list[Estimate]:
     return _regressed(tracks, since[point], tracks.charge[point] * per_cent, window[point])
 
 
-def _regressed(tracks: Tracks, spent: Floats, level: Floats, window: NDArray[np.int64]) -> list[Estimate]:
+def _regressed(tracks: Tracks, spent: Floats, level: Floats, window: NDArray[np.int64]) -> list[KeyEstimate]:
     window = np.unique(window, return_inverse=True)[1]
     count = np.bincount(window)
 
@@ -112,7 +112,7 @@ def _regressed(tracks: Tracks, spent: Floats, level: Floats, window: NDArray[np.
         if value <= 0:
             found.append(unknown(key, f"less than {high:.3g}, and not told from 0", windows, what))
         else:
-            found.append(Estimate(key, short(value), value, low, high, windows, what))
+            found.append(KeyEstimate(key, short(value), value, low, high, windows, what))
     return found
 
 
@@ -129,7 +129,7 @@ def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows
     return rate, t_quantile(windows - states) * np.sqrt(spread)
 
 
-def _charge_rate(tracks: Tracks, per_cent: float) -> Estimate:
+def _charge_rate(tracks: Tracks, per_cent: float) -> KeyEstimate:
     """Energy gained by time at a charger, below the level where charging may slow down."""
     key = "battery.charge_rate"
     taper = tracks.model.battery.taper if tracks.model.battery is not None else None
@@ -147,4 +147,4 @@ def _charge_rate(tracks: Tracks, per_cent: float) -> Estimate:
     half = t_quantile(n - 1) * spread / float(time.sum())
     if rate <= half:
         return unknown(key, "levels do not rise at chargers", n, "charges")
-    return Estimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")
+    return KeyEstimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")

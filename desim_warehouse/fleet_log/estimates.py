@@ -22,7 +22,7 @@ _FLOOR = 1e-9
 
 
 @dataclass(frozen=True)
-class Estimate:
+class KeyEstimate:
     """What a log says of a key.
 
     Attributes:
@@ -57,9 +57,9 @@ class Estimate:
         return f"{about}; {self.why}" if self.why else about
 
 
-def unknown(key: str, why: str, n: int = 0, what: str = "") -> Estimate:
+def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:
     """A key of which the log says nothing."""
-    return Estimate(key, None, math.nan, math.nan, math.nan, n, what, why)
+    return KeyEstimate(key, None, math.nan, math.nan, math.nan, n, what, why)
 
 
 def short(value: float) -> float:

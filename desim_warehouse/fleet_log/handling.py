@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, Estimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, KeyEstimate, short, t_quantile, unknown
 from desim_warehouse.fleet_log.table import DROP, PICK
 from desim_warehouse.study.fit import fit_between
 from desim_warehouse.values.distributions import Distribution, LognormalTime
@@ -77,7 +77,7 @@ def episodes(tracks: Tracks, so: Any) -> Episodes:
     return Episodes(begun, np.stack([tracks.time[last], end], axis=1), starts, last)
 
 
-def handling(tracks: Tracks) -> list[Estimate]:
+def handling(tracks: Tracks) -> list[KeyEstimate]:
     """Loading and unloading times; those that a breakdown cut short begin anew, and are left out."""
     faults = np.concatenate([[0], np.cumsum(tracks.fault)])
     found = []
@@ -95,7 +95,7 @@ def handling(tracks: Tracks) -> list[Estimate]:
     return found
 
 
-def episodes_mean(key: str, found: Episodes, step: float, what: str) -> Estimate:
+def episodes_mean(key: str, found: Episodes, step: float, what: str) -> KeyEstimate:
     """The distribution of some times that were seen to begin and end, and the interval of its mean."""
     n, times = len(found.begun), found.middle
     if n < FEWEST:
@@ -107,14 +107,14 @@ def episodes_mean(key: str, found: Episodes, step: float, what: str) -> Estimate
     spread = math.sqrt(max(float(times.var(ddof=1)) - blur, 0.0))
     if spread < max(_SAME * mean, math.sqrt(blur) / 4):
         low, high = mean_interval(times)
-        return Estimate(key, short(mean), mean, low, high, n, what, "always the same, as far as can be seen")
+        return KeyEstimate(key, short(mean), mean, low, high, n, what, "always the same, as far as can be seen")
     fitted = fit_between(found.begun, found.ended)
     if n < MANY:  # too few to tell families apart
         fitted = LognormalTime.model_validate({"lognormal": {"mean": short(mean), "cv": short(spread / mean)}})
     return _of(key, fitted, times, n, what)
 
 
-def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> Estimate:
+def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> KeyEstimate:
     low, high = mean_interval(times)
     shift = fitted.mean - float(times.mean())
     kind = fitted.kind
@@ -124,7 +124,7 @@ def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> Est
     why = f"cv {fitted.cv:.2g}"
     if scale != 1.0:
         why += f"; the interval of the scale is {low * scale:.4g} to {high * scale:.4g}"
-    return Estimate(key, fitted.content(), fitted.mean, low, high, n, what, why, ranged)
+    return KeyEstimate(key, fitted.content(), fitted.mean, low, high, n, what, why, ranged)
 
 
 def mean_interval(times: Floats) -> tuple[float, float]:
@@ -147,7 +147,7 @@ def mean_interval(times: Floats) -> tuple[float, float]:
 _KEY = "fleet.robot.breakdowns"
 
 
-def breakdowns(tracks: Tracks) -> list[Estimate]:
+def breakdowns(tracks: Tracks) -> list[KeyEstimate]:
     """Time in operation between breakdowns, exact for a Poisson process, and repair times; however few there were."""
     from scipy.stats import chi2
 
@@ -162,7 +162,7 @@ def breakdowns(tracks: Tracks) -> list[Estimate]:
         why = f"none in {operated:,.0f} of operation: less often than every {low:,.0f}"
         return [unknown(_KEY, why, 0, "breakdowns")]
     over = found.only(found.over)
-    every = Estimate(
+    every = KeyEstimate(
         f"{_KEY}.every", {"exponential": short(operated / n)}, operated / n, low, high, n, "breakdowns",
         ranged=f"{_KEY}.every.exponential",
     )  # fmt: skip
@@ -172,7 +172,7 @@ def breakdowns(tracks: Tracks) -> list[Estimate]:
     return [every, repair]
 
 
-def _few_repairs(found: Episodes) -> Estimate:
+def _few_repairs(found: Episodes) -> KeyEstimate:
     """Repair times of less than a handful: exponential, as that has the widest interval; those not over count."""
     from scipy.stats import chi2
 
@@ -182,4 +182,4 @@ def _few_repairs(found: Episodes) -> Estimate:
     mean = total / n
     key = f"{_KEY}.repair"
     why = "too few to tell a distribution"
-    return Estimate(key, {"exponential": short(mean)}, mean, low, high, n, "repairs", why, f"{key}.exponential")
+    return KeyEstimate(key, {"exponential": short(mean)}, mean, low, high, n, "repairs", why, f"{key}.exponential")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.fleet_log.estimates import FEWEST, Estimate, densest, short, t_quantile, undisturbed, unknown
+from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, densest, short, t_quantile, undisturbed, unknown
 from desim_warehouse.fleet_log.table import NOTHING
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _SEEN = 2.5
 """Standard errors from 0 beyond which a turn takes time of its own."""
 
 
-class Motion:
+class DrivingTimes:
     """Speeds, slow edges and times at nodes of the robots in some tracks."""
 
     def __init__(self, tracks: Tracks) -> None:
@@ -126,18 +126,20 @@ class Motion:
 
     # What comes out
 
-    def estimates(self) -> list[Estimate]:
+    def estimates(self) -> list[KeyEstimate]:
         """Speed, speed with a load, slow edges, and times at nodes."""
         return [*self._speed_keys(), *self._slow_keys(), *self._node_keys()]
 
-    def _speed_keys(self) -> list[Estimate]:
+    def _speed_keys(self) -> list[KeyEstimate]:
         found = []
         for key, (speed, half, n) in zip(("speed", "speed_loaded"), self.speeds, strict=True):
             name = f"fleet.robot.{key}"
             if math.isnan(speed):
                 found.append(unknown(name, f"{n} stretches of three messages on an edge are too few", n, "stretches"))
             else:
-                found.append(Estimate(name, short(speed), speed, speed - half, speed + half, n, "stretches on an edge"))
+                found.append(
+                    KeyEstimate(name, short(speed), speed, speed - half, speed + half, n, "stretches on an edge")
+                )
         gathering = "a second between messages hides how robots gather speed"
         return [
             *found,
@@ -145,7 +147,7 @@ class Motion:
             unknown("fleet.robot.delays", "they look like waits"),
         ]
 
-    def _slow_keys(self) -> list[Estimate]:
+    def _slow_keys(self) -> list[KeyEstimate]:
         found = []
         for rank, (zone, (speed, half, n)) in enumerate(self.slow, 1):
             edges = [list(self.tracks.edges[number]) for number in zone]
@@ -153,11 +155,11 @@ class Motion:
             key = f"traffic.slow.found_{rank}"
             why = f"{len(edges)} edges that the model has no such limit for"
             found.append(
-                Estimate(key, value, speed, speed - half, speed + half, n, "stretches on them", why, f"{key}.speed")
+                KeyEstimate(key, value, speed, speed - half, speed + half, n, "stretches on them", why, f"{key}.speed")
             )
         return found
 
-    def _node_keys(self) -> list[Estimate]:
+    def _node_keys(self) -> list[KeyEstimate]:
         keys = "traffic.node_time", "traffic.turn_time"
         if self.tracks.model.fleet.robot.acceleration is not None:
             return [unknown(key, "braking for a node takes time, too, which the log cannot tell apart") for key in keys]
@@ -181,12 +183,12 @@ class Motion:
                 turn, turn_error = 0.0, 0.0
             value = short(max(turn, 0.0))
             half = t_quantile(n) * max(turn_error, float(np.hypot(*error)))
-            corner = Estimate(keys[1], value, turn, max(turn - half, 0.0), turn + half, n, "nodes passed")
+            corner = KeyEstimate(keys[1], value, turn, max(turn - half, 0.0), turn + half, n, "nodes passed")
         if len(groups) == 1 and part[0]:  # only corners: what is the node's, and what the turn's?
             both, half = float(mean[0]), t_quantile(n) * float(error[0])
             why = "all of them turned: with the time of the turn"
             return [
-                Estimate(keys[0], short(max(both - turn, 0.0)), both, 0.0, both + half, n, "nodes passed", why),
+                KeyEstimate(keys[0], short(max(both - turn, 0.0)), both, 0.0, both + half, n, "nodes passed", why),
                 corner,
             ]
         weight = error**-2 / (error**-2).sum()
@@ -195,7 +197,7 @@ class Motion:
         node = float((weight * (mean - part * turn)).sum())
         half = t_quantile(n) * float(np.sqrt((weight**2 * error**2).sum()))
         low, high = max(node - half, 0.0), max(node, 0.0) + half
-        return [Estimate(keys[0], short(max(node, 0.0)), max(node, 0.0), low, high, n, "nodes passed"), corner]
+        return [KeyEstimate(keys[0], short(max(node, 0.0)), max(node, 0.0), low, high, n, "nodes passed"), corner]
 
     def _passages(self) -> tuple[Floats, Floats, Ints]:
         """What each node took beyond the drive, the turn in degrees, and the pair of edges.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.positions import Positions
     from desim_warehouse.report.replay import Replay
-    from desim_warehouse.run.stop import Stop
+    from desim_warehouse.run.stop import StopSignal
 
 
 class Run:
@@ -322,7 +322,7 @@ def _no_collector() -> Iterator[None]:
             gc.enable()
 
 
-def simulate(model: Model, seed: int = 0, stop: Stop | None = None) -> Run:
+def simulate(model: Model, seed: int = 0, stop: StopSignal | None = None) -> Run:
     """Simulate a model once; the same model and seed give the same log. `stop` ends it from another thread.
 
     Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error

@@ -15,7 +15,7 @@ class StoppedError(Interruption):
     """A run was stopped: nobody wants it any more."""
 
 
-class Stop:
+class StopSignal:
     """Stops a run, from any thread, before or while it is simulated: it then raises StoppedError."""
 
     def __init__(self) -> None:

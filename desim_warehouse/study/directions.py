@@ -14,7 +14,7 @@ from desim_warehouse.layout.turnable import turnable, turnable_blocks
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.procedures import more_is_better
-from desim_warehouse.study.search import Search
+from desim_warehouse.study.search import LocalSearch
 from desim_warehouse.study.statistics import paired
 from desim_warehouse.study.study import Study
 
@@ -40,7 +40,7 @@ _DRAWN = "as drawn"
 
 
 @dataclass(frozen=True)
-class Gain:
+class DirectionGain:
     """How much more an indicator is on the turned floor than as drawn, by pairs of runs, as a share of the latter.
 
     `is_better`: whether that is shown to be an improvement (True) or a loss (False), or neither (None).
@@ -55,7 +55,7 @@ class Gain:
 
 
 @dataclass(frozen=True)
-class Directions:
+class BetterDirections:
     """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
@@ -67,8 +67,8 @@ class Directions:
     turned: tuple[str, ...]
     units: int
     indicator: str
-    gain: Gain | None
-    elsewhere: tuple[Gain, ...]
+    gain: DirectionGain | None
+    elsewhere: tuple[DirectionGain, ...]
     runs: int
 
     @property
@@ -154,10 +154,10 @@ class Floor:
 @overload
 def orient(model: Model, indicator: None = None) -> Model: ...
 @overload
-def orient(model: Model, indicator: str, **search: Any) -> Directions: ...
+def orient(model: Model, indicator: str, **search: Any) -> BetterDirections: ...
 
 
-def orient(model: Model, indicator: str | None = None, **search: Any) -> Model | Directions:
+def orient(model: Model, indicator: str | None = None, **search: Any) -> Model | BetterDirections:
     """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
 
     Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
@@ -181,7 +181,7 @@ def directions(
     confidence: float = 0.95,
     timeout: float | None = None,
     **where: Any,
-) -> Directions:
+) -> BetterDirections:
     """Find directions of the aisles with which an indicator is best, in at most so many runs.
 
     Rows and columns of blocks are turned as a whole, other lanes between junctions one by one or by aisles. Two-way
@@ -221,18 +221,18 @@ def directions(
 
         def steps(exact: bool) -> Procedure[list[Design]]:
             random = Random(seed)  # noqa: S311 - a search, no secret
-            return Search(floor, number, runs - judged, random, maximise=maximise, exact=exact).steps()
+            return LocalSearch(floor, number, runs - judged, random, maximise=maximise, exact=exact).steps()
 
         ranked = scout.carry_out(runner, steps, indicator, failed=math.nan)
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned = tuple(floor.turnable.turned(best))
     if not turned:
-        return Directions(model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows))
+        return BetterDirections(model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows))
     made = model.replace(floor.changes(best))
     fresh, pairs = _fresh(model, floor.changes(best), judged, seed, plan)
     fresh.run(**_at({"cache": True, **where}, "judged"))
     gains = [_gain(fresh, place, indicator, confidence, maximise=maximise) for place in range(0, len(pairs), 2)]
-    return Directions(
+    return BetterDirections(
         made,
         floor.turnable.lanes(best),
         turned,
@@ -285,7 +285,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
         yield name, more
 
 
-def _gain(study: Study, number: int, indicator: str, confidence: float, *, maximise: bool) -> Gain | None:
+def _gain(study: Study, number: int, indicator: str, confidence: float, *, maximise: bool) -> DirectionGain | None:
     """The gain of the design after `number` over that design, in the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [
@@ -303,4 +303,6 @@ def _gain(study: Study, number: int, indicator: str, confidence: float, *, maxim
     low, high = found.interval or (found.mean, found.mean)
     is_better = None if low <= 0 <= high else (low > 0) == maximise
     label = str(study.points[number + 1].labels["directions"])
-    return Gain("" if number == 0 else label, found.mean / whole, low / whole, high / whole, len(both), is_better)
+    return DirectionGain(
+        "" if number == 0 else label, found.mean / whole, low / whole, high / whole, len(both), is_better
+    )

@@ -61,7 +61,7 @@ class _SpentError(Exception):
     """The runs allowed are done."""
 
 
-class Search(Generic[D]):
+class LocalSearch(Generic[D]):
     """One search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
 
     def __init__(

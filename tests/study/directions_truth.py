@@ -15,7 +15,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.directions import Floor
-from desim_warehouse.study.search import Search
+from desim_warehouse.study.search import LocalSearch
 
 RUNS = 500
 DAYS = 12
@@ -84,13 +84,13 @@ def bank(floor, described):
 
 
 def found(number):
-    """Search a floor, and look up what was found."""
+    """LocalSearch a floor, and look up what was found."""
     described = model(number)
     floor = Floor(described)
     runs = bank(floor, described)
     designs = list(runs)
     days = [random.Random(f"{number} {day}").randrange(DAYS) for day in range(RUNS)]
-    steps = Search(floor, designs.index, RUNS * 4 // 5, random.Random(number), maximise=True).steps()
+    steps = LocalSearch(floor, designs.index, RUNS * 4 // 5, random.Random(number), maximise=True).steps()
     values = None
     while True:
         try:

@@ -10,7 +10,7 @@ from contextlib import closing
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.run.stop import Stop, StoppedError
+from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution import make_executor
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Wanted
@@ -156,13 +156,13 @@ def test_a_killed_worker_costs_no_caller_a_run():
 
 
 def test_a_stop_before_a_run_and_in_it_is_the_same():
-    model, stop = dw.load(MULTIBOTS, LONG), Stop()
+    model, stop = dw.load(MULTIBOTS, LONG), StopSignal()
     stop.ask()
     with pytest.raises(StoppedError):
         dw.simulate(model, 0, stop)
-    late = Stop()
+    late = StopSignal()
     threading.Timer(0.2, late.ask).start()
     with pytest.raises(StoppedError):
         dw.simulate(model, 0, late)
     plain = dw.load(MULTIBOTS, SHORT)
-    assert dw.simulate(plain, 3, Stop()).record.rows == dw.simulate(plain, 3).record.rows
+    assert dw.simulate(plain, 3, StopSignal()).record.rows == dw.simulate(plain, 3).record.rows

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from desim_warehouse.study.search import Search
+from desim_warehouse.study.search import LocalSearch
 
 BITS = 9
 
@@ -66,7 +66,7 @@ def searched(landscape, space=None, runs=400, seed=0, **how):
             numbers.append(design)
         return numbers.index(design)
 
-    steps = Search(space or Bits(), number, runs, random.Random(seed), **{"maximise": True, **how}).steps()
+    steps = LocalSearch(space or Bits(), number, runs, random.Random(seed), **{"maximise": True, **how}).steps()
     values = None
     while True:
         try:

@@ -13,7 +13,7 @@ from desim_warehouse.report.text.root_words import root as in_words
 if TYPE_CHECKING:
     from desim_warehouse.outcome.chains import Lost, Root
     from desim_warehouse.outcome.history import History
-    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.report.replay.scale import MapScale
 
 _ROOTS = 60
 """Roots in the list."""
@@ -21,7 +21,7 @@ _LONGEST = 12
 """Waits that each of them leads to, the longest of the window first."""
 
 
-def lost_to(history: History, scale: Scale) -> list[dict[str, Any]]:
+def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
     """For each root, most time first: in words, the node, how much time in words, and its longest waits in the window.
 
     Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource
-    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.report.replay.scale import MapScale
     from desim_warehouse.report.replay.tiles import Tile
     from desim_warehouse.states import State
 
@@ -63,7 +63,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
 
 
 def _header(
-    history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: Scale
+    history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: MapScale
 ) -> dict[str, Any]:
     model, layout, edges = history.model, history.layout, positions.edges
     nodes = list(layout.graph.nodes)
@@ -109,7 +109,7 @@ def _header(
     }
 
 
-def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: Scale) -> list[tuple[int, int]]:
+def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScale) -> list[tuple[int, int]]:
     """Per robot, the rows from the last before the window to the first after it."""
     rows = []
     for low, high in itertools.pairwise(first):
@@ -119,7 +119,7 @@ def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: Scale) 
     return rows
 
 
-def _leg_columns(positions: Positions, scale: Scale) -> Columns:
+def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
     """Per leg: the pause before it, its duration, its edge, and what is left of the edge behind its target.
 
     On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
@@ -175,7 +175,7 @@ def _edge_codes(
     return codes, others
 
 
-def _state_columns(history: History, scale: Scale) -> Columns:
+def _state_columns(history: History, scale: MapScale) -> Columns:
     """Per robot, what it begins to do, with its task; and once more at the end of the run."""
     number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
@@ -192,7 +192,7 @@ def _state_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _energy_columns(history: History, scale: Scale) -> Columns:
+def _energy_columns(history: History, scale: MapScale) -> Columns:
     """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
     battery, curves = history.model.battery, history.energy_curves
     if battery is None:
@@ -206,7 +206,7 @@ def _energy_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _in_window(rows: list[Any], sizes: list[int], scale: Scale) -> tuple[list[int], NDArray[np.float64]]:
+def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], NDArray[np.float64]]:
     """Of rows that begin with a time, grouped by robot: how many of each are kept, and their columns."""
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
@@ -219,7 +219,7 @@ def _shown(model: Model) -> list[State]:
     return [state for state in SHOWN.values() if state.applies(model)]
 
 
-def _task_columns(history: History, scale: Scale) -> Columns:
+def _task_columns(history: History, scale: MapScale) -> Columns:
     """Tasks that are open at some time of the window; those never loaded or delivered are, until the end and longer.
 
     `task_good`: -1 if it does not lie in storage. `task_due`: 1 more than the ticks from release to due time; 0: none.
@@ -245,7 +245,7 @@ def _task_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _wait_columns(history: History, scale: Scale) -> Columns:
+def _wait_columns(history: History, scale: MapScale) -> Columns:
     """Waits that are counted or under way in the window, in the order in which they end and are counted.
 
     `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
@@ -264,7 +264,7 @@ def _wait_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _blocked_columns(history: History, scale: Scale) -> Columns:
+def _blocked_columns(history: History, scale: MapScale) -> Columns:
     """Edges that are closed or have people in them in the window: `shut_visit` -1: closed; nothing where none ever is.
 
     `wait_cause` says of each wait what it is for: 0 other robots, else its number in `apart` of the header, from 1.
@@ -285,7 +285,7 @@ def _blocked_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _delivery_columns(history: History, scale: Scale) -> Columns:
+def _delivery_columns(history: History, scale: MapScale) -> Columns:
     """Counted deliveries by node, also those before the window."""
     number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
     done = [task for task in history.counted_deliveries if task.delivered <= scale.end]
@@ -295,7 +295,7 @@ def _delivery_columns(history: History, scale: Scale) -> Columns:
     }
 
 
-def _storage_columns(history: History, scale: Scale) -> Columns:
+def _storage_columns(history: History, scale: MapScale) -> Columns:
     """The storage places: their middle, and the edge from which they are served; -1 - i is the node of number i."""
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
     number.update({(node, node): -1 - i for i, node in enumerate(history.layout.graph)})

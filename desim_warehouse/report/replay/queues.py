@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource, Steps
     from desim_warehouse.report.positions import Edges
-    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.report.replay.scale import MapScale
 
 MOST = 12
 """Queues that can be jumped to."""
 
 
-def resource_columns(found: list[Resource], scale: Scale) -> dict[str, Any]:
+def resource_columns(found: list[Resource], scale: MapScale) -> dict[str, Any]:
     """For each resource, how many are busy and how many robots queue, from the start of the run on."""
     columns: dict[str, Any] = {}
     for what, curves in (("busy", [one.busy for one in found]), ("queue", [one.queue for one in found])):
@@ -32,7 +32,7 @@ def resource_columns(found: list[Resource], scale: Scale) -> dict[str, Any]:
     return columns
 
 
-def worst(history: History, edges: Edges, found: list[Resource], scale: Scale) -> list[dict[str, Any]]:
+def worst(history: History, edges: Edges, found: list[Resource], scale: MapScale) -> list[dict[str, Any]]:
     """The longest queue of each place in the window, the longest place first.
 
     `what`: `station`, `chargers` or `lane`; `number`: of the resource, or of the lane's first edge; `robots`: how many
@@ -62,7 +62,7 @@ def _lanes(history: History, edges: Edges) -> dict[int, Steps]:
     return {lane: steps(found) for lane, found in changes.items()}
 
 
-def _longest(queue: Steps, scale: Scale) -> tuple[int, float, float]:
+def _longest(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
     """The most robots in the window, the middle of the longest time with that many, and how long it is."""
     times, counts = queue
     low = max(bisect_right(times, scale.start) - 1, 0)

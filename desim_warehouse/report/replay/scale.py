@@ -20,7 +20,7 @@ FINENESS = 100
 
 
 @dataclass(frozen=True)
-class Scale:
+class MapScale:
     """Steps of length and time, and the window of the run in its own time."""
 
     grain: float
@@ -37,8 +37,8 @@ class Scale:
         return np.rint(np.asarray(values, dtype=float) / self.grain).astype(np.int64)
 
 
-def scale_of(history: History, start: float, end: float) -> Scale:
+def scale_of(history: History, start: float, end: float) -> MapScale:
     """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
     grain = min(robot_radii(history.model)) / FINENESS
     longest = max(end - start, history.log.end)
-    return Scale(grain, max(grain / history.model.fleet.fastest, 4 * longest / LARGEST), start, end)
+    return MapScale(grain, max(grain / history.model.fleet.fastest, 4 * longest / LARGEST), start, end)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from desim_warehouse.outcome.history import History
-    from desim_warehouse.report.replay.scale import Scale
+    from desim_warehouse.report.replay.scale import MapScale
 
 SHARE = 1_000_000
 """Steps in a share of 1."""
@@ -107,7 +107,7 @@ def _cycle_time(history: History) -> Curve:
     return [task.done for task in history.counted_done], values
 
 
-def tile_columns(shown: list[Tile], scale: Scale) -> dict[str, Any]:
+def tile_columns(shown: list[Tile], scale: MapScale) -> dict[str, Any]:
     """For each tile the steps of its curve in the window, the last before it first."""
     columns: dict[str, Any] = {}
     for tile in shown:

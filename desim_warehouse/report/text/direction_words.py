@@ -8,10 +8,10 @@ from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import number, number_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.directions import Directions, Gain
+    from desim_warehouse.study.directions import BetterDirections, DirectionGain
 
 
-def sentences(found: Directions) -> list[str]:
+def sentences(found: BetterDirections) -> list[str]:
     """The answer: what is turned, what that gains on fresh days, for which fleets and demands it holds, its price."""
     if found.gain is None:
         return [f"No better directions found than those drawn, in {number_of(found.runs, 'run')}."]
@@ -28,13 +28,13 @@ def sentences(found: Directions) -> list[str]:
     return lines
 
 
-def _gain(gain: Gain) -> str:
+def _gain(gain: DirectionGain) -> str:
     low, mean, high = (
         f"{100 * share:+.1f}".replace("-", "\N{MINUS SIGN}") for share in (gain.low, gain.mean, gain.high)
     )
     return f"{mean} % ({low} to {high})"
 
 
-def _currency(found: Directions) -> str:
+def _currency(found: BetterDirections) -> str:
     money = words.money(found.model)
     return f" {money}" if money else ""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.study.execution.dispatcher import Dispatcher
 from desim_warehouse.study.execution.safe_path import safe_path
+from desim_warehouse.study.execution.shared import SharedExecutor
 from desim_warehouse.study.execution.work import Outcome, Simulator, Wanted
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def simulate_batch(simulator: Simulator, batch: Sequence[Wanted], timeout: float
     return simulator.batch(batch, timeout)
 
 
-class Cluster(Dispatcher):
+class Cluster(SharedExecutor):
     """The executor that simulates on the cluster of a scheduler, or on one of this machine (`local`)."""
 
     def __init__(

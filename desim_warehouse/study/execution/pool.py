@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import worker as child
-from desim_warehouse.study.execution.dispatcher import Dispatcher
 from desim_warehouse.study.execution.safe_path import safe_path
+from desim_warehouse.study.execution.shared import SharedExecutor
 from desim_warehouse.study.execution.work import ENOUGH, Outcome
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class Worker:
         self.connection.close()
 
 
-class Pool(Dispatcher):
+class Pool(SharedExecutor):
     """The executor that simulates in `count` processes, which begin when they are needed and stay until `close`."""
 
     def __init__(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.outcome.history import in_spans
 from desim_warehouse.run import simulate
-from desim_warehouse.run.stop import Stop, StoppedError
+from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.handle import Handle
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -77,7 +77,7 @@ class Simulator:
         self.models[wanted.design] = (wanted.overrides, model)
         return model
 
-    def run(self, wanted: Wanted, timeout: float | None = None, stop: Stop | None = None) -> Outcome:
+    def run(self, wanted: Wanted, timeout: float | None = None, stop: StopSignal | None = None) -> Outcome:
         """Simulate one run. Whatever goes wrong in it is its outcome."""
         begin = perf_counter()
         try:
@@ -98,7 +98,9 @@ class Simulator:
         spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
         return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
 
-    def batch(self, batch: Sequence[Wanted], timeout: float | None = None, stops: Sequence[Stop] = ()) -> list[Outcome]:
+    def batch(
+        self, batch: Sequence[Wanted], timeout: float | None = None, stops: Sequence[StopSignal] = ()
+    ) -> list[Outcome]:
         """Simulate several runs, one after the other, or fewer where they take longer than expected.
 
         `stops`: who may stop each of them.
@@ -120,7 +122,7 @@ class Serial:
         self.timeout = timeout
         self.interrupts = interrupts
         self.simulator: Simulator | None = None
-        self.stops: dict[Handle, Stop] = {}  # of runs that are simulated now
+        self.stops: dict[Handle, StopSignal] = {}  # of runs that are simulated now
 
     def submit(self, run: Wanted) -> Handle:
         """Have a run simulated, as soon as somebody waits for it."""
@@ -139,7 +141,7 @@ class Serial:
                 self.simulator = Simulator(self.base)
             self.interrupts.heed()
         for handle in handles:
-            stop = self.stops[handle] = Stop()
+            stop = self.stops[handle] = StopSignal()
             try:
                 if not handle.ended:
                     handle.end(self.simulator.run(handle.wanted, self.timeout, stop))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    from desim_warehouse.run.stop import Stop
+    from desim_warehouse.run.stop import StopSignal
     from desim_warehouse.study.execution.work import Wanted
 
 _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
@@ -56,19 +56,19 @@ class Given(NamedTuple):
     """A batch, and what stops each of its runs."""
 
     runs: list[Wanted]
-    stops: list[Stop]
+    stops: list[StopSignal]
 
 
 def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> None:
     """Pass on batches; a pair is the number of a batch and the place in it of a run to be stopped."""
-    from desim_warehouse.run.stop import Stop
+    from desim_warehouse.run.stop import StopSignal
 
     count, last = 0, Given([], [])
     with suppress(EOFError, OSError):
         while True:
             message = parent.recv()
             if isinstance(message, list):
-                count, last = count + 1, Given(message, [Stop() for _ in message])
+                count, last = count + 1, Given(message, [StopSignal() for _ in message])
                 given.put(last)
             elif message[0] == count:
                 last.stops[message[1]].ask()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _POLL = 0.1  # seconds between looks at Ctrl-C, and at what went wrong
 
 
-class Dispatcher:
+class SharedExecutor:
     """Queues the runs of its callers, whose threads only wait. Its own thread works on them until `close`.
 
     Ctrl-C strikes the main thread, so it never strikes while a process is started or written to.
