@@ -1,4 +1,4 @@
-"""Plants of others, imported and driven for a shift with fleets of 4, 8 and 20: work goes on to the end, and adds up."""
+"""Plants of others drive a shift of 8 h with 4, 8 and 20 vehicles; every task is delivered, or open at the end."""
 
 from pathlib import Path
 
