@@ -67,7 +67,7 @@ class Closings:
         if not self.cut_off.has_way(robot.node, bay, now) or (declared and not self._declares_way_to(bay)):
             return
         self.turn_back()
-        body.recall_from(now)
+        body.turn_off()
         claim = body.claim
         if claim is not None and self._may_give_up_room:
             claim.give_up_room()

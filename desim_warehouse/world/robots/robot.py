@@ -499,7 +499,7 @@ class Robot:
         again = drive.clear()
         self.parked_at = self.node if again is None else again.edge[0]
         self.traffic.clear(self.body, self.parked_at)
-        self.itinerary.resume(drive.rest)
+        self.itinerary.resume(() if self.body.is_turned_off else drive.rest)
         self.itinerary.routes.unblock(self.body)
         self.record("cleared")
 

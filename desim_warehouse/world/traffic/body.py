@@ -279,6 +279,15 @@ class Body:
         """From a time on it is wanted elsewhere; inf: it is not."""
         self.recall_at = time
 
+    def turn_off(self) -> None:
+        """It leaves its route for good, at the node that it comes to next."""
+        self.recall_at = -math.inf
+
+    @property
+    def is_turned_off(self) -> bool:
+        """Whether it has left its route for good, and its driver knows another."""
+        return self.recall_at == -math.inf
+
     def break_down_at(self, time: float) -> None:
         """From a time on it breaks down at its next decision."""
         self.halts_at = time

@@ -428,7 +428,10 @@ class Drive:
         robot = self.robot
         if robot.halts_at <= self.env._now:
             yield from self._halt()
-        yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
+        if robot.is_turned_off:  # cleared off the lanes meanwhile, it goes another way from the node
+            yield from robot.at.claim(robot, None, None)
+        else:
+            yield from robot.at.claim(robot, self._rests_beyond(), None, self._closes_beyond())
         robot.driver.left_bay()
 
     def _turn(self, onward: Lane) -> None:
