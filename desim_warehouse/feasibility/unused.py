@@ -31,7 +31,7 @@ def warnings(model: Model) -> Iterator[Finding]:
             yield Finding("CHANGES_NOTHING", f"calendars.{name}", text, f"hours: {name} where it should hold")
     yield from _priorities(model)
     yield from _by_order(model)
-    if model.prices is not None and not model.prices.any:
+    if model.prices is not None and not (model.prices.any or model.prices.turned_aisle):
         text = "nothing has a price, so all costs are 0"
         yield Finding("CHANGES_NOTHING", "prices", text, "robot, charger, energy, station_hour or late_order")
     for name, zone in model.traffic.slow.items():

@@ -161,7 +161,8 @@ def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
             (folder / rest).write_text(block.text, encoding="utf-8")
         for command in commands(block) if block.kind == "console" and word != "fails" else ():
             words = shlex.split(command.words)
-            if words[:2] in (["desim", "new"], ["desim", "import"], ["desim", "orient"]) and "--help" not in words:
+            writes = words[0] == "desim" and words[1] in {"new", "import", "orient", "orders"}
+            if writes and "--help" not in words:
                 run_desim(command.words)
             file = next((item for item in words[2:] if item.endswith(".yaml") and Path(item).is_file()), None)
             if words[0] == "desim" and file and "fleet:" in Path(file).read_text(encoding="utf-8"):

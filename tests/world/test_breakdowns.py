@@ -7,7 +7,7 @@ A ring A > B > C > D > A of four edges of 30, speed 1, D = 1. The robot is at it
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.report.run_parts import answer
+from desim_warehouse.report.text.run_words import sentences
 from desim_warehouse.run import check
 from tests.auditor import audit
 from tests.recount import differences
@@ -270,9 +270,9 @@ def test_check_says_what_estimates_leave_out():
 
 
 def test_the_report_says_how_often_robots_broke_down():
-    said = answer(dw.simulate(ring({"every": 20, "repair": 7})))
-    assert "6 breakdowns of robots; they are available 75.29 % of their time in operation." in said
-    assert "breakdown" not in " ".join(answer(dw.simulate(ring())))
+    said = sentences(dw.simulate(ring({"every": 20, "repair": 7})))
+    assert "Robots broke down 6 times, which left them 75.3 % of their time in operation." in said
+    assert "broke down" not in " ".join(sentences(dw.simulate(ring())))
 
 
 def test_a_breakdown_at_every_moment_is_an_error():

@@ -162,5 +162,5 @@ def test_made_one_way_it_keeps_the_speed_of_its_direction(kept, speed):
     from desim_warehouse.model.oriented import _turn
 
     content = there_and_back(speed=0.8, speed_back=0.4)
-    _turn(content["layout"], dw.load(content).floor, [kept])
+    _turn(content["layout"], dw.load(content).floor, {kept: "along"}, 2.0)
     assert content["layout"]["edges"] == [{"from": kept[0], "to": kept[1], "speed": speed}]

@@ -155,7 +155,7 @@ def level(value: Any) -> str:
         return "none"
     if isinstance(value, float):
         return f"{value:g}"
-    text = readable(value)
+    text = _without_folder(readable(value))
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
@@ -278,6 +278,11 @@ def money(model: Model | None) -> str:
 
 
 def policy(key: str, name: str) -> str:
-    """What a policy does, and its name: `the nearest robot (nearest)`; the name of one's own as it is."""
+    """What a policy does, and its name: `the nearest robot (nearest)`; one's own without its folder."""
     said = _POLICIES.get(key.removeprefix("policies."), {}).get(name)
-    return f"{said} ({name})" if said else name
+    return f"{said} ({name})" if said else _without_folder(name)
+
+
+def _without_folder(name: str) -> str:
+    """The name of one's own policy, `folder/my_policies.py:Patient`, without the folder."""
+    return name.replace("\\", "/").rpartition("/")[2] if ".py:" in name else name
