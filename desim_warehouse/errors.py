@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 
 class WarehouseError(Exception):
@@ -120,6 +120,11 @@ def spoken(words: Iterable[str], last: str = "and") -> str:
     """A list in words: a, b and c."""
     *head, tail = list(words)
     return f"{', '.join(head)} {last} {tail}" if head else tail
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """The first of many names, and how many more: a, b and 3 more."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.options import with_force
+from desim_warehouse.cli.options import refuse_files, with_force
 from desim_warehouse.errors import ModelError
 from desim_warehouse.report.text.numbers import number_of
 
@@ -44,7 +44,7 @@ def command(
     Says what is in it, and what was assumed; what is wrong with it is summed up by kind. Example: desim orders day.csv
     --model w.yaml --out orders.parquet
     """
-    from desim_warehouse.model.order_day import order_day, written
+    from desim_warehouse.model.order_day import files, order_day, write
 
     day = order_day(file, model, columns=dict(map(_column, columns)), **given)
     if day.problems and not skip_bad:
@@ -55,10 +55,12 @@ def command(
         click.echo(f"left out: {problem}", err=True)
     _show(file, day)
     if out is not None:
-        beside = written(day, Path(out), force=force)
+        _, *beside = names = files(day, Path(out))
+        refuse_files(names, force=force)
+        write(day, Path(out))
         click.echo(f"{out}: {number_of(len(day.lines), 'line')}, for arrivals: {{orders: {{file: {out}}}}}")
-        if len(day.skipped):
-            click.echo(f"{beside}: {number_of(len(day.skipped), 'row')} left out")
+        for path in beside:
+            click.echo(f"{path}: {number_of(len(day.skipped), 'row')} left out")
 
 
 def _column(text: str) -> tuple[str, str]:

@@ -12,6 +12,7 @@ import click
 from desim_warehouse.cli.options import load_model, refuse_files, with_force, with_seed, write_files
 from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import ExecutionOptions, interruptible, with_execution_in
+from desim_warehouse.errors import first_of
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
@@ -120,9 +121,8 @@ def _said(found: Orientation) -> list[str]:
     if found.stretch > _FAR:
         lines.append(f"warning: more than {_FAR} times as long; two-way lanes may serve better here")
     if found.bridges:
-        names = ", ".join("-".join(lane) for lane in found.bridges[:_SHOWN])
-        more = f" and {len(found.bridges) - _SHOWN} more" if len(found.bridges) > _SHOWN else ""
-        lines.append(f"{len(found.bridges)} stay two-way, as they alone lead to what is beyond: {names}{more}")
+        names = first_of(["-".join(lane) for lane in found.bridges], _SHOWN)
+        lines.append(f"{len(found.bridges)} stay two-way, as they alone lead to what is beyond: {names}")
     return lines
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import ReportError
+
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from desim_warehouse.fleet_log.table import FleetLog
 
-__all__ = ["read_log"]
+__all__ = ["read_log", "read_logs"]
 
 
 def read_log(path: str | Path) -> FleetLog:
@@ -26,3 +30,11 @@ def read_log(path: str | Path) -> FleetLog:
     if path.is_dir():
         return from_run(load_run(path))
     return read_trips(path) if path.suffix.lower() == ".csv" else read_messages(path)
+
+
+def read_logs(logs: Iterable[str | Path | FleetLog]) -> list[FleetLog]:
+    """Logs, or what `read_log` reads them from; raises ReportError where there is none."""
+    read = [read_log(one) if isinstance(one, str | Path) else one for one in logs]
+    if not read:
+        raise ReportError("no log, expected at least one")
+    return read

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError
-from desim_warehouse.fleet_log import read_log
+from desim_warehouse.errors import first_of
+from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_flow, as_they_are, demand
 from desim_warehouse.fleet_log.energy import energy
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short
@@ -150,9 +150,7 @@ def calibrate(
     """
     source = Path(model)
     base = load(source)
-    read = [one if not isinstance(one, str | Path) else read_log(one) for one in logs]
-    if not read:
-        raise ReportError("no log, expected at least one")
+    read = read_logs(logs)
     notes = [line for log in read for line in log.notes.lines()]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
     estimates: list[KeyEstimate] = []
@@ -202,7 +200,7 @@ def _differences(tracks: Tracks) -> list[str]:
     used = {(names[a], names[b]) for a, b in pairs if min(a, b) >= 0}
     unused = [">".join(edge) for edge in tracks.edges if edge not in used]
     return [
-        f"{what}: {', '.join(some[:_NAMED])}" + (f" and {len(some) - _NAMED} more" if len(some) > _NAMED else "")
+        f"{what}: {first_of(some, _NAMED)}"
         for what, some in (("edges that the model lacks", strange), ("edges that no robot drove", unused))
         if some
     ]

@@ -80,10 +80,12 @@ def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
     window = np.unique(np.stack([run, age // _WINDOW]), axis=1, return_inverse=True)[1].ravel()
     tick = (age // _POINTS).astype(np.int64)
     point = usable & (np.diff(tick, prepend=-1) != 0)
-    return _regressed(tracks, since[point], tracks.charge[point] * per_cent, window[point])
+    hours = np.array([float(tracks.before[kind == state].sum()) for state in range(len(_STATES))])
+    return _regressed(since[point], tracks.charge[point] * per_cent, window[point], hours)
 
 
-def _regressed(tracks: Tracks, spent: Floats, level: Floats, window: NDArray[np.int64]) -> list[KeyEstimate]:
+def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: Floats) -> list[KeyEstimate]:
+    """Rates of states in which robots spent `hours`, from levels and the time spent in each state before them."""
     window = np.unique(window, return_inverse=True)[1]
     count = np.bincount(window)
 
@@ -95,7 +97,6 @@ def _regressed(tracks: Tracks, spent: Floats, level: Floats, window: NDArray[np.
     drop = -apart(level)
     windows = int((count > 2).sum())  # noqa: PLR2004 - two levels for a line, one that may contradict
     keys = [f"battery.consumption.{state}" for state in _STATES]
-    hours = np.array([float(tracks.before[_kinds(tracks) == state].sum()) for state in range(len(_STATES))])
     use = hours > _SHARE * hours.sum()
     if windows < len(_STATES) + FEWEST:
         return [unknown(key, f"{windows} quarters of an hour of discharging are too few", windows) for key in keys]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError, SimulationError
-from desim_warehouse.fleet_log import read_log
+from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured
 from desim_warehouse.fleet_log.runs import from_run
@@ -128,9 +128,7 @@ def validate(
     if orders and len(orders) != len(logs):
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
     base = load(model) if isinstance(model, str | Path) else model
-    read = [one if not isinstance(one, str | Path) else read_log(one) for one in logs]
-    if not read:
-        raise ReportError("no log, expected at least one")
+    read = read_logs(logs)
     real, simulated, stood = [], [], []
     for day, log in enumerate(read):
         changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})

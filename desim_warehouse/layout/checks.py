@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import first_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import way_home, zones
 from desim_warehouse.layout.near import EPS, Near
@@ -80,9 +81,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
 
 def some(names: Iterable[str]) -> str:
     """The first of many names, and how many more."""
-    names = list(names)
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
+    return first_of(list(names), SHOWN)
 
 
 def unreachable(layout: Layout, use: Use) -> Iterator[Finding]:

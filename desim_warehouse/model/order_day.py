@@ -159,7 +159,8 @@ def order_day(
 def _without_orders(path: Path) -> Model:
     """The model of a file, without the orders that its flows name, which need not be there yet."""
     expected = "a model with layout, fleet and tasks"
-    data: Any = from_file(path, str(path), expected, OUTLINE).data
+    document = from_file(path, str(path), expected, OUTLINE)
+    data: Any = document.data
     tasks = data.get("tasks") if isinstance(data, dict) else None
     flows = tasks.get("flows") if isinstance(tasks, dict) else None
     overrides = {
@@ -167,7 +168,7 @@ def _without_orders(path: Path) -> Model:
         for name, flow in (flows.items() if isinstance(flows, dict) else ())
         if isinstance(flow, dict) and isinstance(flow.get("arrivals"), dict) and "orders" in flow["arrivals"]
     }
-    return model_of(from_file(path, str(path), expected, OUTLINE), overrides)
+    return model_of(document, overrides)
 
 
 class _Day:
@@ -244,19 +245,19 @@ class _Day:
             chunk.problem(twice & ~chunk.bad, "order", "the same row as one before", "every row once")
 
 
-def written(day: OrderDay, out: Path, *, force: bool) -> Path:
-    """Write the orders of a day as Parquet, or CSV by the name; rows left out beside it. Gives that other file."""
-    beside = out.with_name(f"{out.stem}.skipped.csv")
-    for path in (out, beside) if len(day.skipped) else (out,):
-        if path.exists() and not force:
-            raise ModelError([f"{path}: the file exists; choose another name, or overwrite it with --force"])
+def files(day: OrderDay, out: Path) -> tuple[Path, ...]:
+    """The files of a day: its orders, and the rows left out beside them, if there are some."""
+    return (out, out.with_name(f"{out.stem}.skipped.csv")) if len(day.skipped) else (out,)
+
+
+def write(day: OrderDay, out: Path) -> None:
+    """Write the orders of a day as Parquet, or CSV by the name, and rows left out beside; raises ModelError."""
     try:
         if out.suffix.lower() == ".csv":
             day.table().to_csv(out, index=False)
         else:
             day.table().to_parquet(out, index=False)
-        if len(day.skipped):
+        for beside in files(day, out)[1:]:
             day.skipped.to_csv(beside, index=False)
     except OSError as error:
         raise ModelError([f"{out}: cannot be written ({reason(error)})"]) from None
-    return beside

@@ -13,6 +13,7 @@ from collections import defaultdict
 from itertools import islice
 from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
+from weakref import WeakKeyDictionary
 
 from desim_warehouse.outcome.account import pieces
 from desim_warehouse.states import APART, SHOWN, Phase
@@ -51,10 +52,16 @@ class Lost(NamedTuple):
     root: Root
 
 
-def lost(history: History) -> Iterator[Lost]:
-    """All waiting of the run, robot by robot, cut into parts that have one root each."""
-    chains = _Chains(history)
-    return (one for robot in chains.fleet for piece in robot if _waits(piece) for one in chains.follow(piece))
+_known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
+
+
+def lost(history: History) -> list[Lost]:
+    """All waiting of the run, robot by robot, cut into parts that have one root each. Followed once for all reports."""
+    if history not in _known:
+        chains = _Chains(history)
+        pieces_of_waiting = (piece for robot in chains.fleet for piece in robot if _waits(piece))
+        _known[history] = [one for piece in pieces_of_waiting for one in chains.follow(piece)]
+    return _known[history]
 
 
 def roots(history: History) -> list[Root]:

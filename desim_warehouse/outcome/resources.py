@@ -6,6 +6,7 @@ in use while a robot loads or unloads in the station. Needs `log: all`.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections import defaultdict
 from dataclasses import dataclass
@@ -13,15 +14,28 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
-from desim_warehouse.states import SHOWN
+from desim_warehouse.states import SHOWN, TIMES
 from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
     from desim_warehouse.states import Place
     from desim_warehouse.values.calendars import Hours
 
     Steps = tuple[list[float], list[int]]
+
+
+def standing(model: Model) -> tuple[str, ...]:
+    """The indicators of a model's robots that say for which share of the time they stand, and so are not busy."""
+    return tuple(f"share_{name}" for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
+
+
+def busy_share(stands: Iterable[float], off_duty: float) -> float:
+    """The share of their time on duty for which robots are busy, by the shares of `standing`; nan without such time."""
+    return (1 - math.fsum(stands)) / (1 - off_duty) if off_duty < 1 else math.nan
 
 
 @dataclass(frozen=True)

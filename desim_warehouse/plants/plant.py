@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from desim_warehouse.errors import first_of
+
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable
 
@@ -119,8 +121,7 @@ class Remark:
         named = [
             f"{name} ({position})" if position else name for name, position in zip(self.names, positions, strict=True)
         ]
-        more = len(named) - len(named[:most])
-        return ", ".join(named[:most]) + f" and {more} more" * (more > 0)
+        return first_of(named, len(named) if most is None else most)
 
     def __str__(self) -> str:
         number, names = len(self.names), f": {self.which()}" if self.names else ""

@@ -133,7 +133,7 @@ class Floor:
 
     def effort(self, design: Design) -> int:
         """How many units are turned."""
-        return sum(way != drawn for way, drawn in zip(design, self.drawn, strict=True))
+        return len(self.turnable.turned(design))
 
     def _is_model(self, design: Design) -> bool:
         try:
@@ -210,7 +210,34 @@ def directions(
     judged = runs // _JUDGED
     plan = {"confidence": confidence, "timeout": timeout}
     scout = _study(model, {_DRAWN: {}}, "search", seed + 1, plan)
-    with scout.session(**_at(where, "search")) as runner:
+    ranked = _searched(floor, scout, indicator, runs - judged, seed, maximise=maximise, **_at(where, "search"))
+    best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
+    turned, units = tuple(floor.turnable.turned(best)), len(floor.turnable.units)
+    if not turned:
+        return BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows))
+    changed = floor.changes(best)
+    fresh = _fresh(model, changed, judged, seed, plan)
+    fresh.run(**_at({"cache": True, **where}, "judged"))
+    gain, *elsewhere = (
+        _gain(fresh, number, indicator, confidence, maximise=maximise) for number in range(0, len(fresh.points), 2)
+    )
+    return BetterDirections(
+        model.replace(changed),
+        floor.turnable.lanes(best),
+        turned,
+        units,
+        indicator,
+        gain,
+        tuple(one for one in elsewhere if one is not None),
+        len(scout.rows) + len(fresh.rows),
+    )
+
+
+def _searched(
+    floor: Floor, scout: Study, indicator: str, runs: int, seed: int, *, maximise: bool, **where: Any
+) -> list[Design]:
+    """The designs that a search ends with, the best first; those that it simulates become designs of `scout`."""
+    with scout.session(**where) as runner:
         numbers = {floor.drawn: 0}
 
         def number(design: Design) -> int:
@@ -221,27 +248,9 @@ def directions(
 
         def steps(exact: bool) -> Procedure[list[Design]]:
             random = Random(seed)  # noqa: S311 - a search, no secret
-            return LocalSearch(floor, number, runs - judged, random, maximise=maximise, exact=exact).steps()
+            return LocalSearch(floor, number, runs, random, maximise=maximise, exact=exact).steps()
 
-        ranked = scout.carry_out(runner, steps, indicator, failed=math.nan)
-    best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
-    turned = tuple(floor.turnable.turned(best))
-    if not turned:
-        return BetterDirections(model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows))
-    made = model.replace(floor.changes(best))
-    fresh, pairs = _fresh(model, floor.changes(best), judged, seed, plan)
-    fresh.run(**_at({"cache": True, **where}, "judged"))
-    gains = [_gain(fresh, place, indicator, confidence, maximise=maximise) for place in range(0, len(pairs), 2)]
-    return BetterDirections(
-        made,
-        floor.turnable.lanes(best),
-        turned,
-        len(floor.turnable.units),
-        indicator,
-        gains[0],
-        tuple(gain for gain in gains[1:] if gain is not None),
-        len(scout.rows) + len(fresh.rows),
-    )
+        return scout.carry_out(runner, steps, indicator, failed=math.nan)
 
 
 def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, plan: Mapping[str, Any]) -> Study:
@@ -255,10 +264,8 @@ def _at(where: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {**where, "out": None if out is None else Path(out) / name}
 
 
-def _fresh(
-    model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: Mapping[str, Any]
-) -> tuple[Study, list[int]]:
-    """Both floors as they are, then with other fleets and demands; the replications of each design."""
+def _fresh(model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: Mapping[str, Any]) -> Study:
+    """Both floors as they are, then with other fleets and demands, each in as many runs as there may be."""
     others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
     cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
     for name, more in others:
@@ -267,7 +274,7 @@ def _fresh(
     counts = [pairs, pairs, *[_PAIRS_ELSEWHERE] * (2 * len(others))]
     study = _study(model, cases, "judged", seed, plan)
     study.plan = replace(study.plan, replications=tuple(counts))
-    return study, counts
+    return study
 
 
 def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

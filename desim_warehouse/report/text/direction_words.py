@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.numbers import number, number_of
+from desim_warehouse.report.text.numbers import Scale, number_of
 
 if TYPE_CHECKING:
     from desim_warehouse.study.directions import BetterDirections, DirectionGain
@@ -24,7 +24,7 @@ def sentences(found: BetterDirections) -> list[str]:
         if places:
             lines.append(f"{said} with {'; '.join(places)}.")
     if found.cost:
-        lines.append(f"Turning costs {number(found.cost)}{_currency(found)} once.")
+        lines.append(f"Turning costs {Scale(words.money(found.model)).value(found.cost)} once.")
     return lines
 
 
@@ -33,8 +33,3 @@ def _gain(gain: DirectionGain) -> str:
         f"{100 * share:+.1f}".replace("-", "\N{MINUS SIGN}") for share in (gain.low, gain.mean, gain.high)
     )
     return f"{mean} % ({low} to {high})"
-
-
-def _currency(found: BetterDirections) -> str:
-    money = words.money(found.model)
-    return f" {money}" if money else ""

@@ -6,11 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.outcome.chains import lost_to
-from desim_warehouse.outcome.resources import resources
+from desim_warehouse.outcome.resources import busy_share, resources, standing
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.text.sentences import sentence
-from desim_warehouse.states import TIMES
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
@@ -95,10 +94,8 @@ def _busiest(run: Run) -> str:
 def _used(run: Run) -> dict[str, float]:
     """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
     kpis, history = run.kpis, run.history
-    standing = [name for name, state in TIMES.items() if state.draws == "standing" and state.applies(run.model)]
-    off = kpis.get("share_on_break", 0.0)
     found = {
-        "robots": (1 - math.fsum(kpis[f"share_{name}"] for name in standing)) / (1 - off) if off < 1 else math.nan,
+        "robots": busy_share([kpis[name] for name in standing(run.model)], kpis.get("share_on_break", 0.0)),
         "chargers": kpis.get("charger_utilisation", math.nan),
         "workers": kpis.get("worker_utilisation", math.nan),
     }

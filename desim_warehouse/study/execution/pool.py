@@ -71,8 +71,7 @@ class Worker:
     def send(self, message: Any) -> None:
         """Send what it is waiting for."""
         self.since = monotonic()
-        with suppress(OSError):  # it is dead, which `run` notices
-            self.connection.send(message)
+        self._write(message)
 
     def give(self, handles: list[Handle]) -> None:
         """Have it simulate a batch."""
@@ -82,9 +81,12 @@ class Worker:
 
     def stop(self, handle: Handle) -> None:
         """Have it stop a run, or not begin it."""
-        since, self.told_to_stop = self.since, monotonic()
-        self.send((self.batches, self.handles.index(handle)))
-        self.since = since
+        self.told_to_stop = monotonic()
+        self._write((self.batches, self.handles.index(handle)))
+
+    def _write(self, message: Any) -> None:
+        with suppress(OSError):  # it is dead, which `turn` notices
+            self.connection.send(message)
 
     def late(self, timeout: float | None) -> bool:
         """Whether it does not start, or its run can neither end nor be interrupted."""

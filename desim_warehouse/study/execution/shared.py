@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from abc import ABC, abstractmethod
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 _POLL = 0.1  # seconds between looks at Ctrl-C, and at what went wrong
 
 
-class SharedExecutor:
+class SharedExecutor(ABC):
     """Queues the runs of its callers, whose threads only wait. Its own thread works on them until `close`.
 
     Ctrl-C strikes the main thread, so it never strikes while a process is started or written to.
@@ -99,15 +100,18 @@ class SharedExecutor:
 
     # What an executor does
 
+    @abstractmethod
     def connect(self) -> None:
         """Before the first run, in the thread of its caller."""
 
+    @abstractmethod
     def wake(self) -> None:
         """There is something to do: from any thread."""
 
+    @abstractmethod
     def turn(self) -> None:
         """Hand out runs, wait for a while, and take what has ended."""
-        raise NotImplementedError
 
+    @abstractmethod
     def disconnect(self) -> None:
         """End all processes and connections."""

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.sections.flows import StorageEnd
-from desim_warehouse.states import TIMES
+from desim_warehouse.outcome.resources import busy_share, standing
 from desim_warehouse.study import statistics
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.statistics import Estimate
@@ -22,9 +20,8 @@ if TYPE_CHECKING:
 
 def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
     """The indicators from which the utilisation follows: robots are busy but for the shares in which they stand."""
-    stand = (name for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
     return {
-        "robots": tuple(f"share_{name}" for name in stand),
+        "robots": standing(model),
         "chargers": ("charger_utilisation",),
         "stations": ("share_unloading",),
     }
@@ -47,7 +44,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     each = model.fleet.size / servers if servers else 0.0
     stand = indicators_of(model)["robots"]
     values = {
-        "robots": [_busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
+        "robots": [busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
         "chargers": [row.value("charger_utilisation") for row in rows],
         "stations": [row.value("share_unloading") * each for row in rows] if servers and _unloads_only(model) else [],
     }
@@ -70,8 +67,3 @@ def _unloads_only(model: Model) -> bool:
 
 def _off_duty(row: Row, model: Model) -> float:
     return row.value("share_on_break") if model.fleet.has_hours else 0.0
-
-
-def _busy_share(standing: Sequence[float], off_duty: float) -> float:
-    """Of the time on duty, nan where there was none."""
-    return (1 - sum(standing)) / (1 - off_duty) if off_duty < 1 else math.nan
