@@ -12,7 +12,7 @@ paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and
 	$(BIN)/desim paper --out reports/out/paper
 
 test: $(READY)  ## lint, types, layers, all tests
-	@echo "lint, types, layers and all tests take about 18 minutes on two cores (make quick: under 40 s)"
+	@echo "lint, types, layers and all tests take about 15 minutes on two cores (make quick: under 40 s)"
 	@$(MAKE) --no-print-directory lint tests
 
 SLOWER = 24-500 or twenty_bridges or own_code or hash_seed or own_policy_page or limits or junk or stepped_reference or fifty_thousand or we_ship \
