@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from desim_warehouse.layout.turning import Turns, last_steps, sums_along
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     import networkx as nx
 
@@ -141,18 +141,29 @@ class RouteOracle:
 
     def beside(self, origin: str, goal: str) -> tuple[str, str]:
         """The second and the last node but one of a route with two nodes or more, where turns count."""
-        import numpy as np
-
         forward = self._forward(origin, goal)
-        (_, _, steps, _), at = self._row_of(origin, goal)
-        root = self.index[origin if forward else goal]
-        if (root, forward) not in self._beside:
-            self._beside[root, forward] = self._next_to(np.frombuffer(steps, dtype=np.intc), root, forward=forward)
-        near, far = (self.names[nodes[at]] for nodes in self._beside[root, forward])
+        root, at = map(self.index.__getitem__, (origin, goal) if forward else (goal, origin))
+        near, far = (self.names[nodes[at]] for nodes in self._besides(root, forward=forward))
         return (far, near) if forward else (near, far)
 
-    def _next_to(self, steps: Any, root: int, *, forward: bool) -> tuple[Any, Any]:
+    def beside_all(self, origins: Sequence[str], goals: Sequence[str]) -> tuple[Any, Any]:
+        """`beside` from every origin (rows) to every goal (columns): tables of nodes by number, also if it has one."""
+        import numpy as np
+
+        second = self._table(origins, goals, lambda root, forward: self._besides(root, forward=forward)[forward])
+        last = self._table(origins, goals, lambda root, forward: self._besides(root, forward=forward)[not forward])
+        return second.astype(np.intp), last.astype(np.intp)
+
+    def _besides(self, root: int, *, forward: bool) -> tuple[Any, Any]:
         """For every node the next towards the root, and the last before the root."""
+        import numpy as np
+
+        steps = self._row(root, forward=forward)[2]
+        if (root, forward) not in self._beside:
+            self._beside[root, forward] = self._next_to(np.frombuffer(steps, dtype=np.intc), root, forward=forward)
+        return self._beside[root, forward]
+
+    def _next_to(self, steps: Any, root: int, *, forward: bool) -> tuple[Any, Any]:
         import numpy as np
 
         last, size, turns = last_steps(steps, root), len(self.names), self._turns
@@ -209,6 +220,15 @@ class RouteOracle:
             look = self.length if what == "length" else self.time
             return np.array([[look(origin, goal) for goal in goals] for origin in origins])
         part = 0 if what == "length" else 1
+        return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
+
+    def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
+        """A row for each origin and a column for each goal, of what is `read` for all nodes of routes from or to one.
+
+        That one is where the search began: the origin (True) or the goal.
+        """
+        import numpy as np
+
         starts: dict[str, int] = {}
         ends: dict[str, int] = {}
         rows = [starts.setdefault(name, len(starts)) for name in origins]
@@ -218,12 +238,12 @@ class RouteOracle:
         hub = np.array([self._forward(name, "") for name in starts])
         plain = np.array([self._from_origin or name not in self._hubs for name in ends])
         for i in np.flatnonzero(hub) if plain.any() else ():
-            table[i, plain] = np.frombuffer(self._row(int(start[i]), forward=True)[part])[end[plain]]
+            table[i, plain] = read(int(start[i]), True)[end[plain]]
         for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
             if some.any() and others.any():
                 there, to = start[others], np.flatnonzero(some)
                 for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
-                    table[others, column] = np.frombuffer(self._row(goal, forward=False)[part])[there]
+                    table[others, column] = read(goal, False)[there]
         return table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:

@@ -371,7 +371,9 @@ class BaySpec(PlacesSpec):
         description="slots at each node; default: as many as robots start there, and one for each of total_chargers",
     )
     grows: Flag = Field(
-        False, description="with places: where more robots start at a node, it has a slot for each of them, too"
+        False,
+        description="with places: where more robots start at a node, it has a slot for each of them, and without "
+        "chargers one more, so that a robot can leave its slot at a charger to another",
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.layout.oracle import Cost, RouteOracle
-from desim_warehouse.layout.turning import turn_times, turning
+from desim_warehouse.layout.turning import heading, quarters, turn_times, turning
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -136,19 +136,31 @@ class FreeTravel:
             [origin if isinstance(origin, str) else origin[1] for origin in origins],
             [goal if isinstance(goal, str) else goal[0] for goal in goals],
         )
-        if self.turn_time:
-            table = table + [[self._turned(origin, goal) for goal in goals] for origin in origins]
-        return table
+        return table + self._turned(origins, goals) if self.turn_time else table
 
-    def _turned(self, origin: Edge | str, goal: Edge | str) -> float:
-        """Time of the turns between a route and the edges that it begins after and ends before."""
-        if isinstance(origin, str):
-            return 0.0 if isinstance(goal, str) else self._joint(origin, goal, first=False)
-        if isinstance(goal, str):
-            return self._joint(goal, origin, first=True)
-        if origin[1] == goal[0] and origin[0] != origin[1] and goal[0] != goal[1]:
-            return float(turn_times(turning(self.highways, origin, goal), self.turn_time, self.stop_time))
-        return self._joint(goal[0], origin, first=True) + self._joint(origin[1], goal, first=False)
+    def _turned(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
+        """Times of the turns between routes and the edges that they begin after and end before."""
+        import numpy as np
+
+        ways, places = self.ways, self.highways.nodes
+        at = np.array([complex(places[name]["x"], places[name]["y"]) for name in ways.names])
+        starts = [origin if isinstance(origin, str) else origin[1] for origin in origins]
+        ends = [goal if isinstance(goal, str) else goal[0] for goal in goals]
+        start, end = (at[[ways.index[name] for name in names]] for names in (starts, ends))
+        second, last = (at[nodes] for nodes in ways.beside_all(starts, ends))
+        before, after = (
+            np.array([np.nan if edge is None else heading(self.highways, edge) for edge in edges])
+            for edges in ([_edge_to(self.highways, one) for one in origins], [_edge_from(one) for one in goals])
+        )
+        is_edge = np.array([_edge_from(one) is not None for one in origins])
+        meets = np.equal.outer(np.array(starts, dtype=object), np.array(ends, dtype=object))
+        drives = ~meets & np.isfinite(ways.matrix(starts, ends, "time"))
+        turns = (
+            np.where(drives, before[:, None] - np.angle(second - start[:, None]), np.nan),
+            np.where(drives, np.angle(end - last) - after, np.nan),
+            np.where(meets & is_edge[:, None], before[:, None] - after, np.nan),
+        )
+        return sum(turn_times(np.nan_to_num(quarters(turn)), self.turn_time, self.stop_time) for turn in turns)
 
     def _joint(self, node: str, edge: Edge, *, first: bool) -> float:
         """Time of the turn between an edge and the route from it to a node (`first`) or to it from a node."""
@@ -162,13 +174,11 @@ class FreeTravel:
         end = edge[1] if first else edge[0]
         if node == end or math.isinf(self.ways.time(*((end, node) if first else (node, end)))):
             return 0.0
-        if edge[0] == edge[1]:
-            before = list(self.highways.predecessors(end))
-            if not first or len(before) > 1:
-                return 0.0
-            edge = before[0], end
+        beside = _edge_to(self.highways, edge) if first else _edge_from(edge)
+        if beside is None:
+            return 0.0
         second, last = self.ways.beside(*((end, node) if first else (node, end)))
-        return turning(self.highways, edge, (end, second) if first else (last, end))
+        return turning(self.highways, beside, (end, second) if first else (last, end))
 
     def along(self, edge: tuple[str, str], offset: float) -> tuple[float, float]:
         """Times from the start of a good's edge to the good, and from there to the end, its node time included."""
@@ -211,3 +221,16 @@ class FreeTravel:
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
         """Lengths of the routes that robots drive: a row for each origin, a column for each goal."""
         return self.ways.matrix(origins, goals, "length")
+
+
+def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:
+    """The edge by which a robot has come to the end of a good's edge; to a good at a node only one may lead."""
+    if isinstance(place, str) or place[0] != place[1]:
+        return None if isinstance(place, str) else place
+    before = list(highways.predecessors(place[1]))
+    return (before[0], place[1]) if len(before) == 1 else None
+
+
+def _edge_from(place: Edge | str) -> Edge | None:
+    """The edge of a good, which a robot drives onto; None of a node and of a good at a node."""
+    return None if isinstance(place, str) or place[0] == place[1] else place

@@ -20,15 +20,17 @@ if TYPE_CHECKING:
 
 def turning(highways: nx.DiGraph, one: Edge, other: Edge) -> float:
     """Quarters of a turn from the heading of one edge to that of another, drawn straight."""
-    return float(_quarters(_heading(highways, one) - _heading(highways, other)))
+    return float(quarters(heading(highways, one) - heading(highways, other)))
 
 
-def _heading(highways: nx.DiGraph, edge: Edge) -> float:
+def heading(highways: nx.DiGraph, edge: Edge) -> float:
+    """The angle of an edge, drawn straight."""
     (x0, y0), (x1, y1) = ((highways.nodes[node]["x"], highways.nodes[node]["y"]) for node in edge)
     return math.atan2(y1 - y0, x1 - x0)
 
 
-def _quarters(angle: Any) -> Any:
+def quarters(angle: Any) -> Any:
+    """Quarters of a turn by an angle, a number or an array of them."""
     return abs((angle + math.pi) % (2 * math.pi) - math.pi) / (math.pi / 2)
 
 
@@ -74,7 +76,7 @@ class Turns:
 
     def _times(self, angles: Any) -> Any:
         """How long turns by some angles take."""
-        return turn_times(_quarters(angles), self.turn_time, self.stop_time)
+        return turn_times(quarters(angles), self.turn_time, self.stop_time)
 
     def fastest(self, root: int, *, forward: bool) -> tuple[Any, Any, Any, Any]:
         """Lengths and times from a node to all (or to it), the steps towards it, and the costs.

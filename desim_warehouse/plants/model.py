@@ -183,9 +183,15 @@ class _Maker:
         layout["stations"] = self.stations()
         self.starts(fleet, layout["bays"])
         battery = self.battery(layout["bays"])
+        charging = {}
+        if battery and not self.stops.tasks:
+            charging = {"charging": "four-thresholds"}
+            fleet["start_energy"] = "settled"
+            self.plant.assume("fleet.start_energy", "batteries as in the long run: the shift before is not simulated")
         routing = "fastest" if any(lane.speed_back not in (None, lane.speed) for lane in self.lanes) else "shortest"
         why = " (lanes are faster in one direction)" if routing == "fastest" else ""
-        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking")
+        charge = ", charging between tasks" if charging else ""
+        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking{charge}")
         if not self.stops.tasks:
             self.plant.assume("run.length", "a shift of 8 h")
         return {
@@ -195,7 +201,7 @@ class _Maker:
             "fleet": fleet,
             "tasks": self.tasks(fleet["size"], layout["stations"]),
             **({"battery": battery} if battery else {}),
-            "policies": {"allocation": "nearest", "routing": routing, "parking": "nearest"},
+            "policies": {"allocation": "nearest", "routing": routing, **charging, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 

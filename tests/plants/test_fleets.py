@@ -52,6 +52,23 @@ def test_plan_searches_robots_and_chargers_of_an_imported_plant(tmp_path):
         assert refused(model, designs.overrides(design)) is None
 
 
+def test_batteries_of_an_imported_plant_start_settled_so_that_plan_names_a_fleet(tmp_path):
+    model = import_layout(DRAWN["opentcs"](tmp_path)).model.replace({"fleet.kinds": {}, "fleet.size": 4})
+    full = dw.simulate(model.replace({"fleet.start_energy": 1}))
+    assert "NOT_SETTLED" in {verdict.code for verdict in full.verdicts}
+    found = dw.plan(model, target="throughput_per_hour >= 100", robots=[4], chargers=[1], first=2, cap=3)
+    assert (found.today.best.robots, found.today.best.chargers) == (4, 1)
+
+
+def test_a_robot_that_never_rests_does_not_keep_the_only_charger(tmp_path):
+    """Lanes are two-way, so robots under way keep a slot. Two of them work all the time, and one slot has a charger."""
+    changes = {"fleet.kinds": {}, "fleet.size": 2, "policies.charging": "threshold"}
+    run = dw.simulate(import_layout(DRAWN["opentcs"](tmp_path)).model.replace(changes))
+    assert audit(run) == []
+    assert (run.robots["recharged"] > 0).all()
+    assert run.robots["idle"].max() < 100
+
+
 def foreign():
     """All files of plants that lie there, but schemas, orders, and a problem of 400 robots."""
     if FOLDER is None:

@@ -5,6 +5,7 @@ import pytest
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.fit import fit
+from desim_warehouse.study.fit.families import Counted, families
 
 DRAWN = {
     "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),
@@ -63,6 +64,32 @@ def test_the_criterion_is_scipys_likelihood_by_hand():
     (aic,) = (one.aic for one in fit(times).candidates if one.distribution.kind == "exponential")
     # log L = -n (ln mean + 1), one parameter
     assert aic == pytest.approx(2 + 2 * 50 * (np.log(times.mean()) + 1))
+
+
+PARAMETERS = {
+    "exponential": [(0.0, 8.0)],
+    "gamma": [(2.5, 0.0, 4.0), (0.5, 0.0, 4.0)],
+    "lognormal": [(0.5, 0.0, 8.0)],
+    "weibull": [(3.0, 0.0, 9.0), (0.7, 0.0, 9.0)],
+    "uniform": [(4.0, 8.0)],
+    "triangular": [(0.25, 4.0, 8.0), (0.0, 4.0, 8.0), (1.0, 4.0, 8.0)],
+}
+
+
+@pytest.mark.parametrize(("kind", "parameters"), [(kind, one) for kind, all_ in PARAMETERS.items() for one in all_])
+def test_a_likelihood_is_scipys(kind, parameters):
+    family, x = families()[kind], np.array([4.1, 5.0, 6.0, 7.3, 11.9])
+    exactly = family.scipy.logpdf(x, *parameters).sum()
+    assert family.cost(parameters, Counted.of(x, 0.0)) == pytest.approx(-exactly)
+    wide = np.array([6.0, 12.0])
+    rounded = np.log(family.scipy.cdf(wide + 3, *parameters) - family.scipy.cdf(wide - 3, *parameters)).sum()
+    assert family.cost(parameters, Counted.of(wide, 6.0)) == pytest.approx(-rounded)
+
+
+@pytest.mark.parametrize("kind", ["uniform", "triangular"])
+def test_a_time_beyond_the_ends_is_impossible(kind):
+    for beyond in (3.0, 12.5):
+        assert families()[kind].cost(PARAMETERS[kind][0], Counted.of(np.array([beyond]), 0.0)) == np.inf
 
 
 def test_two_kinds_of_picks_fit_no_curve():

@@ -42,9 +42,11 @@ _AIMS = {
     "on_time": "{} on time",
     "worked_on_time": "{} worked on in time",
     "orders_on_time": "{} of orders on time",
-    "throughput_per_hour": "{} tasks an hour",
+    "throughput_per_hour": "{}",
 }
 """Targets that are said in a way of their own, by indicator."""
+_RATES, _RATE = "tasks per hour", Scale("tasks/h")
+"""The kind of unit of rates, and how they are written."""
 _POLICIES = {
     "allocation": {
         "in-order": "the first free robot",
@@ -234,7 +236,8 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
     """A value of an indicator as it was asked for; shares in per cent, times in a unit that fits."""
     if is_share(indicator):
         return f"{100 * value:.4g} %"
-    scale = times(unit, (value,)) if indicator_kind(indicator) == "time" else Scale(unit)
+    kind = indicator_kind(indicator)
+    scale = times(unit, (value,)) if kind == "time" else _RATE if kind == _RATES else Scale(unit)
     return f"{number(scale.by * value)} {plural(scale.unit, scale.by * value)}".strip()
 
 
@@ -247,8 +250,8 @@ def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> 
         return times(model.units.time, values)
     if kind == "capacity per hour":
         return Scale("% an hour", 100.0)
-    if kind == "tasks per hour":
-        return Scale("tasks/h")
+    if kind == _RATES:
+        return _RATE
     if kind.startswith("money"):
         return Scale(money(model))
     return Scale(unit(kind, model.units if model else None))

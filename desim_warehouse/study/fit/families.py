@@ -34,6 +34,8 @@ POINTS = 5
 """Instants that stand for an interval in which a time began."""
 WEIGHTS = {1: np.ones(1), POINTS: np.polynomial.legendre.leggauss(POINTS)[1] / 2}
 """Of the intervals of a time, by how many there are."""
+TINY = 1e-300
+"""In place of 0 as a divisor."""
 IMPOSSIBLE = 1e10
 """In place of the minus log likelihood of times that a distribution cannot have."""
 
@@ -73,11 +75,15 @@ class Counted(NamedTuple):
 class Family:
     """A distribution of scipy, how many parameters are free, and ours from its parameters.
 
+    `logs` and `below` are the logarithm of its density and its distribution function, of times less their least value
+    and divided by their scale: scipy's own check their arguments for 20 times as long as they calculate.
     `free` is one more where there is a largest time: an end that may lie on the largest time measured flatters it.
     `guess`: a first guess of the free parameters, on a scale without limits; `made`: scipy's parameters from those.
     """
 
     scipy: Any
+    logs: Callable[..., Any]
+    below: Callable[..., Any]
     free: int
     ours: Callable[..., Distribution]
     guess: Callable[[NDArray[np.float64], float], list[float]]
@@ -90,11 +96,12 @@ class Family:
     def cost(self, parameters: Parameters, counted: Counted) -> float:
         """Minus the log likelihood, of rounded times by the intervals in which they lie."""
         times, often, ends = counted
-        if ends is None:
-            logs = self.scipy.logpdf(times, *parameters)
-        else:
-            below = self.scipy.cdf(ends, *parameters)
-            with np.errstate(divide="ignore"):
+        *shape, least, scale = parameters
+        with np.errstate(divide="ignore"):
+            if ends is None:
+                logs = self.logs((times - least) / scale, *shape) - math.log(scale)
+            else:
+                below = self.below(np.maximum((ends - least) / scale, 0.0), *shape)
                 logs = np.log((below[1] - below[0]) @ WEIGHTS[ends.shape[2]])
         return float(-(often * logs).sum())
 
@@ -129,28 +136,55 @@ def clock_step(times: NDArray[np.float64]) -> float:
 def families() -> dict[str, Family]:
     """The families that are proposed, by our names."""
     from scipy import stats
+    from scipy.special import gammainc, gammaln, ndtr, xlogy
 
     return {
         "exponential": Family(
             stats.expon,
+            lambda x: -x,
+            lambda x: -np.expm1(-x),
             1,
             lambda _, mean: ExponentialTime(exponential=_short(mean)),
             lambda times, _: [math.log(_moments(times)[0])],
             lambda free: (0.0, math.exp(min(float(free[0]), 30))),
         ),
         "gamma": Family(
-            stats.gamma, 2, lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5), _gamma_guess, _from_logs
+            stats.gamma,
+            lambda x, a: xlogy(a - 1, x) - x - gammaln(a),
+            lambda x, a: gammainc(a, x),
+            2,
+            lambda a, _, scale: _by_mean(GammaTime, a * scale, a**-0.5),
+            _gamma_guess,
+            _from_logs,
         ),
-        "lognormal": Family(stats.lognorm, 2, _lognormal, _lognormal_guess, _from_logs),
-        "weibull": Family(stats.weibull_min, 2, _weibull, _weibull_guess, _from_logs),
+        "lognormal": Family(
+            stats.lognorm,
+            lambda x, s: -((np.log(x) / s) ** 2) / 2 - np.log(s * x) - math.log(2 * math.pi) / 2,
+            lambda x, s: ndtr(np.log(x) / s),
+            2,
+            _lognormal,
+            _lognormal_guess,
+            _from_logs,
+        ),
+        "weibull": Family(
+            stats.weibull_min,
+            lambda x, c: math.log(c) + xlogy(c - 1, x) - x**c,
+            lambda x, c: -np.expm1(-(x**c)),
+            2,
+            _weibull,
+            _weibull_guess,
+            _from_logs,
+        ),
         "uniform": Family(
             stats.uniform,
+            lambda x: np.where((x >= 0) & (x <= 1), 0.0, -np.inf),
+            lambda x: np.minimum(x, 1.0),
             3,
             lambda least, width: UniformTime(uniform=(_short(least), _short(least + width))),
             _ends,
             lambda free: (max(float(free[0]), 0.0), max(float(free[1] - max(free[0], 0.0)), 1e-9)),
         ),
-        "triangular": Family(stats.triang, 4, _triangular, _corners, _triangle),
+        "triangular": Family(stats.triang, _triangle_logs, _triangle_below, 4, _triangular, _corners, _triangle),
     }
 
 
@@ -197,6 +231,16 @@ def _corners(times: NDArray[np.float64], step: float) -> list[float]:
     least, most = float(times.min()) - beyond, float(times.max()) + beyond
     usual = min(max(3 * float(times.mean()) - least - most, least + beyond), most - beyond)
     return [least, usual, most]
+
+
+def _triangle_logs(x: NDArray[np.float64], usual: float) -> NDArray[np.float64]:
+    up, down = x / max(usual, TINY), (1 - x) / max(1 - usual, TINY)
+    return np.where((x >= 0) & (x <= 1), np.log(np.clip(2 * np.minimum(up, down), 0.0, 2.0)), -np.inf)
+
+
+def _triangle_below(x: NDArray[np.float64], usual: float) -> NDArray[np.float64]:
+    x = np.minimum(x, 1.0)
+    return np.where(x < usual, x**2 / max(usual, TINY), 1 - (1 - x) ** 2 / max(1 - usual, TINY))
 
 
 def _triangle(free: NDArray[np.float64]) -> Parameters:

@@ -46,8 +46,10 @@ class ChargingStop:
         """It is given a task as it is."""
         self.must_charge = False
 
-    def charge(self) -> Generator[Event, object, Event | None]:
+    def charge(self, *, as_at_work: bool = False) -> Generator[Event, object, Event | None]:
         """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one.
+
+        `as_at_work`: at the start of a run, as if it had come there from its work, so free for a task at any level.
 
         Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
         """
@@ -59,7 +61,7 @@ class ChargingStop:
         robot.enter(robot.at_rest)
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
         if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
-            ready = level >= levels.sufficient and not self.must_charge
+            ready = (as_at_work or level >= levels.sufficient) and not self.must_charge
             return (yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None))
         return None
 

@@ -142,7 +142,8 @@ class Robot:
             yield from self.begin_on_lanes()
             exit_time = self.fleet.exit_time
         elif not self.battery.is_full(self.env.now):
-            self.offer = yield from self.charging.charge()
+            # Settled fleets are in the midst of their work: not all of them charge at the same time.
+            self.offer = yield from self.charging.charge(as_at_work=self.fleet.start_energy == "settled")
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:
@@ -183,6 +184,8 @@ class Robot:
             self.enter("awaiting")
         yield decided
         self.enter("empty" if self.job is not None else "returning")
+        if self.job is not None:
+            self.free_charger()
         yield Timeout(self.env, self.clear_time)
 
     # Parking
@@ -205,6 +208,18 @@ class Robot:
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
             return  # to the bay where its declared route ends: from there it can go on
         self.bays.take(self, bay)
+
+    def free_charger(self) -> None:
+        """At work, keep a slot elsewhere instead of the one at a charger that another robot seeks.
+
+        Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
+        """
+        if self.bay is None or self.bay.chargers is None or not self.bays.wants_room(self):
+            return
+        bays = [bay for bay in self.bays.by_node.values() if bay.chargers is None and self.bays.may_take(self, bay)]
+        bay = self.bay_choice.parking(self.view(), bays)
+        if not self.body.is_on_lanes or self.itinerary.go(self.node, bay.node):
+            self.bays.take(self, bay)
 
     def go_to_bay(self) -> Steps:
         """Home, or wherever the policies say."""
