@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
+    from desim_warehouse.serve import serve
     from desim_warehouse.study.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
@@ -68,6 +69,7 @@ _HOME = {
     "plants.export": ("write_layout",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
+    "serve": ("serve",),
     "study.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet",),
@@ -112,6 +114,7 @@ __all__ = [
     "read_layout",
     "read_log",
     "schema",
+    "serve",
     "simulate",
     "size",
     "steps",
