@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.fleet_log.calibrate import calibrate
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
+    from desim_warehouse.live import serve
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.order_day import order_day
     from desim_warehouse.model.overrides import UNSET
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
-    from desim_warehouse.serve import serve
     from desim_warehouse.study.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
@@ -62,6 +62,7 @@ _HOME = {
     "fleet_log.calibrate": ("calibrate",),
     "fleet_log.validate": ("validate",),
     "learn.asktell": ("steps",),
+    "live": ("serve",),
     "model": ("Model", "load"),
     "model.order_day": ("order_day",),
     "model.overrides": ("UNSET",),
@@ -69,7 +70,6 @@ _HOME = {
     "plants.export": ("write_layout",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
-    "serve": ("serve",),
     "study.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet",),

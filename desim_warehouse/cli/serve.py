@@ -13,7 +13,7 @@ from desim_warehouse.cli.options import load_model, with_overrides
 from desim_warehouse.cli.study_options import read_vary
 
 if TYPE_CHECKING:
-    from desim_warehouse.serve import Live
+    from desim_warehouse.live import Live
 
 
 @click.command("serve")
@@ -49,7 +49,7 @@ def command(
 
     Example: desim serve w.yaml --vary fleet.size=4..16 --vary policies.allocation
     """
-    from desim_warehouse.serve import serve
+    from desim_warehouse.live import serve
 
     base = load_model(model, assignments)
     warn(base, model, assignments)

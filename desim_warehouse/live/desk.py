@@ -18,11 +18,11 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.live.answers import FEWEST, Known, Named, results_of
+from desim_warehouse.live.by_hand import ByHand, by_hand
+from desim_warehouse.live.messages import Answer, Tried
+from desim_warehouse.live.offers import spoken_design
 from desim_warehouse.report.text import words
-from desim_warehouse.serve.answers import FEWEST, Known, Named, results_of
-from desim_warehouse.serve.by_hand import ByHand, by_hand
-from desim_warehouse.serve.messages import Answer, Tried
-from desim_warehouse.serve.offers import spoken_design
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
 from desim_warehouse.study.execution.signals import Interrupts
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from desim_warehouse.live.offers import Offer
     from desim_warehouse.model import Model
     from desim_warehouse.report.explore import WhatIfPage
-    from desim_warehouse.serve.offers import Offer
     from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.results import Results
@@ -350,12 +350,11 @@ class Desk:
             design, pinned = listener.design, listener.pinned
             known, wanted = self.known(design), self.wanted(design, listener)
             other = self.known(pinned) if pinned is not None and pinned is not design and pinned.n else None
-            later = [pinned] if other is not None and pinned is not None else []
+            later = [pinned] if pinned is not None and pinned is not design else []
             left = sum(max(self.wanted(one, listener) - one.n, 0) for one in [design, *later])
             taken = [outcome.run_time for outcome in design.outcomes.values()]
             floor, notes = bool(design.floor), self.notes[-3:]
             tried = [one for one in self.designs.values() if one.outcomes.get(0)]
-            mine = self.wanted(design, listener) - design.n
         scale = known.scale(self.main)
         said = known.said(listener.target)
         sentence, more, verdict, label = said.sentence, list(said.more), said.verdict, said.label
@@ -371,7 +370,7 @@ class Desk:
                 pinned_at = _times(scale.by, (found.mean, *ends))
                 more.append(f"Pinned, {pinned.named.words}: {words.reached(self.main, scale.estimate(found))}.")
         done = ""
-        if mine <= 0:
+        if left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "all" if known.n >= RUNS else "verdict"
         measured = known.measured(other, together) if known.n else []
         if measured and measured[0].difference is not None:

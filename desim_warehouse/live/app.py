@@ -21,10 +21,10 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
+from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener
+from desim_warehouse.live.messages import Ask, Calculated, Message, ShareAsk, openapi
 from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
-from desim_warehouse.serve.desk import MOST_RUNS, Design, Desk, Listener
-from desim_warehouse.serve.messages import Ask, Calculated, Message, ShareAsk, openapi
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp, Receive, Scope, Send
 
-    from desim_warehouse.serve.messages import About
+    from desim_warehouse.live.messages import About
 
 M = TypeVar("M", bound=Message)
 MOST_BODY = 64 * 1024
@@ -228,7 +228,7 @@ def page(name: str) -> str:
     """The page as one text; its policy comes with the answer."""
     import html
 
-    return joined("desim_warehouse.serve", {"title": html.escape(name)}, SHARED, policy="")
+    return joined("desim_warehouse.live", {"title": html.escape(name)}, SHARED, policy="")
 
 
 async def _read(request: Request, kind: type[M]) -> M:

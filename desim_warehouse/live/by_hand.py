@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.errors import CheckError
 from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.report.text.numbers import number, percent
-from desim_warehouse.serve.offers import ROBOTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

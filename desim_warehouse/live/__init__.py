@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, Self
 
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.live.answers import CONFIDENCE
+from desim_warehouse.live.desk import RUNS, Desk
+from desim_warehouse.live.messages import About, Aim, Knob
+from desim_warehouse.live.offers import offers
 from desim_warehouse.model import Model, load
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
-from desim_warehouse.serve.answers import CONFIDENCE
-from desim_warehouse.serve.desk import RUNS, Desk
-from desim_warehouse.serve.messages import About, Aim, Knob
-from desim_warehouse.serve.offers import offers
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.statistics.looks import LOOKS
 from desim_warehouse.study.target import read_target
@@ -30,7 +30,7 @@ from desim_warehouse.study.target import read_target
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from desim_warehouse.serve.offers import Offer
+    from desim_warehouse.live.offers import Offer
     from desim_warehouse.study.statistics import Target
 
 HOME = "127.0.0.1"
@@ -49,7 +49,7 @@ class Live:
         try:
             import uvicorn
 
-            from desim_warehouse.serve.app import application
+            from desim_warehouse.live.app import application
         except ImportError as error:
             raise StudyError(f"a live page needs {error.name}; pip install 'desim-warehouse[serve]'") from None
         self.desk = desk

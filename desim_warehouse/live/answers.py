@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from desim_warehouse.live.messages import Measured
 from desim_warehouse.outcome.indicators import judged_by, look_up, within
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.report.text import numbers, sentences, words
-from desim_warehouse.serve.messages import Measured
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
@@ -21,10 +21,10 @@ from desim_warehouse.study.table import Row
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from desim_warehouse.live.messages import Verdict
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.verdicts import Verdict as Wrong
     from desim_warehouse.report.text.numbers import Scale
-    from desim_warehouse.serve.messages import Verdict
     from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.statistics import Estimate, Target
 
