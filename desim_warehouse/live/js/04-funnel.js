@@ -24,7 +24,7 @@ function drawFunnel(svg, answer, aim, target, runs) {
   if (means.length > 1) svg.append(shape("path", { class: "mean", d: `M${means.join("L")}` }));
   if (target !== null) {
     svg.append(shape("path", { class: "aim", d: `M${left} ${y(target)}H${right}` }));
-    svg.append(shape("text", { x: left + 4, y: y(target) - 5 }, `target ${short(target)} ${aim.unit}`));
+    svg.append(shape("text", { x: left + wide, y: y(target) - 5, "text-anchor": "end" }, `target ${short(target)} ${aim.unit}`));
   }
   if (pin) {
     const at = right - 14;
