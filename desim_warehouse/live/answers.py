@@ -72,7 +72,7 @@ class Named:
     model: Model
 
 
-class Known:
+class RunsSoFar:
     """The first runs of a design, from replication 0 on without a gap, and what follows from them."""
 
     def __init__(self, design: Named, outcomes: Sequence[Outcome], main: str, seed: int) -> None:
@@ -184,7 +184,7 @@ class Known:
             return aim, "It may stay too close to tell."
         return aim, f"About {numbers.number_of(later - self.n, 'more run')} may tell."
 
-    def measured(self, pinned: Known | None, together: Results | None) -> list[Measured]:
+    def measured(self, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
         """The indicators, beside those of the pinned design, with the differences run by run."""
         found = []
         for name in self.indicators:

@@ -18,7 +18,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
-from desim_warehouse.live.answers import FEWEST, Known, Named, results_of
+from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
 from desim_warehouse.live.messages import Answer, Tried
 from desim_warehouse.live.offers import spoken_design
@@ -70,7 +70,7 @@ class Design:
     outcomes: dict[int, Outcome] = field(default_factory=dict)
     handles: dict[int, Handle] = field(default_factory=dict)
     floor: Mapping[str, Any] | None = None
-    known: Known | None = None
+    known: RunsSoFar | None = None
     band: list[Band | None] = field(default_factory=list)
     clear: dict[float | None, tuple[int, bool]] = field(default_factory=dict)
 
@@ -240,12 +240,12 @@ class Desk:
             return True
         return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "cannot keep up", "not settled"}
 
-    def known(self, design: Design) -> Known:
+    def known(self, design: Design) -> RunsSoFar:
         """What the runs of a design say so far."""
         with self.lock:
             if design.known is None or design.known.n != design.n:
                 outcomes = [design.outcomes[r] for r in range(design.n)]
-                design.known = Known(design.named, outcomes, self.main, self.seed)
+                design.known = RunsSoFar(design.named, outcomes, self.main, self.seed)
             return design.known
 
     def _schedule(self) -> None:
@@ -396,7 +396,7 @@ class Desk:
             notes=notes,
         )
 
-    def _band(self, design: Design, known: Known, by: float) -> list[Band | None]:
+    def _band(self, design: Design, known: RunsSoFar, by: float) -> list[Band | None]:
         """The mean and its usual interval after each run."""
         while len(design.band) < known.n:
             found = known.estimate(self.main, len(design.band) + 1)

@@ -103,6 +103,11 @@ def test_frames_are_for_those_that_are_named(tmp_path):
     assert policy.endswith("frame-ancestors https://lab.example")
 
 
+def test_a_notebook_shows_the_page_in_a_frame(page):
+    shown = page.live._repr_html_()
+    assert f'src="http://127.0.0.1:{page.live.port}/#{page.live.token}"' in shown
+
+
 def fuzz(page, times, seed=0):
     """Requests of which nearly all are wrong in some way: none is a fault of ours."""
     rng = random.Random(seed)

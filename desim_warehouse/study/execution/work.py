@@ -107,7 +107,7 @@ class Simulator:
             taken,
             deterministic=run.deterministic,
             spans=spans,
-            floor=run.floor() if wanted.floor else None,
+            floor=run.floor() if wanted.floor and not (stop is not None and stop.asked) else None,
         )
 
     def batch(
