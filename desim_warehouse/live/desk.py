@@ -22,7 +22,6 @@ from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
 from desim_warehouse.live.messages import Answer, Tried
 from desim_warehouse.live.offers import spoken_design
-from desim_warehouse.report.text import words
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
 from desim_warehouse.study.execution.signals import Interrupts
@@ -368,7 +367,7 @@ class Desk:
             if found is not None:
                 ends = found.interval or (None, None)
                 pinned_at = _times(scale.by, (found.mean, *ends))
-                more.append(f"Pinned, {pinned.named.words}: {words.reached(self.main, scale.estimate(found))}.")
+                more.append(f"Pinned, {pinned.named.words}: {known.reached(known.spoken.estimate(found))}.")
         done = ""
         if left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "all" if known.n >= RUNS else "verdict"
