@@ -369,7 +369,10 @@ class Desk:
                 pinned_at = _times(scale.by, (found.mean, *ends))
                 more.append(f"Pinned, {pinned.named.words}: {known.reached(known.spoken.estimate(found))}.")
         done = ""
-        if left <= 0:
+        if self.error is not None:
+            done = "fails"
+            more.append(f"Nothing more can be simulated: {self.error}")
+        elif left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "all" if known.n >= RUNS else "verdict"
         measured = known.measured(other, together) if known.n else []
         if measured and measured[0].difference is not None:

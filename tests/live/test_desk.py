@@ -268,3 +268,14 @@ def alive(process):
 def counts(line):
     """The runs that an event tells of."""
     return json.loads(line[6:])["n"] if line.startswith('data: {"id"') else 0
+
+
+def test_a_disk_that_is_full_is_said_and_the_last_answer_stays(tmp_path, monkeypatch):
+    def full(*_):
+        raise dw.StudyError("runs.jsonl: cannot be written (No space left on device)")
+
+    with client(tmp_path, workers=1) as page:
+        monkeypatch.setattr(page.live.desk.store, "add", full)
+        answer = page.until(page.design(robots=2)["id"])
+    assert answer["done"] == "fails"
+    assert answer["more"][-1].startswith("Nothing more can be simulated: runs.jsonl: cannot be written")

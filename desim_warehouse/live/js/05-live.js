@@ -248,6 +248,7 @@ class Live {
       byId("busy").replaceChildren(...answer.holds_up.map(([part, share]) =>
         element("li", {}, element("span", {}, parts[part]), element("meter", { min: 0, max: 1, value: share, "aria-label": `${parts[part]} busy` }), element("span", {}, `${Math.round(100 * share)} %`))));
     }
+    byId("notes").textContent = answer.notes.join(" ");
     const focused = document.activeElement?.dataset?.design;
     byId("chips").replaceChildren(...answer.tried.map((one) => this.chip(one, answer)));
     if (focused) byId("chips").querySelector(`[data-design="${focused}"]`)?.focus();
