@@ -55,7 +55,7 @@ pictures: $(READY)  ## the pictures in docs/pictures
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,dask,dxf,rl]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,dask,dxf,excel,rl,serve]"
 	touch $(READY)
 
 clean:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.fleet_log.calibrate import calibrate
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
+    from desim_warehouse.live import serve
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.order_day import order_day
     from desim_warehouse.model.overrides import UNSET
@@ -61,6 +62,7 @@ _HOME = {
     "fleet_log.calibrate": ("calibrate",),
     "fleet_log.validate": ("validate",),
     "learn.asktell": ("steps",),
+    "live": ("serve",),
     "model": ("Model", "load"),
     "model.order_day": ("order_day",),
     "model.overrides": ("UNSET",),
@@ -112,6 +114,7 @@ __all__ = [
     "read_layout",
     "read_log",
     "schema",
+    "serve",
     "simulate",
     "size",
     "steps",

@@ -140,6 +140,25 @@ def what_if(browser: Any, folder: Path) -> None:
     shoot(browser, "what-if.png", 1400, 900)
 
 
+def live_page(browser: Any, folder: Path) -> None:
+    """The live page of the drafted warehouse: ten robots beside today's, which are pinned."""
+    with dw.serve(drafted(folder), out=folder / "live") as live:
+        browser.get(live.address)
+
+        def wait(test: str) -> None:
+            while not browser.execute_script(f"const live = window.desimLive?.live; return Boolean({test})"):
+                time.sleep(SETTLE)
+
+        wait("live?.answer?.n > 5")
+        browser.find_element("id", "pin").click()
+        browser.execute_script(
+            "const field = document.getElementById('knob-0'); field.value = 9; field.dispatchEvent(new Event('input'))"
+        )
+        wait("live.floorOf === live.asked.id && live.answer.n > 7")
+        browser.execute_script("document.activeElement.blur()")
+        shoot(browser, "live.png", 1400, 960)
+
+
 def main() -> None:
     """All pictures."""
     PICTURES.mkdir(exist_ok=True)
@@ -150,6 +169,7 @@ def main() -> None:
             replays(browser, Path(folder))
             report(browser, Path(folder))
             what_if(browser, Path(folder))
+            live_page(browser, Path(folder))
         finally:
             browser.quit()
 

@@ -24,6 +24,7 @@ COMMANDS = {
     "import": ("import_layout", "Make a model of a layout that another program drew."),
     "orders": ("orders", "Read a day of orders from a WMS or ERP for a model."),
     "check": ("check", "Check a model file and its layout."),
+    "serve": ("serve", "Serve a page on which sliders change a model, with answers as runs come in."),
     "study": ("study", "Run a study file, or resume a study folder."),
     "what-if": ("what_if", "Vary keys of a model and show what happens."),
     "compare": ("compare", "Compare the designs of a study folder with its baseline."),

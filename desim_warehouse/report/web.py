@@ -12,7 +12,7 @@ from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.report.palette import PAGE
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from importlib.resources.abc import Traversable
 
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
@@ -53,18 +53,27 @@ class WebPage:
         return f"{type(self).__name__}({self.title}, {len(self.html) / 1e6:.1f} MB)"
 
 
-def joined(package: str, parts: Mapping[str, str]) -> str:
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+"""What a page that is a file may do: run its own script."""
+
+
+def joined(package: str, parts: Mapping[str, str], shared: Sequence[str] = (), policy: str = POLICY) -> str:
     """The page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
+
+    Before these come the `shared` scripts of other pages, such as `replay/js/07-floor.js`. `policy`: what it may do,
+    empty where that is sent with the page.
 
     Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
     """
     common, home = files("desim_warehouse.report"), files(package)
-    scripts = sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
+    scripts = [common.joinpath(name) for name in ("web.js", *shared)]
+    scripts += sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
     whole = {
         "title": parts["title"],
+        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else "",
         "style": colours() + _read(common.joinpath("web.css")) + _read(home.joinpath("page.css")),
         "body": _filled(_read(home.joinpath("page.html")), parts),
-        "script": "\n".join(_read(item) for item in [common.joinpath("web.js"), *scripts] if item.name.endswith(".js")),
+        "script": "\n".join(_read(item) for item in scripts if item.name.endswith(".js")),
     }
     return _filled(_read(common.joinpath("web.html")), whole)
 

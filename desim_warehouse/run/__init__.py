@@ -234,6 +234,12 @@ class Run:
         other = None if beside is None else beside.history
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
+    def floor(self, seconds: float = 600.0) -> dict[str, Any]:
+        """The first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
+        from desim_warehouse.report.replay import part
+
+        return part(self.history, seconds)
+
     def __repr__(self) -> str:
         """The three numbers of the paper."""
         return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"

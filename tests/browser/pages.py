@@ -18,13 +18,14 @@ READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done
 class Opened:
     """A page of ours that is open."""
 
-    def __init__(self, browser: Any, path: Path) -> None:
+    def __init__(self, browser: Any, place: Path | str) -> None:
+        """`place`: a file, or an address."""
         self.browser = browser
         browser.get_log("browser")
         browser.get_log("performance")
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        browser.get(path.as_uri())
+        browser.get(place if isinstance(place, str) else place.as_uri())
 
     def press(self, *keys: str) -> None:
         from selenium.webdriver.common.action_chains import ActionChains

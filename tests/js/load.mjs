@@ -4,8 +4,9 @@ import { readFileSync } from "node:fs";
 import { runInNewContext } from "node:vm";
 
 const HOME = new URL("../../desim_warehouse/report/", import.meta.url);
+// `page`: a folder beside it; `world`: what the scripts find there beside the console.
 
-export function load(page, files, names) {
+export function load(page, files, names, world = {}) {
   const source = files.map((file) => readFileSync(new URL(`${page}/js/${file}.js`, HOME), "utf8")).join("\n");
-  return runInNewContext(`${source}\n;({ ${names.join(", ")} })`, { console });
+  return runInNewContext(`${source}\n;({ ${names.join(", ")} })`, { console, ...world });
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.palette import PALETTES
@@ -59,6 +59,17 @@ def replay(
     if path is not None:
         result.save(path)
     return result
+
+
+def part(history: History, seconds: float) -> dict[str, Any]:
+    """The header of a replay page and its columns as text, for so many seconds from the end of the warm-up on."""
+    from desim_warehouse.report.replay.columns import pack
+    from desim_warehouse.report.replay.payload import payload
+
+    start = history.begin if history.begin < history.log.end else 0.0
+    header, columns = payload(history, *window(history, start, start + seconds / history.model.units.seconds))
+    index, text = pack(columns)
+    return {"header": {**header, "columns": index}, "columns": text}
 
 
 def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:

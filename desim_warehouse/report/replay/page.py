@@ -37,7 +37,7 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
     parts = {
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
-        "header": safe_json({"palette": palette, "colours": _colours(), "runs": headers}),
+        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers}),
         "columns": "\n".join(texts),
     }
     return joined("desim_warehouse.report.replay", parts)
@@ -84,7 +84,7 @@ def _text(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def _colours() -> dict[str, Any]:
+def colours() -> dict[str, Any]:
     """The colours of the page: of its floor, of what moves on it, and of waiting."""
     ground = {name: {**GROUND[name], "one": PAGE[name]["one"], "two": PAGE[name]["two"]} for name in GROUND}
     return {"ground": ground, "palettes": PALETTES, "heat": HEAT, "steps": WAITED_STEPS}

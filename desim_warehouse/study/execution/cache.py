@@ -58,7 +58,7 @@ class Cache:
         try:
             root = cache_folder()
             make_folder(root, mode=0o700)
-            _refuse_foreign(root)
+            refuse_foreign(root)
             make_folder(root / f"runs-{program()}", mode=0o700)
         except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
             self._give_up("used", error)
@@ -133,8 +133,8 @@ class Cache:
         )
 
 
-def _refuse_foreign(folder: Path) -> None:
-    """Others could lay results into a folder of theirs."""
+def refuse_foreign(folder: Path) -> None:
+    """Others could lay results into a folder of theirs; raises PermissionError."""
     if not hasattr(os, "getuid"):
         return
     found = folder.stat()

@@ -30,12 +30,14 @@ class Wanted(NamedTuple):
     """A run to simulate: the changes that its design makes to the base model, and its seed.
 
     `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
+    `floor`: whether the floor is to be watched for a while.
     """
 
     design: int
     overrides: Mapping[str, Any]
     seed: int
     spans: int = 0
+    floor: bool = False
 
 
 class Outcome(NamedTuple):
@@ -43,7 +45,7 @@ class Outcome(NamedTuple):
 
     `final` is False for an error that may not happen again (a time-out, a worker that died). `deterministic`: no
     random stream and no policy of the user's own was used. `spans`: if asked for, how many tasks were delivered in each
-    part of the run, and the sums of their cycle times.
+    part of the run, and the sums of their cycle times. `floor`: what a page plays, if asked for (`Run.floor`).
     """
 
     values: dict[str, float]
@@ -52,6 +54,7 @@ class Outcome(NamedTuple):
     final: bool = True
     deterministic: bool = False
     spans: Spans | None = None
+    floor: Mapping[str, Any] | None = None
 
 
 class Simulator:
@@ -82,6 +85,8 @@ class Simulator:
         begin = perf_counter()
         try:
             model = self.model(wanted)
+            if wanted.floor:
+                model = model.replace({"log": "all"})
             begin = perf_counter()
             with nullcontext() if timeout is None else TimeLimit(timeout):
                 run = simulate(model, wanted.seed, stop)
@@ -96,7 +101,14 @@ class Simulator:
             text = f"{type(error).__name__}: {text}".encode(errors="backslashreplace").decode()  # no lone surrogates
             return Outcome({}, _since(begin), text, final=isinstance(error, SimulationError | CheckError))
         spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
-        return Outcome(run.kpis, _since(begin), deterministic=run.deterministic, spans=spans)
+        taken = _since(begin)
+        return Outcome(
+            run.kpis,
+            taken,
+            deterministic=run.deterministic,
+            spans=spans,
+            floor=run.floor() if wanted.floor and not (stop is not None and stop.asked) else None,
+        )
 
     def batch(
         self, batch: Sequence[Wanted], timeout: float | None = None, stops: Sequence[StopSignal] = ()

@@ -11,6 +11,8 @@ from desim_warehouse.outcome.resources import busy_share, standing
 from desim_warehouse.study import statistics
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.statistics import Estimate
@@ -28,14 +30,19 @@ def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
 
 
 def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
+    """The same for a design of a study."""
+    rows = study.results.by_point[point.number]
+    return busy_shares(rows, study.plan.base.replace(point.overrides), study.plan.confidence)
+
+
+def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[str, Estimate]:
     """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
 
     A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
     their hours is not the time of robots and stations. Nothing is said of servers where robots unload elsewhere, too,
     or load in stations.
     """
-    rows = [row for row in study.results.by_point[point.number] if row.outcome.error is None]
-    model = study.plan.base.replace(point.overrides)
+    rows = [row for row in runs if row.outcome.error is None]
     counted = model.run.warm_up, model.run.end
     layout = model.floor
     used = [layout.stations[node] for node in destinations(model, layout) if node in layout.stations]
@@ -50,7 +57,7 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
     }
     exact = bool(rows) and all(row.outcome.deterministic for row in rows)
     found = {
-        name: statistics.estimate(given, study.plan.confidence, deterministic=exact, within=(0.0, 1.0))
+        name: statistics.estimate(given, confidence, deterministic=exact, within=(0.0, 1.0))
         for name, given in values.items()
         if given and all(map(math.isfinite, given))
     }

@@ -7,6 +7,7 @@
 | does a design differ from today's?             | `paired`, `compare`                        |
 | which design is best?                          | `kn`                                       |
 | what is the smallest fleet that does it?       | `smallest_meeting`, `parse_target`         |
+| does it meet the target, asked after every run? | `looked_at`                               |
 | how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
 | when does the warm-up end?                     | `mser`, `welch`                            |
@@ -37,6 +38,7 @@ from desim_warehouse.study.statistics.comparison import Comparison, Difference, 
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
+from desim_warehouse.study.statistics.looks import looked_at, looks
 from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
     Precision,
@@ -120,6 +122,8 @@ __all__ = [
     "kn_constants",
     "kn_steps",
     "knee",
+    "looked_at",
+    "looks",
     "main_effects",
     "mser",
     "paired",

@@ -1,0 +1,81 @@
+"""`desim serve`."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.options import load_model, with_overrides
+from desim_warehouse.cli.study_options import read_vary
+
+if TYPE_CHECKING:
+    from desim_warehouse.live import Live
+
+
+@click.command("serve")
+@click.argument("model")
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY[=VALUES]",
+    help="What the page offers, with values as in desim what-if; may be repeated.  [default: robots, chargers, demand "
+    "and allocation]",
+)
+@click.option("--target", help="What designs should meet.  [default: on_time >= 95 % where tasks have due times]")
+@with_overrides
+@click.option("--workers", default="auto", show_default=True, metavar="N|auto", help="Processes that simulate.")
+@click.option("--out", metavar="DIR", help="Study folder for all runs.  [default: one in the cache]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="On 127.0.0.1.  [default: a free one]")
+@click.option(
+    "--embed", multiple=True, metavar="ORIGIN", help="A site that may show the page in a frame; may be repeated."
+)
+@click.option("--open/--no-open", "opens", default=True, show_default=True, help="Open the page in the browser.")
+def command(
+    model: str,
+    vary: tuple[str, ...],
+    target: str | None,
+    assignments: tuple[str, ...],
+    workers: str,
+    out: str | None,
+    port: int,
+    embed: tuple[str, ...],
+    opens: bool,
+) -> None:
+    """Serve a page on this machine: move a slider of MODEL, see the answer now, and watch chance shrink.
+
+    Example: desim serve w.yaml --vary fleet.size=4..16 --vary policies.allocation
+    """
+    from desim_warehouse.live import serve
+
+    base = load_model(model, assignments)
+    warn(base, model, assignments)
+    with serve(base, vary=_vary(vary), target=target, workers=workers, out=out, port=port, embed=embed) as live:
+        _wait(live, opens=opens)
+
+
+def _vary(given: tuple[str, ...]) -> dict[str, Any]:
+    """Keys with their values; None: the usual ones."""
+    found: dict[str, Any] = {}
+    for text in given:
+        found |= read_vary((text,)) if "=" in text else {text.strip(): None}
+    return found
+
+
+def _wait(live: Live, *, opens: bool) -> None:
+    """Say where the page is, until somebody ends it."""
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])):
+        signal.signal(number, lambda *_: ended.set())
+    click.echo(f"{live.address}\nOnly this machine can open it. Runs are kept in {live.folder}")
+    click.echo("Ctrl-C ends it.")
+    if opens:
+        import webbrowser
+
+        webbrowser.open(live.address)
+    while not ended.wait(0.5):  # an interrupt is seen between two waits everywhere
+        pass
+    click.echo("stopped")

@@ -1,0 +1,261 @@
+"""The live page of a model: a server for its own user, on this machine only, and the page that it shows.
+
+`offers` says what may be changed, `by_hand` answers at once. `desk` simulates what somebody listens to, `answers` says
+what the runs tell so far. `app` has the calls and turns away everybody else, `messages` their types.
+"""
+
+from __future__ import annotations
+
+import atexit
+import html
+import secrets
+import socket
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.folders import make_folder
+from desim_warehouse.live.answers import CONFIDENCE
+from desim_warehouse.live.desk import RUNS, Desk
+from desim_warehouse.live.messages import About, Aim, Knob
+from desim_warehouse.live.offers import offers
+from desim_warehouse.model import Model, load
+from desim_warehouse.report.replay.page import colours
+from desim_warehouse.report.text import words
+from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
+from desim_warehouse.study.statistics.looks import LOOKS
+from desim_warehouse.study.target import read_target
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from desim_warehouse.live.offers import Offer
+    from desim_warehouse.study.statistics import Target
+
+HOME = "127.0.0.1"
+_NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*")
+_END = 2.0  # seconds that open calls may take at the end
+
+
+class Live:
+    """A live page that is served: `address` opens it; in Jupyter it shows itself. It ends with `close`, or with Python.
+
+    Only this machine can reach it: notebooks of a kernel elsewhere cannot show it.
+    """
+
+    def __init__(self, desk: Desk, about: About, port: int, embed: tuple[str, ...]) -> None:
+        """Serve a desk on a port, 0: a free one; raises StudyError where that is taken."""
+        try:
+            import uvicorn
+
+            from desim_warehouse.live.app import application
+        except ImportError as error:
+            raise StudyError(f"a live page needs {error.name}; pip install 'desim-warehouse[serve]'") from None
+        self.desk = desk
+        self.token = secrets.token_urlsafe(32)
+        self._socket = _bound(port)
+        self.port = int(self._socket.getsockname()[1])
+        hosts = frozenset({f"{HOME}:{self.port}", f"localhost:{self.port}"})
+        app = application(desk, about, self.token, hosts, embed)
+        config = uvicorn.Config(
+            app,
+            http="h11",
+            ws="none",
+            lifespan="off",
+            log_level="critical",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [self._socket]}, daemon=True)
+        self._thread.start()
+        atexit.register(self.close)
+        desk.begin()
+
+    @property
+    def address(self) -> str:
+        """What opens the page: the token is behind the #, which browsers send to nobody."""
+        return f"http://{HOME}:{self.port}/#{self.token}"
+
+    @property
+    def folder(self) -> Path:
+        """The study folder with all runs."""
+        return self.desk.folder
+
+    def close(self) -> None:
+        """Stop serving, and end all workers. Finished runs are kept."""
+        atexit.unregister(self.close)
+        if self._server.should_exit:
+            return
+        self._server.should_exit = True
+        self.desk.close()
+        self._thread.join(_END)
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        """The page in a frame."""
+        address = html.escape(self.address)
+        return f'<iframe title="Live page" src="{address}" style="width:100%;height:900px;border:0"></iframe>'
+
+
+def serve(
+    model: str | Path | Mapping[str, Any] | Model,
+    *,
+    vary: Mapping[str, Any] | Iterable[str] = (),
+    target: str | None = None,
+    workers: int | str = "auto",
+    out: str | Path | None = None,
+    port: int = 0,
+    embed: Iterable[str] | None = None,
+    changes: Mapping[str, Any] | None = None,
+) -> Live:
+    """Serve a page on which sliders change the model, and its answers come in run by run.
+
+    live = dw.serve("w.yaml", target="on_time >= 95 %")
+    print(live.address)
+
+    Args:
+        model: a model, its file, or its content.
+        vary: keys that the page offers, with their values as in a study file or None for the usual ones; default:
+            robots, chargers, demand, and allocation.
+        target: what designs should meet; default: `on_time >= 95 %` where tasks have due times, else none.
+        workers: processes that simulate, or `auto`: one for each processor.
+        out: the study folder for all runs; default: one in the user's cache, for the user alone.
+        port: on 127.0.0.1; 0: a free one.
+        embed: origins whose pages may show it in a frame; default: none, and in Jupyter those of this machine.
+        changes: changes to the model before all else.
+
+    Raises:
+        ModelError: with every problem of the model, or of the values to vary.
+        StudyError: a target, key, folder or port that cannot be used, or the extra `serve` is missing.
+    """
+    base = (
+        model.replace(changes or {}, run_code=True) if isinstance(model, Model) else load(model, changes, run_code=True)
+    )
+    goal = _target(base, target)
+    offered = offers(base, vary)
+    main = goal.indicator if goal is not None else _main(base)
+    frames = tuple(embed) if embed is not None else _NOTEBOOKS if _in_notebook() else ()
+    folder = Path(out) if out is not None else _home(base)
+    desk = Desk(base, offered, main, goal, workers=workers, folder=folder)
+    try:
+        return Live(desk, _about(base, offered, main, goal, folder), port, frames)
+    except BaseException:
+        desk.close()
+        raise
+
+
+def _bound(port: int) -> socket.socket:
+    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((HOME, port))
+    except (OSError, OverflowError) as error:
+        found.close()
+        why = reason(error) if isinstance(error, OSError) else "expected 0 to 65535"
+        raise StudyError(f"port {port}: cannot be used ({why}); --port 0 takes a free one") from None
+    return found
+
+
+def _home(model: Model) -> Path:
+    """The folder of a model in the user's cache, which nobody else can enter.
+
+    Raises:
+        StudyError: where it cannot be used.
+    """
+    try:
+        root = cache_folder()
+        for folder in (root, root / "live", root / "live" / model.digest()[:16]):
+            make_folder(folder, mode=0o700)
+            refuse_foreign(folder)
+    except (OSError, RuntimeError) as error:
+        raise StudyError(f"the cache cannot be used ({reason(error)}); --out DIR names another folder") from error
+    return folder
+
+
+def _target(model: Model, text: str | None) -> Target | None:
+    if text is not None:
+        return read_target(text, model.units.names)
+    return read_target("on_time >= 95 %", model.units.names) if _has_due_times(model) else None
+
+
+def _has_due_times(model: Model) -> bool:
+    tasks = model.tasks
+    flows = any(flow.due_within is not None or flow.due_at for flow in tasks.flows.values())
+    return flows or getattr(tasks.goods, "due_within", None) is not None
+
+
+def _main(model: Model) -> str:
+    """What a design without a target is judged by first."""
+    return "throughput_per_hour" if model.tasks.never_end else "T"
+
+
+def _about(model: Model, offered: Mapping[str, Offer], main: str, goal: Target | None, folder: Path) -> About:
+    scale = words.scale(main, model, () if goal is None else (goal.value,))
+    return About(
+        name=model.name,
+        hash=model.digest(),
+        knobs=[
+            Knob(
+                key=offer.key,
+                label=offer.label,
+                kind="number" if offer.is_number else "choice",
+                values=list(offer.values),
+                texts=list(offer.texts),
+                today=offer.today,
+            )
+            for offer in offered.values()
+        ],
+        target=None if goal is None else _aim(goal, scale.by, "%" if scale.is_share else scale.unit),
+        indicator=main,
+        label=words.indicator_name(main),
+        unit="%" if scale.is_share else scale.unit,
+        runs=RUNS,
+        promise=_promise(),
+        colours=colours(),
+        folder=str(folder),
+    )
+
+
+def _aim(goal: Target, by: float, unit: str) -> Aim:
+    value = round(by * goal.value, 9)
+    share = unit == "%"
+    least, most = (50.0, 100.0) if share else (0.0, 2 * value or 1.0)
+    return Aim(
+        indicator=goal.indicator,
+        label=words.indicator_name(goal.indicator),
+        relation=goal.sense,
+        value=value,
+        least=min(least, value),
+        most=max(most, value),
+        step=0.5 if share else (most - least) / 200,
+        unit=unit,
+    )
+
+
+def _promise() -> str:
+    """How verdicts are reached, for the page."""
+    when = ", ".join(map(str, LOOKS))
+    error = f"{100 - 100 * CONFIDENCE:g} %"
+    return (
+        f"A verdict may fall after {when} runs, then after every 30 more, and stands. The error of {error} is split "
+        "over these looks, so looking on does not make it wrong more often. The band and the intervals in brackets are "
+        "the usual ones of 95 % for this number of runs. Run r has the same random numbers in every design, and "
+        "differences to the pinned design are paired run by run."
+    )
+
+
+def _in_notebook() -> bool:
+    import sys
+
+    shell = sys.modules.get("IPython")
+    found = shell.get_ipython() if shell is not None else None
+    return found is not None and "IPKernelApp" in found.config

@@ -1,0 +1,276 @@
+"""What the runs of a design say so far: numbers, a verdict that stands, and the sentence of the page."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from desim_warehouse.live.messages import Measured
+from desim_warehouse.outcome.indicators import judged_by, look_up, within
+from desim_warehouse.outcome.verdicts import LASTING, judge_design
+from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.study.factors import Factor, Level
+from desim_warehouse.study.fleet.utilisation import busy_shares
+from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import looked_at, looks
+from desim_warehouse.study.table import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.live.messages import Verdict
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.verdicts import Verdict as Wrong
+    from desim_warehouse.report.text.numbers import Scale
+    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.statistics import Estimate, Target
+
+CONFIDENCE = 0.95
+FEWEST = 5
+"""Runs of a design that cannot last, or of which some fail, before it is given up."""
+_SHOWN = 6
+"""Indicators on the page."""
+_VERDICTS: dict[Verdict, str] = {
+    "by hand": "By hand",
+    "first run": "First run",
+    "early": "Too early to tell",
+    "met": "Target met",
+    "not met": "Not met",
+    "open": "Too close to tell",
+    "cannot keep up": "Cannot keep up",
+    "not settled": "Not settled",
+    "fails": "Runs fail",
+    "known": "Simulated",
+}
+_BY_LOOKS: dict[str, Verdict] = {"meets": "met", "fails": "not met", "undecided": "open"}
+_LASTING: dict[str, Verdict] = {"NOT_SETTLED": "not settled"}
+
+
+@dataclass(frozen=True)
+class Said:
+    """A verdict, the sentence, and what is added to it."""
+
+    verdict: Verdict
+    sentence: str
+    more: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The verdict for people."""
+        return _VERDICTS[self.verdict]
+
+
+@dataclass(frozen=True)
+class Named:
+    """A design of a page: in words, what it changes, and its model."""
+
+    words: str
+    changes: Mapping[str, object]
+    model: Model
+
+
+class RunsSoFar:
+    """The first runs of a design, from replication 0 on without a gap, and what follows from them."""
+
+    def __init__(self, design: Named, outcomes: Sequence[Outcome], main: str, seed: int) -> None:
+        self.design = design
+        self.model = design.model
+        self.results = results_of(self.model, [(replace(design, changes={}), outcomes)], seed)
+        self.rows = self.results.rows
+        self.main = main
+        self._met: dict[Target | None, Verdict] = {}
+
+    @property
+    def n(self) -> int:
+        """How many runs."""
+        return len(self.rows)
+
+    @cached_property
+    def exact(self) -> bool:
+        """Whether chance plays no part, so that one run is enough."""
+        return self.results.deterministic
+
+    @cached_property
+    def failed(self) -> list[str]:
+        """The errors of the runs that failed."""
+        return [row.outcome.error for row in self.rows if row.outcome.error is not None]
+
+    @cached_property
+    def indicators(self) -> list[str]:
+        """What such runs are judged by, the main one first."""
+        names = dict.fromkeys(name for row in self.rows for name in row.indicators)
+        found = judged_by(names, never_ends=self.model.tasks.never_end)
+        return [name for name in dict.fromkeys([self.main, *found]) if name in names][:_SHOWN]
+
+    def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
+        """Mean and usual interval, over the first n runs."""
+        return self.results.estimate(self.rows[:n], indicator)
+
+    def scale(self, indicator: str) -> Scale:
+        """How the indicator is written."""
+        return words.scale_of(indicator, self.model, [self.estimate(indicator)])
+
+    @property
+    def spoken(self) -> Scale:
+        """How the main indicator is written in a sentence, which may have its unit in words."""
+        scale = self.scale(self.main)
+        return replace(scale, unit="") if self.main.startswith("throughput_per_hour") else scale
+
+    def reached(self, value: str) -> str:
+        """The main indicator with a value, inside a sentence."""
+        return words.reached(self.main, value)
+
+    def values(self, by: float) -> list[float | None]:
+        """The main indicator in each run, times `by`."""
+        found = (by * row.value(self.main) for row in self.rows)
+        return [value if math.isfinite(value) else None for value in found]
+
+    @cached_property
+    def lasting(self) -> Wrong | None:
+        """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands."""
+        for n in [n for n, _ in looks(self.n)] or ([1] if self.exact else []):
+            for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model):
+                if wrong.code in LASTING:
+                    return wrong
+        return None
+
+    def met(self, target: Target | None) -> Verdict:
+        """The verdict on a target, which stands once it fell."""
+        if target not in self._met:
+            self._met[target] = self._verdict(target)
+        return self._met[target]
+
+    def _verdict(self, target: Target | None) -> Verdict:
+        if self.n == 0:
+            return "by hand"
+        if self.failed:
+            return "fails"
+        if self.lasting is not None:
+            return _LASTING.get(self.lasting.code, "cannot keep up")
+        if self.n == 1 and not self.exact:
+            return "first run"
+        return self._on(target)
+
+    def _on(self, target: Target | None) -> Verdict:
+        values = [row.value(self.main) for row in self.rows]
+        if target is None or not all(map(math.isfinite, values)):
+            return "known"
+        found = looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=within(target.indicator))
+        return "early" if found is None else _BY_LOOKS[found.verdict]
+
+    def said(self, target: Target | None) -> Said:
+        """The verdict with its sentence."""
+        verdict, design = self.met(target), self.design.words
+        found = self.estimate(self.main)
+        if verdict == "fails":
+            count = f"{len(self.failed)} of {numbers.number_of(self.n, 'run')}"
+            return Said(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
+        if found is None:
+            title = words.in_sentence(self.main)
+            return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
+        if self.lasting is not None:
+            told = self.reached(self.spoken.value(found.mean))
+            why = self.lasting.text.removeprefix("cannot keep up: ")
+            return Said(verdict, f"{design}: {why}.", (f"As counted it would be {told}.",))
+        if verdict == "first run":
+            told = self.reached(self.spoken.value(found.mean))
+            return Said(verdict, f"{design}: {told} in the first run.", ("One run says nothing about chance yet.",))
+        told = self.reached(self.spoken.estimate(found))
+        return Said(verdict, f"{design}: {told}.", self._aim(target, found, verdict))
+
+    def _aim(self, target: Target | None, found: Estimate, verdict: Verdict) -> tuple[str, ...]:
+        if target is None:
+            return ()
+        aim = f"Target: {words.target(target)}."
+        if verdict not in {"early", "open"} or found.half_width is None:
+            return (aim,)
+        gap = abs(found.mean - target.value)
+        need = self.n * (1.5 * found.half_width / gap) ** 2 if gap else math.inf
+        later = next((n for n, _ in looks(1000) if n > self.n and n >= need), None)
+        if later is None:
+            return aim, "It may stay too close to tell."
+        return aim, f"About {numbers.number_of(later - self.n, 'more run')} may tell."
+
+    def measured(self, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
+        """The indicators, beside those of the pinned design, with the differences run by run."""
+        found = []
+        for name in self.indicators:
+            one = self.estimate(name)
+            if one is None:
+                continue
+            scale = self.scale(name)
+            low, high = one.interval or (None, None)
+            then, difference = None, None
+            if pinned is not None and (other := pinned.estimate(name)) is not None:
+                then = scale.cell(other)
+                difference = _difference(together, name, scale)
+            unit = "%" if scale.is_share else scale.unit
+            found.append(
+                Measured(
+                    name=name,
+                    label=words.indicator_name(name),
+                    unit=unit,
+                    text=scale.cell(one),
+                    mean=scale.by * one.mean,
+                    low=None if low is None else scale.by * low,
+                    high=None if high is None else scale.by * high,
+                    pinned=then,
+                    difference=difference,
+                )
+            )
+        return found
+
+    def holds_up(self) -> list[tuple[str, float, str]]:
+        """Robots, chargers and servers with the part of their time that they are busy, the busiest first."""
+        found = busy_shares(self.rows, self.model, CONFIDENCE)
+        return [(part, one.mean, numbers.PERCENT.estimate(one)) for part, one in found.items()]
+
+
+def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], seed: int, target: str = "") -> Results:
+    """The runs of some designs of a model as the results of a study."""
+    from desim_warehouse.study.execution.versions import versions
+
+    levels = tuple(Level(design.words, design.changes, ()) for design, _ in designs)
+    plan = StudyPlan(
+        base,
+        (Factor("Design", levels),),
+        replications=tuple(len(outcomes) for _, outcomes in designs),
+        seed=seed,
+        baseline={"Design": designs[0][0].words},
+        confidence=CONFIDENCE,
+        target=target,
+        name="live",
+    )
+    points = plan.points()
+    rows = tuple(
+        Row(point, r, run_seed(seed, r), outcome)
+        for point, (_, outcomes) in zip(points, designs, strict=True)
+        for r, outcome in enumerate(outcomes)
+    )
+    return Results(plan, tuple(points), rows, versions())
+
+
+def better(indicator: str) -> str | None:
+    """Whether more or less of an indicator is better; None: neither."""
+    known = look_up(indicator)
+    return known.better if known else None
+
+
+def _difference(together: Results | None, name: str, scale: Scale) -> str | None:
+    """`+4.2 points (3.7 to 4.8)`; None where nothing can be said."""
+    found = together.compare_finished(name) if together is not None else None
+    if found is None:
+        return None
+    mean, low, high, _, _ = scale.difference(found.differences[0])
+    unit = "points" if scale.is_share else scale.unit
+    sign = "" if mean.startswith("−") or mean == "0" else "+"
+    between = f" ({low} to {high})" if found.differences[0].estimate.interval else ""
+    return f"{sign}{mean} {unit}".rstrip() + between
+
+
+def _short(error: str) -> str:
+    """An error without the name of its type."""
+    return sentences.sentence(error.partition(": ")[2] or error)

@@ -1,0 +1,277 @@
+"""The calls of a live page over HTTP, for its own user only.
+
+Every call but the page itself needs the token. Host must be ours on every call, and Origin where there is one, so that
+no other page, and no name that leads here, can ask. Nothing is allowed to other origins, and bodies are small.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import secrets
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import ValidationError
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
+from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener
+from desim_warehouse.live.messages import Ask, Calculated, Message, ShareAsk, openapi
+from desim_warehouse.report.text.words import scale
+from desim_warehouse.report.web import joined
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping
+
+    from starlette.requests import Request
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+    from desim_warehouse.live.messages import About
+
+M = TypeVar("M", bound=Message)
+MOST_BODY = 64 * 1024
+ALIVE = 5.0
+"""Seconds between events where nothing happens."""
+_OFTEN = 0.1
+"""Seconds between two answers."""
+SHARED = (
+    *(f"replay/js/{name}.js" for name in ("01-unpack", "02-tracks", "03-story", "04-counts", "05-colours", "06-view")),
+    *(f"replay/js/{name}.js" for name in ("07-floor", "08-ground", "09-scene", "10-robots", "11-heat", "12-side")),
+    *(f"replay/js/{name}.js" for name in ("15-player", "18-legend")),
+    *(f"explore/js/{name}.js" for name in ("01-parts", "04-axes")),
+)
+"""Scripts of the replay and the what-if page that the live page uses."""
+
+
+class Guard:
+    """Turns away who is not the user of the page, before anything is read or done."""
+
+    def __init__(self, app: ASGIApp, token: str, hosts: frozenset[str]) -> None:
+        self.app, self.token, self.hosts = app, token, hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a call on, or refuse it."""
+        if scope["type"] != "http":
+            if scope["type"] == "lifespan":
+                await self.app(scope, receive, send)
+            return
+        headers: dict[str, list[str]] = {}
+        for name, value in scope["headers"]:
+            headers.setdefault(name.decode("latin-1"), []).append(value.decode("latin-1"))
+        refusal = self._refusal(scope["path"], headers)
+        if refusal is None:
+            await self.app(scope, receive, send)
+        else:
+            await refused(*refusal)(scope, receive, send)
+
+    def _refusal(self, path: str, headers: Mapping[str, list[str]]) -> tuple[int, str] | None:
+        host, origin = headers.get("host", []), headers.get("origin", [])
+        if len(host) != 1 or host[0] not in self.hosts:
+            return 421, "Host: not the address of this server"
+        if any(one.removeprefix("http://") not in self.hosts or not one.startswith("http://") for one in origin):
+            return 403, "Origin: only the page of this server may ask"
+        if path == "/":
+            return None
+        given = headers.get("authorization", [])
+        if len(given) != 1 or not secrets.compare_digest(given[0].encode(), f"Bearer {self.token}".encode()):
+            return 401, "Authorization: not the token of this server, which `desim serve` prints with its address"
+        return None
+
+
+def refused(status: int, *problems: str) -> JSONResponse:
+    """An answer that says why nothing was done."""
+    return JSONResponse({"problems": list(problems)}, status, HEADERS)
+
+
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class Calls:
+    """What the page can ask a desk."""
+
+    def __init__(self, desk: Desk, about: About, frames: tuple[str, ...]) -> None:
+        self.desk, self.about, self.frames = desk, about, frames
+        self.html = page(about.name)
+        aim = desk.target
+        self.by_target = 1.0 if aim is None else scale(aim.indicator, desk.model, (aim.value,)).by
+
+    async def page(self, request: Request) -> Response:  # noqa: ARG002
+        """The page, without any data; its script runs by a word that is new each time."""
+        nonce, frames = secrets.token_urlsafe(16), " ".join(self.frames) or "'none'"
+        policy = (
+            "default-src 'none'; connect-src 'self'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
+            f"form-action 'none'; script-src 'nonce-{nonce}'; frame-ancestors {frames}"
+        )
+        body = self.html.replace("<script>", f'<script nonce="{nonce}">', 1)
+        return HTMLResponse(body, headers={**HEADERS, "Content-Security-Policy": policy})
+
+    async def model(self, request: Request) -> Response:  # noqa: ARG002
+        """What is offered."""
+        return _json(self.about)
+
+    async def openapi(self, request: Request) -> Response:  # noqa: ARG002
+        """The calls."""
+        return JSONResponse(openapi(), headers=HEADERS)
+
+    async def design(self, request: Request) -> Response:
+        """A design by hand."""
+        ask = await _read(request, Ask)
+        found = await run_in_threadpool(self.desk.design, ask.levels)
+        return _json(
+            Calculated(
+                id=found.id,
+                words=found.named.words,
+                levels=dict(found.levels),
+                runs=found.n,
+                sentence=found.hand.sentence,
+                more=found.hand.more,
+                needed=dict(found.hand.needed),
+            )
+        )
+
+    async def events(self, request: Request) -> Response:
+        """The answers on a design as they change."""
+        design, query = self._known(request.path_params["id"]), request.query_params
+        unknown = set(query) - {"runs", "pinned", "target"}
+        if unknown or len(query.multi_items()) != len(query):
+            raise StudyError("query: expected runs, pinned and target, each once")
+        pinned = self._known(query["pinned"]) if "pinned" in query else None
+        runs = _number(query.get("runs", "0"), "runs", whole=True)
+        if not 0 <= runs <= MOST_RUNS:
+            raise StudyError(f"runs: {runs:g}, expected 0 to {MOST_RUNS}")
+        target = self.desk.target
+        if "target" in query:
+            if target is None or self.about.target is None:
+                raise StudyError("target: there is none, start `desim serve` with --target")
+            shown = _number(query["target"], "target")
+            target = replace(target, value=shown / self.by_target)
+        changed, loop = asyncio.Event(), asyncio.get_running_loop()
+
+        def told() -> None:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(changed.set)
+
+        listener = Listener(design, pinned, target, int(runs), told)
+        self.desk.make_room()
+        return StreamingResponse(self._stream(listener, changed), media_type="text/event-stream", headers=HEADERS)
+
+    async def _stream(self, listener: Listener, changed: asyncio.Event) -> AsyncIterator[str]:
+        number = 0
+        self.desk.listen(listener)
+        try:
+            while not self.desk.closing:
+                changed.clear()
+                answer = await run_in_threadpool(self.desk.answer, listener)
+                number += 1
+                yield f"id: {number}\nevent: answer\ndata: {answer.model_dump_json()}\n\n"
+                await asyncio.sleep(_OFTEN)
+                while not changed.is_set() and not self.desk.closing:
+                    try:
+                        await asyncio.wait_for(changed.wait(), ALIVE)
+                    except TimeoutError:
+                        yield "event: alive\ndata: {}\n\n"
+        finally:
+            self.desk.leave(listener)
+
+    async def floor(self, request: Request) -> Response:
+        """What a page plays of one run."""
+        design = self._known(request.path_params["id"])
+        if not design.floor:
+            raise HTTPException(404, "floor: none yet, expected after the event that says so")
+        return JSONResponse(dict(design.floor), headers=HEADERS)
+
+    async def share(self, request: Request) -> Response:
+        """The what-if page of some designs."""
+        ask = await _read(request, ShareAsk)
+        designs = [self._known(name) for name in dict.fromkeys(ask.ids)]
+        made = await run_in_threadpool(self.desk.page, [one for one in designs if one.n])
+        safe = {"Content-Disposition": "attachment", "Content-Security-Policy": "sandbox"}
+        return HTMLResponse(made.html, headers={**HEADERS, **safe})
+
+    def _known(self, name: str) -> Design:
+        design = self.desk.designs.get(name)
+        if design is None:
+            raise HTTPException(404, f"{name!r:.40}: no such design, expected an id that POST /api/design gave")
+        return design
+
+
+def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
+    """The server of a desk, for whoever has the token."""
+    calls = Calls(desk, about, frames)
+    routes = [
+        Route("/", calls.page, methods=["GET"]),
+        Route("/api/model", calls.model, methods=["GET"]),
+        Route("/api/openapi.json", calls.openapi, methods=["GET"]),
+        Route("/api/design", calls.design, methods=["POST"]),
+        Route("/api/design/{id}/events", calls.events, methods=["GET"]),
+        Route("/api/design/{id}/floor", calls.floor, methods=["GET"]),
+        Route("/api/share", calls.share, methods=["POST"]),
+    ]
+    handlers: Any = {HTTPException: _http, WarehouseError: _wrong}
+    app = Starlette(routes=routes, exception_handlers=handlers)
+    app.router.redirect_slashes = False
+    return Guard(app, token, hosts)
+
+
+def page(name: str) -> str:
+    """The page as one text; its policy comes with the answer."""
+    import html
+
+    return joined("desim_warehouse.live", {"title": html.escape(name)}, SHARED, policy="")
+
+
+async def _read(request: Request, kind: type[M]) -> M:
+    """The body of a call as a message.
+
+    Raises:
+        HTTPException: too long, of another type, or not such a message.
+    """
+    if request.headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
+        raise HTTPException(415, "Content-Type: expected application/json")
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > MOST_BODY:
+            raise HTTPException(413, f"body: longer than {MOST_BODY:,} bytes")
+    try:
+        return kind.model_validate(json.loads(body))
+    except ValidationError as error:
+        said = [f"{'.'.join(map(str, one['loc'])) or 'body'}: {one['msg']}" for one in error.errors()[:5]]
+        raise HTTPException(400, "\n".join(said)) from None
+    except (ValueError, RecursionError):
+        raise HTTPException(400, "body: not JSON") from None
+
+
+def _number(text: str, name: str, *, whole: bool = False) -> float:
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found) or (whole and found != int(found)):
+        raise StudyError(f"{name}: {text!r:.40}, expected a {'whole ' if whole else ''}number")
+    return found
+
+
+def _json(message: Message) -> Response:
+    return Response(message.model_dump_json(), media_type="application/json", headers=HEADERS)
+
+
+async def _http(_: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return refused(error.status_code, *str(error.detail).split("\n"))
+
+
+async def _wrong(_: Request, error: Exception) -> Response:
+    problems = error.problems if isinstance(error, ModelError | CheckError) else [str(error)]
+    return refused(422, *problems)

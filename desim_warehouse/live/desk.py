@@ -1,0 +1,453 @@
+"""The designs of a live page and their runs: who listens to which, what is simulated next, and what is known.
+
+A run is simulated only while somebody listens to its design. Of all that is wanted the design with the fewest runs is
+next, and of those the one that was asked for last: so a pinned design and the one beside it grow together, and of many
+listeners none waits for all the others.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import threading
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from queue import Empty, SimpleQueue
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
+from desim_warehouse.live.by_hand import ByHand, by_hand
+from desim_warehouse.live.messages import Answer, Tried
+from desim_warehouse.live.offers import spoken_design
+from desim_warehouse.study.execution import worker_count
+from desim_warehouse.study.execution.pool import Pool
+from desim_warehouse.study.execution.signals import Interrupts
+from desim_warehouse.study.execution.store import Store
+from desim_warehouse.study.execution.work import Wanted
+from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.record import write_record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from desim_warehouse.live.offers import Offer
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.explore import WhatIfPage
+    from desim_warehouse.study.execution.handle import Handle
+    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.results import Results
+    from desim_warehouse.study.statistics import Target
+
+Band = tuple[float, float | None, float | None]
+"""A mean and the ends of its interval, if there is one."""
+RUNS = 30
+"""Runs of a design where its verdict does not become clear before."""
+MOST_RUNS = 1000
+MOST_DESIGNS = 2000
+MOST_LISTENERS = 64
+_KEPT_FLOORS = 20
+_AHEAD = 3  # runs handed to the executor for each worker
+_POLL = 0.5  # seconds between looks at the executor's health
+_WRITE_EVERY = 5.0  # seconds between writes of the study
+
+
+@dataclass(eq=False)
+class Design:
+    """A design that was asked for, and its runs."""
+
+    id: str
+    number: int
+    named: Named
+    levels: Mapping[str, Any]
+    digest: str
+    hand: ByHand
+    asked: float = 0.0
+    outcomes: dict[int, Outcome] = field(default_factory=dict)
+    handles: dict[int, Handle] = field(default_factory=dict)
+    floor: Mapping[str, Any] | None = None
+    known: RunsSoFar | None = None
+    band: list[Band | None] = field(default_factory=list)
+    clear: dict[float | None, tuple[int, bool]] = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Runs from the first on without a gap: what does not depend on how fast workers are."""
+        n = 0
+        while n in self.outcomes:
+            n += 1
+        return n
+
+
+@dataclass(eq=False)
+class Listener:
+    """Somebody who listens to a design, beside a pinned one; `runs`: at least so many, whatever the verdict.
+
+    `most`: where no verdict falls before. `told` is called from another thread when there is more to know.
+    """
+
+    design: Design
+    pinned: Design | None
+    target: Target | None
+    runs: int
+    told: Callable[[], None] = lambda: None
+    most: int = RUNS
+
+
+class Desk:
+    """The designs of a model that are simulated while somebody listens."""
+
+    def __init__(
+        self,
+        model: Model,
+        offers: Mapping[str, Offer],
+        main: str,
+        target: Target | None,
+        *,
+        workers: int | str,
+        folder: Path,
+        seed: int = 0,
+    ) -> None:
+        """Open the folder and prepare the workers, which start with the first run.
+
+        Raises:
+            StudyError: where the folder cannot be used, or another study is at work there.
+        """
+        self.model, self.offers, self.main, self.target, self.seed = model, offers, main, target, seed
+        self.folder = folder
+        self.workers = worker_count(workers)
+        self.notes: list[str] = []
+        self.lock = threading.RLock()
+        self.designs: dict[str, Design] = {}
+        self.listeners: list[Listener] = []
+        self.ended: SimpleQueue[Handle] = SimpleQueue()
+        self.of: dict[Handle, tuple[Design, int]] = {}
+        self.error: str | None = None
+        self.written, self.changed = monotonic(), False
+        self.store = Store(folder, self.notes.append)
+        self.pool = Pool(model, self.workers, None, self._say, Interrupts())
+        self.closing = False
+        self.thread = threading.Thread(target=self._work, daemon=True)
+        self.thread.start()
+
+    def begin(self) -> None:
+        """Start the workers, with the first runs of the model as it is today."""
+        try:
+            today = self.design({})
+        except WarehouseError as error:  # which the page says, too
+            self.notes.append(str(error))
+        else:
+            self.listen(Listener(today, None, self.target, 0, most=2))
+
+    def close(self) -> None:
+        """End all workers, and leave the folder with what has ended."""
+        self.closing = True
+        self.thread.join()
+        self.pool.close()
+        with self.lock:
+            self._write()
+            self.store.close()
+            for listener in self.listeners:
+                listener.told()
+
+    # Designs
+
+    def design(self, levels: Mapping[str, Any]) -> Design:
+        """The design with these values; the others are as in the model.
+
+        Raises:
+            StudyError: a key or value that is not offered.
+            ModelError: values that no model can have together.
+            CheckError: a design that cannot work.
+        """
+        places = {key: offer.today for key, offer in self.offers.items()}
+        for key, value in levels.items():
+            offer = self.offers.get(key)
+            if offer is None:
+                raise StudyError(f"{key!r:.80}: not offered, expected one of {', '.join(self.offers)}")
+            place = offer.place(value)
+            if place is None:
+                raise StudyError(f"{key}: {value!r:.80} is not offered, expected one of {', '.join(offer.texts)}")
+            places[key] = place
+        whole = {key: offer.values[places[key]] for key, offer in self.offers.items()}
+        name = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:16]
+        with self.lock:
+            if name in self.designs:
+                return self.designs[name]
+        changes: dict[str, Any] = {}
+        for key, offer in self.offers.items():
+            changes |= offer.changes[places[key]]
+        model = self.model.replace(changes) if changes else self.model
+        said = spoken_design(self.offers, places)
+        hand = by_hand(model, said)
+        with self.lock:
+            if name not in self.designs:
+                if len(self.designs) >= MOST_DESIGNS:
+                    raise StudyError(f"{MOST_DESIGNS} designs were asked for: start `desim serve` again for more")
+                named = Named(said, changes, model)
+                self.designs[name] = Design(name, len(self.designs), named, whole, model.digest(), hand)
+                self._recall(self.designs[name])
+            return self.designs[name]
+
+    def _recall(self, design: Design) -> None:
+        """Take the runs that the folder has."""
+        for r in range(MOST_RUNS):
+            outcome = self.store.get(design.digest, run_seed(self.seed, r))
+            if outcome is None or self.store.missing(design.digest, run_seed(self.seed, r)):
+                return
+            design.outcomes[r] = outcome
+
+    # Listening
+
+    def make_room(self) -> None:
+        """Refuse another listener where there are too many; raises StudyError."""
+        if len(self.listeners) >= MOST_LISTENERS:
+            raise StudyError(f"{MOST_LISTENERS} listen already: close a page")
+
+    def listen(self, listener: Listener) -> None:
+        """Begin to simulate what a listener wants."""
+        with self.lock:
+            listener.design.asked = monotonic()
+            self.listeners.append(listener)
+            self._schedule()
+
+    def leave(self, listener: Listener) -> None:
+        """Stop what nobody else wants."""
+        with self.lock:
+            if listener in self.listeners:
+                self.listeners.remove(listener)
+                self._schedule()
+
+    # Runs
+
+    def wanted(self, design: Design, listener: Listener) -> int:
+        """How many runs of a design a listener wants."""
+        n, least = design.n, listener.runs if design is listener.design else 0
+        target = listener.target
+        key = None if target is None else target.value
+        if design.clear.get(key, (-1, False))[0] != n:
+            design.clear[key] = n, n > 0 and self._is_clear(design, n, target)
+        return max(n if design.clear[key][1] else listener.most, least)
+
+    def _is_clear(self, design: Design, n: int, target: Target | None) -> bool:
+        if design.outcomes[0].deterministic:
+            return True
+        if sum(outcome.error is not None for outcome in design.outcomes.values()) and n >= FEWEST:
+            return True
+        return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "cannot keep up", "not settled"}
+
+    def known(self, design: Design) -> RunsSoFar:
+        """What the runs of a design say so far."""
+        with self.lock:
+            if design.known is None or design.known.n != design.n:
+                outcomes = [design.outcomes[r] for r in range(design.n)]
+                design.known = RunsSoFar(design.named, outcomes, self.main, self.seed)
+            return design.known
+
+    def _schedule(self) -> None:
+        """Cancel what nobody wants, and hand out what is wanted next."""
+        want: dict[Design, int] = {}
+        for listener in self.listeners:
+            for design in filter(None, (listener.design, listener.pinned)):
+                want[design] = max(want.get(design, 0), self.wanted(design, listener))
+        for handle, (design, r) in list(self.of.items()):
+            if r >= want.get(design, 0):
+                del self.of[handle], design.handles[r]
+                handle.cancel()
+        while len(self.of) < _AHEAD * self.workers and self.error is None:
+            ready = [
+                (len(design.outcomes) + len(design.handles), -design.asked, design.number, design, run)
+                for design, count in want.items()
+                if (run := self._next(design, count)) is not None
+            ]
+            if not ready:
+                return
+            *_, chosen, run = min(ready)
+            self._submit(chosen, run)
+
+    def _next(self, design: Design, count: int) -> int | None:
+        """The next run of a design; its floor is wanted even if the run is known."""
+        shown = self._shown(design)
+        if design.floor is None and count > shown and shown not in design.handles and shown in design.outcomes:
+            return shown
+        return next((r for r in range(count) if r not in design.outcomes and r not in design.handles), None)
+
+    def _shown(self, design: Design) -> int:
+        """The run whose floor is shown: the second, so that the first is there the sooner."""
+        return 0 if design.named.model.is_deterministic else 1
+
+    def _submit(self, design: Design, r: int) -> None:
+        with_floor = r == self._shown(design) and design.floor is None
+        run = Wanted(design.number, design.named.changes, run_seed(self.seed, r), floor=with_floor)
+        handle = self.pool.submit(run)
+        design.handles[r] = handle
+        self.of[handle] = design, r
+        handle.tell(self.ended)
+
+    def _work(self) -> None:
+        """Take what has ended, in a thread of its own."""
+        while not self.closing:
+            handle: Handle | None = None
+            with suppress(Empty):
+                handle = self.ended.get(timeout=_POLL)
+            with self.lock:
+                if self.pool.error is not None and self.error is None:
+                    self.error = str(self.pool.error)
+                    self.notes.append(self.error)
+                    self._tell(None)
+                while handle is not None:
+                    self._take(handle)
+                    handle = None if self.ended.empty() else self.ended.get()
+                if not self.closing:
+                    self._schedule()
+                    if self.changed and monotonic() - self.written > _WRITE_EVERY:
+                        self._write()
+
+    def _take(self, handle: Handle) -> None:
+        design, r = self.of.pop(handle, (None, 0))
+        if design is None or handle.outcome is None:
+            return
+        del design.handles[r]
+        outcome = handle.outcome
+        if outcome.floor is not None:
+            design.floor = outcome.floor
+            self._forget_floors(design)
+        outcome = outcome._replace(floor=None)  # which is kept once for its design
+        if r not in design.outcomes:
+            try:
+                self.store.add(design.digest, run_seed(self.seed, r), outcome)
+            except StudyError as error:
+                self.error = str(error)
+                self.notes.append(self.error)
+            design.outcomes[r] = outcome
+            self.changed = True
+        elif design.floor is None:  # it failed, though it did not before
+            design.floor = {}
+        self._tell(None if r == 0 else design)  # all pages list what was tried
+
+    def _forget_floors(self, latest: Design) -> None:
+        kept = [one for one in self.designs.values() if one.floor and one is not latest]
+        for one in sorted(kept, key=lambda one: one.asked)[: max(len(kept) - _KEPT_FLOORS, 0)]:
+            one.floor = None
+
+    def _tell(self, design: Design | None) -> None:
+        for listener in self.listeners:
+            if design is None or design in (listener.design, listener.pinned):
+                listener.told()
+
+    def _say(self, text: str) -> None:
+        self.notes.append(text)
+
+    # Looking
+
+    def answer(self, listener: Listener) -> Answer:
+        """All that is known of a listener's design."""
+        with self.lock:
+            design, pinned = listener.design, listener.pinned
+            known, wanted = self.known(design), self.wanted(design, listener)
+            other = self.known(pinned) if pinned is not None and pinned is not design and pinned.n else None
+            later = [pinned] if pinned is not None and pinned is not design else []
+            left = sum(max(self.wanted(one, listener) - one.n, 0) for one in [design, *later])
+            taken = [outcome.run_time for outcome in design.outcomes.values()]
+            floor, notes = bool(design.floor), self.notes[-3:]
+            tried = [one for one in self.designs.values() if one.outcomes.get(0)]
+        scale = known.scale(self.main)
+        said = known.said(listener.target)
+        sentence, more, verdict, label = said.sentence, list(said.more), said.verdict, said.label
+        if known.n == 0:
+            sentence, more = design.hand.sentence, [design.hand.more]
+        together, pinned_at = None, None
+        if other is not None and pinned is not None and known.n:
+            pair = [(one.named, [one.outcomes[r] for r in range(one.n)]) for one in (pinned, design)]
+            together = results_of(self.model, pair, self.seed)
+            found = other.estimate(self.main)
+            if found is not None:
+                ends = found.interval or (None, None)
+                pinned_at = _times(scale.by, (found.mean, *ends))
+                more.append(f"Pinned, {pinned.named.words}: {known.reached(known.spoken.estimate(found))}.")
+        done = ""
+        if self.error is not None:
+            done = "fails"
+            more.append(f"Nothing more can be simulated: {self.error}")
+        elif left <= 0:
+            done = "exact" if known.exact else "fails" if known.failed else "all" if known.n >= RUNS else "verdict"
+        measured = known.measured(other, together) if known.n else []
+        if measured and measured[0].difference is not None:
+            more.append(f"Difference, run by run: {measured[0].difference}.")
+        return Answer(
+            id=design.id,
+            n=known.n,
+            wanted=wanted,
+            done=done,  # type: ignore[arg-type]
+            seconds_left=None if not taken else round(left * math.fsum(taken) / len(taken) / self.workers, 1),
+            verdict=verdict,
+            label=label,
+            sentence=sentence,
+            more=more,
+            values=known.values(scale.by),
+            band=self._band(design, known, scale.by),
+            measured=measured,
+            holds_up=known.holds_up() if known.n and not known.failed else [],
+            pinned=None if pinned is None else pinned.id,
+            pinned_at=pinned_at,
+            floor=floor,
+            tried=[self._tried(one, listener.target) for one in sorted(tried, key=lambda one: -one.asked)[:24]],
+            notes=notes,
+        )
+
+    def _band(self, design: Design, known: RunsSoFar, by: float) -> list[Band | None]:
+        """The mean and its usual interval after each run."""
+        while len(design.band) < known.n:
+            found = known.estimate(self.main, len(design.band) + 1)
+            low, high = found.interval if found is not None and found.interval else (None, None)
+            design.band.append(None if found is None else (found.mean, low, high))
+        return [None if one is None else _times(by, one) for one in design.band[: known.n]]
+
+    def _tried(self, design: Design, target: Target | None) -> Tried:
+        known = self.known(design)
+        found = known.estimate(self.main)
+        text = "–" if found is None else known.scale(self.main).value(found.mean)
+        return Tried(
+            id=design.id,
+            words=design.named.words,
+            levels=dict(design.levels),
+            runs=known.n,
+            text=text,
+            verdict=known.met(target),
+        )
+
+    def results(self, designs: Sequence[Design], target: str = "") -> Results:
+        """The runs of some designs, the first as baseline, as the results of a study."""
+        with self.lock:
+            pairs = [(one.named, [one.outcomes[r] for r in range(one.n)]) for one in designs]
+        return replace(results_of(self.model, pairs, self.seed, target), folder=self.folder, notes=tuple(self.notes))
+
+    def page(self, designs: Sequence[Design]) -> WhatIfPage:
+        """The what-if page of these designs.
+
+        Raises:
+            WarehouseError: where they cannot be compared.
+        """
+        return self.results(designs, self.target.text if self.target else "").page()
+
+    def _write(self) -> None:
+        """Say which study the folder has, for `desim report`; its runs are in the journal."""
+        self.changed, self.written = False, monotonic()
+        tried = [one for one in self.designs.values() if one.n]
+        if not tried:
+            return
+        found = self.results(tried, self.target.text if self.target else "")
+        keys = {point.number: one.digest for point, one in zip(found.points, tried, strict=True)}
+        try:
+            write_record(found.plan, found.points, keys, self.folder)
+        except WarehouseError as error:
+            self.notes.append(str(error))
+
+
+def _times(by: float, band: Band) -> Band:
+    """The same on another scale."""
+    mean, low, high = band
+    return by * mean, None if low is None else by * low, None if high is None else by * high

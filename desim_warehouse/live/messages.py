@@ -1,0 +1,197 @@
+"""What a live page and its server say to each other: the types, and the OpenAPI document made from them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.json_schema import models_json_schema
+
+from desim_warehouse._version import __version__
+
+Verdict = Literal[
+    "by hand", "first run", "early", "met", "not met", "open", "cannot keep up", "not settled", "fails", "known"
+]
+
+
+class Message(BaseModel):
+    """What is sent, with no other keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Ask(Message):
+    """A design: values by key, each of which the page offers; keys that are left out are as in the model."""
+
+    levels: Annotated[dict[str, int | float | str], Field(max_length=50)]
+
+
+class ShareAsk(Message):
+    """The designs that a shared page should have, the first of them as the one to compare with."""
+
+    ids: Annotated[list[str], Field(min_length=2, max_length=120)]
+
+
+class Knob(Message):
+    """A key that the page offers: its values, how they are written, and which of them (from 0) the model has."""
+
+    key: str
+    label: str
+    kind: Literal["number", "choice"]
+    values: list[int | float | str]
+    texts: list[str]
+    today: int
+
+
+class Aim(Message):
+    """What designs should meet: `value` is as the page shows it (95 for 95 %)."""
+
+    indicator: str
+    label: str
+    relation: Literal[">=", "<=", ">", "<"]
+    value: float
+    least: float
+    most: float
+    step: float
+    unit: str
+
+
+class About(Message):
+    """The model of the page, what is offered, and how verdicts are reached."""
+
+    version: Literal[1] = 1
+    name: str
+    hash: str
+    knobs: list[Knob]
+    target: Aim | None
+    indicator: str
+    label: str
+    unit: str
+    runs: int
+    promise: str
+    colours: dict[str, Any]
+    folder: str
+
+
+class Calculated(Message):
+    """A design that was asked for: the hand calculation; `needed` has by key what would be enough."""
+
+    id: str
+    words: str
+    levels: dict[str, int | float | str]
+    runs: int
+    sentence: str
+    more: str
+    needed: dict[str, float]
+
+
+class Measured(Message):
+    """An indicator over the runs of a design; `text` is as `desim what-if` prints it, numbers are in `unit`."""
+
+    name: str
+    label: str
+    unit: str
+    text: str
+    mean: float
+    low: float | None
+    high: float | None
+    pinned: str | None = None
+    difference: str | None = None
+
+
+class Tried(Message):
+    """A design that has runs."""
+
+    id: str
+    words: str
+    levels: dict[str, int | float | str]
+    runs: int
+    text: str
+    verdict: Verdict
+
+
+class Answer(Message):
+    """All that is known of a design: every event holds the whole of it, so one that is missed loses nothing.
+
+    `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each, `band`: its mean and the ends of
+    its usual interval after each; `pinned_at`: those of the pinned design. `done`: nothing more is simulated, and why.
+    `holds_up`: the part of their time that robots, chargers and servers are busy.
+    """
+
+    id: str
+    n: int
+    wanted: int
+    done: Literal["", "verdict", "all", "fails", "exact"]
+    seconds_left: float | None
+    verdict: Verdict
+    label: str
+    sentence: str
+    more: list[str]
+    values: list[float | None]
+    band: list[tuple[float, float | None, float | None] | None]
+    measured: list[Measured]
+    holds_up: list[tuple[str, float, str]]
+    pinned: str | None
+    pinned_at: tuple[float, float | None, float | None] | None
+    floor: bool
+    tried: list[Tried]
+    notes: list[str]
+
+
+class Refusal(Message):
+    """Why a call was refused: a line for each problem, with the key, the value and the cure."""
+
+    problems: list[str]
+
+
+def openapi() -> dict[str, Any]:
+    """The calls and their types as OpenAPI 3.1."""
+    types = (Ask, ShareAsk, About, Calculated, Answer, Refusal)
+    place = "#/components/schemas/{model}"
+    made, schemas = models_json_schema([(kind, "validation") for kind in types], ref_template=place)
+    refused = {
+        "description": "refused",
+        "content": {"application/json": {"schema": made[Refusal, "validation"]}},
+    }
+
+    def call(text: str, kind: type[Message] | None, media: str, ask: type[Message] | None = None) -> dict[str, Any]:
+        schema = {"type": "string"} if kind is None else made[kind, "validation"]
+        found: dict[str, Any] = {
+            "summary": text,
+            "responses": {
+                "200": {"description": "done", "content": {media: {"schema": schema}}},
+                "default": refused,
+            },
+        }
+        if ask is not None:
+            body = {"application/json": {"schema": made[ask, "validation"]}}
+            found["requestBody"] = {"required": True, "content": body}
+        return found
+
+    def parameter(name: str, where: str, kind: str) -> dict[str, Any]:
+        return {"name": name, "in": where, "required": where == "path", "schema": {"type": kind}}
+
+    design = [parameter("id", "path", "string")]
+    kinds = {"runs": "integer", "pinned": "string", "target": "number"}
+    asked = [parameter(name, "query", kind) for name, kind in kinds.items()]
+    js = "application/json"
+    return {
+        "openapi": "3.1.0",
+        "info": {"title": "desim serve", "version": __version__},
+        "security": [{"token": []}],
+        "paths": {
+            "/api/model": {"get": call("The model, and what may be changed", About, js)},
+            "/api/design": {"post": call("Work a design out by hand", Calculated, js, Ask)},
+            "/api/design/{id}/events": {
+                "get": call("Simulate a design while somebody listens", Answer, "text/event-stream"),
+                "parameters": [*design, *asked],
+            },
+            "/api/design/{id}/floor": {"get": call("What a page plays of one run", None, js), "parameters": design},
+            "/api/share": {"post": call("The what-if page of these designs", None, "text/html", ShareAsk)},
+            "/api/openapi.json": {"get": call("This document", None, js)},
+        },
+        "components": {
+            "schemas": schemas["$defs"],
+            "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
+        },
+    }

@@ -1,0 +1,167 @@
+"""What a live page offers to change: robots, chargers, demand and allocation, or what its user names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError, nearest, spoken
+from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.policies.catalogue import OURS
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.study.factors import label, readable
+from desim_warehouse.study.fleet.designs import Designs
+from desim_warehouse.study.study import Study
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from desim_warehouse.model import Model
+
+ROBOTS, DEMAND, ALLOCATION = "fleet.size", "tasks.demand", "policies.allocation"
+_MOST = 60
+"""Steps of a slider that is not given."""
+_DEMANDS = range(5, 21)
+"""Tenths of today's demand that are offered."""
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A key of the model and the values that the page offers for it: `values[today]` is that of the model.
+
+    `changes`: what each value changes in the model, `texts`: how it is written. Numbers have a slider.
+    """
+
+    key: str
+    label: str
+    values: tuple[Any, ...]
+    texts: tuple[str, ...]
+    changes: tuple[Mapping[str, Any], ...]
+    today: int
+
+    @property
+    def is_number(self) -> bool:
+        """Whether its values are numbers, ascending."""
+        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
+
+    def place(self, value: Any) -> int | None:
+        """The rank of a value, which has the type that was offered; None for any other."""
+        kind = (int, float) if self.is_number else str
+        fits = isinstance(value, kind) and not isinstance(value, bool)
+        return self.values.index(value) if fits and value in self.values else None
+
+
+def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[str, Offer]:
+    """What a page offers of a model, by key.
+
+    Args:
+        model: the model as it is today.
+        vary: keys, with their values as in a study file or None for the usual ones; empty: the usual keys.
+
+    Raises:
+        ModelError: values that no model can have.
+        StudyError: a key whose values must be given.
+    """
+    usual = _usual(model)
+    if not vary:
+        return usual
+    given = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+    found = {}
+    for key, values in given.items():
+        if values is not None:
+            found[key] = _given(model, key, values)
+        elif key in usual:
+            found[key] = usual[key]
+        else:
+            near = nearest(key, usual)
+            hint = f"did you mean {near!r}?" if near else f"only {spoken(list(usual), 'and')} can do without values"
+            raise StudyError(f"--vary {key}: no values, expected {key}=VALUES; {hint}")
+    return found
+
+
+def spoken_design(of: Mapping[str, Offer], places: Mapping[str, int]) -> str:
+    """A design as one says it: its robots and chargers, and whatever is not as today."""
+    said = {}
+    for key, offer in of.items():
+        counted = key == ROBOTS or key.endswith(".total_chargers")
+        if counted or places[key] != offer.today:
+            said[key] = offer.values[places[key]] if offer.key != DEMAND else None
+    demand = said.pop(DEMAND, 0)
+    text = words.design_spoken(said) if said else ""
+    if demand is None:
+        offer = of[DEMAND]
+        more = f"{offer.texts[places[DEMAND]]}" + (" orders an hour" if "demand" not in offer.label else " demand")
+        text = f"{text}, {more}" if text else more
+    return text or "the model as it is"
+
+
+def _usual(model: Model) -> dict[str, Offer]:
+    size = model.fleet.size
+    found = {}
+    if not model.fleet.kinds:
+        found[ROBOTS] = _counts(ROBOTS, "Robots", size, [{ROBOTS: n} for n in _range(size)], _range(size))
+    designs = Designs(model)
+    if designs.zone is not None and designs.today:
+        key, some = f"layout.bays.{designs.zone}.total_chargers", _range(designs.today)
+        found[key] = _counts(key, "Chargers", designs.today, [designs.of_chargers(n) for n in some], some)
+    if model.tasks.grow:
+        found[DEMAND] = _demand(model)
+    now = model.policies.allocation
+    if not now.params:
+        names = tuple(dict.fromkeys((now.name, *sorted(OURS["allocation"]))))
+        changes = tuple({} if name == now.name else {ALLOCATION: name} for name in names)
+        found[ALLOCATION] = Offer(
+            ALLOCATION, "Who fetches what", names, tuple(words.policy(ALLOCATION, name) for name in names), changes, 0
+        )
+    return found
+
+
+def _range(today: int) -> list[int]:
+    """Whole numbers round today's, up to more than twice as many."""
+    most = max(math.ceil(2.2 * today), 6)
+    step = math.ceil(most / _MOST)
+    return sorted({today, *range(step, most + 1, step)})
+
+
+def _counts(key: str, name: str, today: int, changes: Sequence[Mapping[str, Any]], some: list[int]) -> Offer:
+    texts = tuple(numbers.number(value) for value in some)
+    own = tuple({} if value == today else change for value, change in zip(some, changes, strict=True))
+    return Offer(key, name, tuple(some), texts, own, some.index(today))
+
+
+def _demand(model: Model) -> Offer:
+    now, rate = model.tasks.demand, arrival_rate(model)
+    parts = [round(now * tenths / 10, 9) for tenths in _DEMANDS]
+    hour = model.units.hour
+    texts = (
+        [f"{tenths * 10} %" for tenths in _DEMANDS]
+        if rate is None
+        else [numbers.number(rate * hour * tenths / 10, 0) for tenths in _DEMANDS]
+    )
+    changes = tuple({} if part == now else {DEMAND: part} for part in parts)
+    name = "Orders an hour" if rate is not None else "Share of today's demand"
+    return Offer(DEMAND, name, tuple(parts), tuple(texts), changes, _DEMANDS.index(10))
+
+
+def _given(model: Model, key: str, values: Any) -> Offer:
+    """The values that a user names, with today's among them."""
+    (factor,) = Study(model, {key: values}).plan.factors
+    levels: dict[Any, Mapping[str, Any]] = {level.label: level.overrides for level in factor.levels}
+    now = label(_current(model, key))
+    levels[now] = {}
+    is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
+    found = sorted(levels) if is_number else list(levels)
+    texts = tuple(words.level(value) for value in found)
+    unit = words.factor_head(key, model.units)
+    as_sent = tuple(found if is_number else [readable(value) for value in found])
+    return Offer(key, unit, as_sent, texts, tuple(levels[value] for value in found), found.index(now))
+
+
+def _current(model: Model, key: str) -> Any:
+    """What the model says at a dotted key; None: nothing."""
+    found: Any = model.content()
+    for part in key.split("."):
+        found = found.get(part) if hasattr(found, "get") else found[int(part)] if isinstance(found, list) else None
+    return found

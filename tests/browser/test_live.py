@@ -1,0 +1,233 @@
+"""The live page in a real browser, state by state."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import desim_warehouse as dw
+from tests.browser.pages import Opened
+from tests.browser.test_axe import AXE, SERIOUS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from desim_warehouse.live import Live
+
+TUTORIAL = "models/tutorial.yaml"
+TARGET = "T <= 6 min"  # three robots meet it, two do not
+END, HOME, RIGHT, SPACE = "\ue010", "\ue011", "\ue014", " "
+SLIDE = (
+    "const [id, place] = arguments, field = document.getElementById(id); field.value = place;"
+    "field.dispatchEvent(new Event('input'))"
+)
+UNTIL = """
+const done = arguments[0], since = performance.now();
+const test = (live) => { try { return Boolean(TEST); } catch { return false; } };
+const look = () => test(window.desimLive?.live) || performance.now() - since > 20000
+  ? done(test(window.desimLive?.live)) : setTimeout(look, 20);
+look()
+"""
+SAID = "live.state === 'done' && document.getElementById('said').textContent.startsWith(WORDS)"
+
+
+class LivePage(Opened):
+    """A live page that is open."""
+
+    def __init__(self, browser: Any, address: str) -> None:
+        browser.get("about:blank")  # an address that differs only behind the # loads nothing
+        super().__init__(browser, address)
+
+    def slide(self, rank: int, place: int) -> None:
+        self.browser.execute_script(SLIDE, f"knob-{rank}", place)
+
+    def until(self, test: str) -> None:
+        assert self.browser.execute_async_script(UNTIL.replace("TEST", test)), test
+
+    def done(self, words: str) -> None:
+        """Wait until a design is done, which begins with these words."""
+        self.until(SAID.replace("WORDS", json.dumps(words)))
+
+    def ask(self, expression: str) -> Any:
+        return self.browser.execute_script(f"const live = window.desimLive.live; return {expression}")
+
+    def chips(self) -> list[str]:
+        return [one.text.replace("\n", " ") for one in self.browser.find_elements("css selector", "#chips button")]
+
+
+@contextmanager
+def serving(out: Path, model: Any = TUTORIAL, **options: Any) -> Iterator[Live]:
+    with dw.serve(model, out=out, **{"workers": 2, "target": TARGET, **options}) as live:
+        yield live
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    vary = {"fleet.size": [1, 2, 3, 4, 5], "battery.consumption": [10], "policies.allocation": None}
+    with serving(tmp_path_factory.mktemp("live"), vary=vary) as made:
+        yield made
+
+
+@pytest.fixture
+def page(browser: Any, live: Live) -> LivePage:
+    opened = LivePage(browser, live.address)
+    opened.until("live.answer")
+    return opened
+
+
+def test_runs_come_in_until_the_verdict_is_clear(page: LivePage) -> None:
+    page.done("3 robots: task time")
+    assert page.text("verdict") == "Target met"
+    assert "done: the verdict is clear" in page.text("live")
+    assert "Target: task time at most 6 min" in page.text("more")
+    dots = page.browser.find_elements("css selector", "#funnel .dot")
+    assert len(dots) == page.ask("live.answer.n")
+    assert page.attribute("funnel", "aria-label").startswith("Task time: 5.")
+    assert page.complaints() == []
+    assert [url for url in page.requests() if not url.startswith("http://127.0.0.1:")] == []
+
+
+def test_a_slider_that_moves_makes_numbers_old_until_the_hand_calculation_and_runs_come(page: LivePage) -> None:
+    page.done("3 robots")
+    page.browser.execute_script(
+        "window.seen = []; new MutationObserver(() => seen.push([document.body.className,"
+        "document.getElementById('verdict').textContent, document.getElementById('said').textContent])).observe("
+        "document.getElementById('said'), {childList: true})"
+    )
+    page.slide(0, 0)
+    page.done("1 robot: task time")
+    seen = page.browser.execute_script("return seen")
+    assert ["stale", "By hand", "1 robot can do at most 87 tasks an hour."] in seen
+    assert page.text("verdict") == "Not met"
+
+
+def test_keys_move_sliders_pin_and_stop(page: LivePage) -> None:
+    page.done("3 robots")
+    page.browser.find_element("tag name", "body").send_keys("p")
+    assert page.text("pin") == "Unpin"
+    page.browser.find_element("id", "knob-0").send_keys(HOME, RIGHT)
+    page.done("2 robots")
+    assert "pinned 3" in page.text("knob-0-value")
+    assert "Pinned, 3 robots: task time" in page.text("more")
+    assert "Difference, run by run: +1." in page.text("more")
+    assert page.browser.find_elements("css selector", "#funnel circle.pinned")
+    assert "pinned" in " ".join(page.chips())
+
+
+def test_a_click_on_a_design_that_was_tried_goes_back(page: LivePage) -> None:
+    page.done("3 robots")
+    page.slide(0, 3)
+    page.done("4 robots")
+    asked = page.ask("live.answer.n")
+    [three] = [one for one in page.browser.find_elements("css selector", "#chips button") if "3 robots" in one.text]
+    three.click()
+    page.done("3 robots")
+    assert page.ask("live.knobs.levels['fleet.size']") == 3
+    assert asked
+
+
+def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page: LivePage) -> None:
+    page.done("3 robots")
+    page.slide(1, 1)
+    page.until("live.state === 'refused'")
+    assert "BATTERY_TOO_SMALL" in page.text("note")
+    assert page.text("said").startswith("3 robots: task time")
+    assert page.text("verdict") == "Target met"
+    assert "wrong" in page.browser.find_element("css selector", "[data-key='battery.consumption']").get_attribute(
+        "class"
+    )
+    page.slide(1, 0)
+    page.done("3 robots")
+    assert not page.browser.find_element("id", "note").is_displayed()
+
+
+def test_thirty_more_runs_and_stop(page: LivePage) -> None:
+    page.slide(0, 4)
+    page.done("5 robots")
+    before = page.ask("live.answer.n")
+    page.click("stop")
+    page.until(f"live.answer.n > {before}")
+    page.done("5 robots")
+    assert page.ask("live.answer.n") == before + 30
+
+
+def test_two_tabs_see_the_same_designs(browser: Any, page: LivePage, live: Live) -> None:
+    page.done("3 robots")
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    try:
+        second = LivePage(browser, live.address)
+        second.until("live.answer")
+        second.browser.execute_script(SLIDE, "knob-2", 1)
+        second.until("live.state === 'done' && live.answer.tried[0].words.includes('auction')")
+        browser.switch_to.window(first)
+        page.until("live.answer.tried.some((one) => one.words.includes('auction'))")
+        browser.switch_to.window(browser.window_handles[1])
+        browser.close()
+    finally:
+        browser.switch_to.window(first)
+
+
+def test_the_floor_shows_robots_of_the_design(page: LivePage) -> None:
+    page.done("3 robots")
+    page.until("live.watch.side && live.floorOf === live.answer.id")
+    assert page.ask("live.watch.side.header.radii.length") == 3
+    first = page.ask("live.watch.player.time")
+    page.until(f"live.watch.player.time !== {first}")
+
+
+def test_the_target_can_be_moved(page: LivePage) -> None:
+    page.done("3 robots")
+    page.browser.execute_script(SLIDE, "target", 3)
+    page.until("live.answer.verdict === 'not met' && live.target === 3")
+    assert page.text("verdict") == "Not met"
+
+
+def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser: Any, tmp_path: Path) -> None:
+    hostile = "<img src=x onerror=alert(1)>"
+    base = dw.load("models/people.yaml", {"name": hostile, "fleet.size": 1})
+    with serving(tmp_path, base, target="throughput_per_hour >= 100", vary={"fleet.size": [1, 6]}) as live:
+        page = LivePage(browser, live.address)
+        page.until("live.answer?.verdict === 'cannot keep up' && live.state === 'done'")
+        assert page.text("name") == hostile
+        assert page.text("verdict") == "Cannot keep up"
+        assert page.text("said").startswith("1 robot: the backlog grows by ")
+        assert page.text("more").endswith(" tasks an hour.")
+        assert page.ask("live.answer.n") == 5
+        assert page.complaints() == []
+
+
+def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(browser: Any, tmp_path: Path) -> None:
+    with serving(tmp_path, vary=["fleet.size"]) as live:
+        page = LivePage(browser, live.address)
+        page.done("3 robots")
+        said, port, token = page.text("said"), live.port, live.token
+    page.until("live.state === 'offline'")
+    assert "The simulator has stopped" in page.text("note")
+    assert page.text("said") == said
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("secrets.token_urlsafe", lambda *_: token)
+        with serving(tmp_path, vary=["fleet.size"], port=port):
+            page.done("3 robots")
+            assert not page.browser.find_element("id", "note").is_displayed()
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (1400, "dark"), (390, "light")])
+def test_axe_finds_nothing_serious_and_nothing_is_wider_than_the_screen(
+    page: LivePage, width: int, scheme: str
+) -> None:
+    page.browser.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    )
+    page.enlarge(width, 900)
+    page.done("3 robots")
+    script = files("axe_core_python").joinpath("axe.min.js").read_text("utf-8")
+    page.browser.execute_cdp_cmd("Runtime.evaluate", {"expression": script})
+    found = page.browser.execute_async_script(AXE)
+    assert [(one["id"], one["nodes"][0]["html"][:100]) for one in found if one["impact"] in SERIOUS] == []
+    assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width

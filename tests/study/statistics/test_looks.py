@@ -1,0 +1,81 @@
+"""A verdict that is looked for while runs come in is wrong no more often than it says, whenever one stops."""
+
+import math
+
+import numpy as np
+import pytest
+
+from desim_warehouse.study.statistics import Target, TaskShare, looked_at, looks
+
+AT_LEAST = Target("on_time", ">=", 0.95)
+NORMAL = Target("throughput_per_hour", ">=", 200.0)
+MOST = 30
+
+
+def normal(rng, mean, n):
+    return list(200.0 + 10.0 * (mean + rng.standard_normal(n)))
+
+
+def skewed(rng, mean, n):
+    return list(200.0 + 10.0 * (mean + rng.gamma(2.0, 1 / math.sqrt(2), n) - math.sqrt(2)))
+
+
+def shares(rng, mean, n):
+    """Days of 800 tasks, which correlate within a day by 0.02."""
+    chance = 0.95 + 0.02 * mean
+    days = rng.beta(chance * 49, (1 - chance) * 49, n)
+    return [TaskShare(done / 800, 800) for done in rng.binomial(800, days)]
+
+
+ANYTHING = (-math.inf, math.inf)
+CASES = {
+    "normal": (normal, NORMAL, ANYTHING),
+    "skewed": (skewed, NORMAL, ANYTHING),
+    "shares": (shares, AT_LEAST, (0.0, 1.0)),
+}
+
+
+def ever(name, mean, streams):
+    """Of so many streams whose mean is that far from the target, how many are ever called met, and not met."""
+    make, target, within = CASES[name]
+    rng = np.random.default_rng(1)
+    said = [looked_at(make(rng, mean, MOST), target, 0.95, within=within).verdict for _ in range(streams)]
+    return said.count("meets"), said.count("fails")
+
+
+def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
+    assert [n for n, _ in looks(100)] == [5, 10, 20, 30, 60, 90]
+    assert math.fsum(part for _, part in looks(1000)) <= 1.0
+    assert list(looks(2)) == []
+
+
+def test_a_verdict_that_fell_stands_whatever_comes():
+    good = [1.0, 1.1, 0.9, 1.0, 1.05]
+    target = Target("x", ">=", 0.0)
+    first = looked_at(good, target, 0.95, within=ANYTHING)
+    later = looked_at(good + [-50.0] * 25, target, 0.95, within=ANYTHING)
+    assert (first.verdict, later.verdict) == ("meets", "meets")
+    assert first.n == later.n == 5
+
+
+def test_nothing_is_said_before_the_first_look_and_one_run_is_enough_without_chance():
+    assert looked_at([201.0] * 4, NORMAL, 0.95, within=ANYTHING) is None
+    assert looked_at([201.0], NORMAL, 0.95, deterministic=True, within=ANYTHING).verdict == "meets"
+
+
+@pytest.mark.parametrize("name", ["normal", "skewed"])
+def test_no_more_verdicts_are_wrong_than_stated_in_150_streams(name):
+    met, not_met = ever(name, 0.0, 150)
+    assert max(met, not_met) <= 0.05 * 150 + 3 * math.sqrt(0.05 * 0.95 * 150)
+
+
+def test_verdicts_do_fall_where_designs_are_far_from_the_target():
+    assert ever("normal", 2.0, 30) == (30, 0)
+    assert ever("normal", -2.0, 30) == (0, 30)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", list(CASES))
+def test_no_more_verdicts_are_wrong_than_stated_in_2000_streams_at_below_and_above_the_target(name):
+    at, below, above = (ever(name, mean, 2000) for mean in (0.0, -0.3, 0.3))
+    assert max(*at, below[0], above[1]) <= 0.05 * 2000 + 2 * math.sqrt(0.05 * 0.95 * 2000)
