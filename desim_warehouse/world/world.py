@@ -141,7 +141,8 @@ class World:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
         handling = handling_of(model, self.layout)
-        cut_off = CutOff(model, self.layout, self.travel.ways, goes_round=self.routes.goes_round)
+        round_it, blocked = self.routes.goes_round, self.routes.blocked
+        cut_off = CutOff(model, self.layout, self.travel.ways, goes_round=round_it, blocked=blocked)
 
         def reach_of(kind: str, alone: Model) -> Reach:
             return Reach(

@@ -499,6 +499,7 @@ class Robot:
             self.body.break_down()
             if self.body.is_on_lanes:
                 self.itinerary.routes.block(self.body, breakdowns.mean_left)
+                self._lanes_change()
             if clear < repair and self.body.is_on_lanes and drive.may_be_cleared:
                 yield Timeout(self.env, clear)
                 self._clear(drive)
@@ -506,6 +507,7 @@ class Robot:
             yield Timeout(self.env, repair)
             self.body.be_repaired()
             self.itinerary.routes.unblock(self.body)
+            self._lanes_change()
             self.enter(self.doing)
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
@@ -516,7 +518,14 @@ class Robot:
         self.traffic.clear(self.body, self.parked_at)
         self.itinerary.resume(() if self.body.is_turned_off else drive.rest)
         self.itinerary.routes.unblock(self.body)
+        self._lanes_change()
         self.record("cleared")
+
+    def _lanes_change(self) -> None:
+        """It blocks lanes, or does no longer: tasks behind them are held back, or given out, where robots go round it."""
+        if self.itinerary.routes.goes_round:
+            self.reach.openings.look_again()
+            self.dispatcher.call()
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""
