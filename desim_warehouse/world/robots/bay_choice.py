@@ -28,6 +28,7 @@ class BayChoice:
         self.policy = policy
         self.travel = travel
         self.reaches = reaches
+        self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
         """One of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
@@ -45,7 +46,8 @@ class BayChoice:
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
         """One of `bays` by the parking policy; one with chargers for other kinds alone only where no other is free."""
         policy, now = self.policy, self.env.now
-        bays = [bay for bay in bays if not bay.charges or robot.kind in bay.charges] or bays
+        if self._own_chargers:
+            bays = [bay for bay in bays if not bay.charges or robot.kind in bay.charges] or bays
         views = [_view(bay) for bay in bays]
         node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
         for bay in bays:

@@ -303,7 +303,7 @@ class Robot:
     def node(self) -> str:
         """The node it is at, or comes to next."""
         lane = self.body.lane
-        return self.parked_at if lane is None else str(lane.edge[1])
+        return self.parked_at if lane is None else lane.edge[1]
 
     @property
     def is_out(self) -> bool:
@@ -522,7 +522,7 @@ class Robot:
         self.record("cleared")
 
     def _lanes_change(self) -> None:
-        """It blocks lanes, or does no longer: tasks behind them are held back, or given out, where robots go round it."""
+        """It blocks lanes, or no longer: tasks behind them are held back, or given out, where robots go round it."""
         if self.itinerary.routes.goes_round:
             self.reach.openings.look_again()
             self.dispatcher.call()
