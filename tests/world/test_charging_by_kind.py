@@ -12,6 +12,7 @@ from simpy import Environment
 import desim_warehouse as dw
 from desim_warehouse import CheckError, ModelError, load
 from desim_warehouse.feasibility import estimate, examine
+from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.world import World
 from desim_warehouse.world.places.bays import Bay, Bays
 from tests.world.test_charging import NEED, RING, times
@@ -74,11 +75,20 @@ def test_robots_start_and_charge_at_the_chargers_of_their_kind():
     assert charging(world, 0) == [(pytest.approx(96), pytest.approx(96 + 2 * NEED / 20))]  # D to D takes as long
 
 
-def test_bays_whose_chargers_are_for_others_are_nobodys_home_if_there_are_more():
-    model = load(RING, {**TWO, **CHARGERS, "fleet.size": 3, "layout.bays.home.places": 2})
-    assert model.fleet.homes(model.floor.bays) == ["A", "A", "A"]  # the large one may use both
-    narrow = model.replace({"layout.bays.large.kinds": ["large"], "layout.bays.home.kinds": ["large"]})
-    assert narrow.fleet.homes(narrow.floor.bays) == ["A", "D", "A"]  # the others have none
+def test_kinds_start_where_chargers_are_for_them_alone_and_others_elsewhere_if_there_is_a_bay():
+    model = load(RING, {**TWO, **CHARGERS, "fleet.size": 4, "fleet.kinds.large.count": 2})
+    assert model.fleet.homes(model.floor.bays) == ["D", "D", "A", "A"]
+    assert {one.code for one in examine(model, model.floor)[0]} >= {"BAY_CROWDED"}  # one place each
+    narrow = model.replace({"layout.bays.home.kinds": ["large"]})
+    assert narrow.fleet.homes(narrow.floor.bays) == ["A", "D", "A", "D"]
+
+
+def test_a_robot_leaves_chargers_for_all_to_others_while_those_for_its_kind_are_free():
+    # Each kind works for hours from its own bay: were the large one at A, the nearest, the other would stay at D, flat.
+    changes = {**CHARGERS, "tasks.goods": {"poisson": 30}, "run.length": 20000, "policies.parking": "nearest"}
+    changes["policies.charging"] = {"name": "reach-aware", "margin": 0.1}
+    run = dw.simulate(load(RING, {**TWO, **changes}), 0)
+    assert {(row.robot, row.node) for row in run.history.rows("parked")} == {(0, "D"), (1, "A")}
 
 
 def test_a_robot_at_the_chargers_of_others_makes_room_where_they_do_not_seek():
@@ -194,3 +204,17 @@ def test_the_report_has_a_row_for_each_kind():
     assert "kind large" in said
     assert "other robots" in said
     assert "52" in said  # 208 of 400
+
+
+def test_plan_adds_chargers_for_robots_of_no_kind():
+    model = load(RING, {**TWO, **CHARGERS, "layout.bays.large": {"at": ["D"], "total_chargers": 3, "kinds": ["large"]}})
+    assert Designs(model).zone == "home"
+    assert Designs(model.replace({"layout.bays.large.kinds": []})).zone == "large"  # which has most
+
+
+def test_the_replay_shows_shares_of_each_battery():
+    history = dw.simulate(load(RING, {**TWO, "log": "all"}), 0).history
+    levels = [level / 400 for level in history.energy_curves[0][1]]
+    assert (levels[0], levels[-1]) == (1, pytest.approx(208 / 400))
+    assert [battery.capacity for battery in history.batteries] == [400, 200]
+    assert dw.plot.battery(dw.simulate(load(RING, TWO), 0)).get_ylim()[1] == pytest.approx(400 * 1.03)

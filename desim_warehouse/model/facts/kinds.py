@@ -23,10 +23,8 @@ def charge_alike(model: Model) -> bool:
 def as_kind(model: Model, kind: str) -> Model:
     """The model as if all its robots had the battery, the charging policy and the chargers of a kind ("": ordinary).
 
-    Where all robots charge alike that is the model itself. All else is as before, sizes and speeds too.
+    All else is as before: robots start where they do, with their sizes and speeds.
     """
-    if charge_alike(model):
-        return model
     own = model.fleet.kinds.get(kind)
     battery = model.battery if own is None or own.battery is None else own.battery
     charging = model.policies.charging if own is None or own.charging is None else own.charging
@@ -50,8 +48,9 @@ def as_kind(model: Model, kind: str) -> Model:
 
 
 def by_kind(model: Model) -> dict[str, Model]:
-    """For each kind that has robots ("": ordinary ones) the model `as_kind`."""
-    return {kind: as_kind(model, kind) for kind in dict.fromkeys(model.fleet.kinds_of_robots())}
+    """For each kind that has robots ("": ordinary ones) the model `as_kind`: itself where all robots charge alike."""
+    kinds = dict.fromkeys(model.fleet.kinds_of_robots(), model)
+    return kinds if charge_alike(model) else {kind: as_kind(model, kind) for kind in kinds}
 
 
 def shares(model: Model) -> dict[str, float]:

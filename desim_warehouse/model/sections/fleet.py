@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -296,17 +297,23 @@ class Fleet(Part):
     def homes(self, bays: Mapping[str, BayPlaces]) -> list[str]:
         """The node beside which every robot starts, by number, given the bays by their nodes.
 
-        Where chargers are for some kinds alone, the others start elsewhere, if any bay is left to them.
+        Kinds with chargers for some kinds alone start there; others only if no bay is left to them.
         """
         start, kinds = self.start or tuple(bays), self.kinds_of_robots()
-        if not any(bay.kinds for bay in bays.values()):
+        reserved = [node for node in start if node in bays and bays[node].kinds]
+        if not reserved:
             return [start[number % len(start)] for number in range(self.size)]
+        for_all = tuple(node for node in start if node not in reserved) or start
         own = {
-            kind: [node for node in start if node not in bays or bays[node].charges(kind) or not bays[node].kinds]
-            or start
+            kind: tuple(node for node in reserved if bays[node].charges(kind)) or for_all
             for kind in dict.fromkeys(kinds)
         }
-        return [own[kind][number % len(own[kind])] for number, kind in enumerate(kinds)]
+        rank: Counter[str] = Counter()
+        found = []
+        for kind in kinds:
+            found.append(own[kind][rank[kind] % len(own[kind])])
+            rank[kind] += 1
+        return found
 
     def starts(self, bays: Mapping[str, BayPlaces]) -> list[Start]:
         """Where every robot is at the start, by number, given the bays by their nodes."""

@@ -38,16 +38,15 @@ class BayChoice:
             if must_charge or robot.energy <= reach.retreats_at(robot, levels) + EPS * robot.capacity:
                 chargers = [bay for bay in bays if robot.kind in bay.charges]
                 if chargers:
-                    return self._charger(robot, levels.charger, chargers)
+                    return self._charger(robot, levels.charger, self._theirs(robot, chargers))
                 if reach.chargers:
                     return self._near_chargers(robot, bays)
         return self.parking(robot, bays)
 
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
-        """One of `bays` by the parking policy; one with chargers for other kinds alone only where no other is free."""
+        """One of `bays` by the parking policy."""
         policy, now = self.policy, self.env.now
-        if self._own_chargers:
-            bays = [bay for bay in bays if not bay.charges or robot.kind in bay.charges] or bays
+        bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
         node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
         for bay in bays:
@@ -57,6 +56,18 @@ class BayChoice:
             f"policies.parking ({type(policy).__name__}) at time {now:g}: "
             f"{shown(node)} is no bay with a free slot for robot {robot.number}"
         )
+
+    def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
+        """Those of some bays where a robot is in nobody's way: one with chargers for other kinds alone comes last.
+
+        Nor does it take chargers for all where there is a slot at chargers for its kind alone.
+        """
+        if not self._own_chargers:
+            return bays
+        theirs = [bay for bay in bays if not bay.charges or robot.kind in bay.charges]
+        if any(bay.charges and len(bay.charges) < len(self.reaches) for bay in theirs):
+            return [bay for bay in theirs if len(bay.charges) < len(self.reaches)]
+        return theirs or bays
 
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
         """All chargers are taken: wait where they are near."""
