@@ -167,14 +167,14 @@ def kinds_of_robots(run: Run) -> Html | None:
     for kind in dict.fromkeys(kinds):
         robots = [number for number, other in enumerate(kinds) if other == kind]
         did = [run.record.robots[number] for number in robots]
-        charging = sum(one.get("charging", 0.0) for one in did) / (counted * len(robots))
+        charged = sum(history.within(one.start, one.end) for one in history.chargings if one.robot in robots)
         lowest = min((history.lowest_levels[number] for number in robots if history.batteries), default=None)
         rows.append(
             [
                 said(kind),
                 numbers.number(len(robots)),
                 numbers.number(sum(one["delivered"] for one in did)),
-                numbers.PERCENT.value(charging),
+                numbers.PERCENT.value(charged / (counted * len(robots))),
                 "" if lowest is None else numbers.PERCENT.value(lowest),
             ]
         )
