@@ -81,6 +81,7 @@ CODES: dict[str, Code] = {
     "CHARGED_TOO_LOW": Code(
         "warning", "charging ends too low for a task, which only a fuller battery at the start lasts for"
     ),
+    "BATTERY_OF_KIND": Code("warning", "the battery of a kind of robots does not last for tasks that others must do"),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),

@@ -92,6 +92,8 @@ MEANS_ELSE = {
     "feasibility/unused.py": {"charging"},  # a kind of policy
     "model/facts/disturbances.py": {"closed"},  # in a sentence
     "model/facts/charging.py": {"charging"},  # a kind of policy
+    "model/facts/kinds.py": {"charging"},
+    "model/sections/fleet.py": {"charging"},
     "layout/checks.py": {"unloading"},  # in a sentence
     "model/sections/policy.py": {"charging"},
     "plants/lif.py": {"loaded"},  # a key of the format

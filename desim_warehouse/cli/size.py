@@ -26,9 +26,11 @@ from desim_warehouse.report.text.numbers import number_of
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.study.statistics import Sizing
+    from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""
+FLEET = "fleet.size"
 ALIKE = 0.01
 """Part of the most by which values may differ in what they do and still be alike."""
 NONE_MEETS = 3
@@ -90,6 +92,8 @@ def command(
         show_best(
             study, best, f"{key}: {smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
         )
+        if key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None:
+            _try_cap(study, best.indicator, first, execution)
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.kept):
@@ -99,15 +103,35 @@ def command(
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
     _show(key, found, study.plan.base)
+    if found.smallest is None and key == FLEET:
+        _try_cap(study, found.target.indicator, first, execution)
     if found.smallest is None:
         sys.exit(NONE_MEETS)
+
+
+def _try_cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> None:
+    """Say what a cap on the robots under way gives the largest fleet, if they wait much for each other."""
+    from desim_warehouse.report.text import cap_words
+    from desim_warehouse.study.capped import KEY, tried_cap, waits_much
+
+    largest = study.points[-1]
+    rows = study.results.by_point[largest.number]
+    if not waits_much(row.indicators for row in rows):
+        return
+    model = study.plan.base.replace(largest.overrides)
+    where = execution.where()
+    out = where.get("out")
+    where["out"] = None if out is None else f"{out}-cap"
+    found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
+    if found is not None:
+        click.echo(f"{cap_words.capped(found, model)}; desim size --key {KEY} finds the best cap")
 
 
 def _by_hand(model: str, key: str, assignments: tuple[str, ...]) -> str:
     """The fleets that `desim plan` would search, too: around what the hand calculation needs."""
     from desim_warehouse.study.fleet.designs import Designs
 
-    if key != "fleet.size":
+    if key != FLEET:
         raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are worked out by hand")
     robots, _ = Designs(load_model(model, assignments)).counts(1.0)
     click.echo(f"fleets from {robots[0]} to {robots[-1]}, by the hand calculation (--range looks at others)", err=True)

@@ -66,4 +66,5 @@ def _use(model: Model, layout: Layout) -> checks.Use:
     files = files_of(model.tasks.flows)
     named = nodes_named(files, reading(model, layout), layout) if files else ()
     used = tuple(dict.fromkeys((*destinations(model, layout), *named)))
-    return checks.Use(fleet.contact, fleet.size, fleet.start, used, model.traffic.gridlock, model.traffic.zones)
+    homes = tuple(fleet.homes(layout.bays)) if fleet.start or layout.bays else ()
+    return checks.Use(fleet.contact, fleet.size, fleet.start, homes, used, model.traffic.gridlock, model.traffic.zones)

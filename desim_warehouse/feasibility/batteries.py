@@ -14,7 +14,7 @@ from desim_warehouse.feasibility.free_flow import free_flow, least_task
 from desim_warehouse.feasibility.needs import Needs, least_needs
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
-from desim_warehouse.model.facts import energy
+from desim_warehouse.model.facts import energy, kinds
 from desim_warehouse.model.facts.charging import chargers_at, levels, settled_levels, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.destinations import own_destinations
@@ -55,8 +55,14 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
     """What a planner should know about a model with batteries."""
+    yield from chargers_short(model, balance)
+    yield from of_levels(model, layout, balance)
+    yield from slots(model, layout)
+
+
+def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
+    """What a planner should know about batteries and the levels between which they move."""
     battery, units = _battery(model), model.units
-    yield from _chargers_short(model, balance)
     chargers = chargers_at(model, layout)
     found = _together(model, layout, chargers) if chargers else None
     if found is not None and isinstance(battery.consumption, Consumption):
@@ -65,7 +71,6 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     if not list(_battery_too_small(model, least_needs(model, layout))):
         yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
     yield from _not_settled(model, balance)
-    yield from _slots(model, layout)
     seconds = battery.capacity / battery.charge_rate * units.seconds
     if seconds < MINUTE and units.metre is not None:
         yield Finding(
@@ -217,7 +222,7 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     )
 
 
-def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
+def slots(model: Model, layout: Layout) -> Iterator[Finding]:
     """Slots in which robots wait for a charger, and do not work meanwhile."""
     homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
     for node, chargers in chargers_at(model, layout).items():
@@ -358,12 +363,17 @@ def _lasts(model: Model, layout: Layout, time: float) -> bool:
     return least > time and (model.run.length is None or model.run.length > time)
 
 
-def _chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
+def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
+    """Chargers that give less than a fleet, or a kind of it, draws in the long run."""
     if balance is None or not balance.short or not balance.chargers or balance.draws is None:
         return
     units = model.units
     time = units.time
-    falls = (balance.draws - balance.gives) * units.hour / (model.fleet.size * _battery(model).capacity)
+    part = kinds.shares(model)
+    capacity = model.fleet.size * math.fsum(
+        part[kind] * _battery(alone).capacity for kind, alone in kinds.by_kind(model).items()
+    )
+    falls = (balance.draws - balance.gives) * units.hour / capacity
     yield Finding(
         "CHARGERS_SHORT",
         "layout.bays",

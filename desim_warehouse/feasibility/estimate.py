@@ -218,7 +218,9 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     cycle = alone.shared(loads)
     rate, peak = arrival_rate(model), peak_rate(model)
     at_work = _at_work(model, layout)
-    balance = power(model, layout, cycle, rate, at_work)
+    pairs = zip(fleet.kinds_of_robots(), fleet.robots(), strict=True)
+    of_kinds = {kind: cycles[robot.speed, robot.loaded_speed].shared(loads) for kind, robot in pairs}
+    balance = power(model, layout, cycle, of_kinds, rate, at_work)
     charging = None
     if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
         charging = balance.task / balance.charging_rate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.errors import spoken
@@ -11,6 +12,7 @@ from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.spec import Blocks, StationSpec
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.demand import order_files
+from desim_warehouse.model.facts.kinds import by_kind, said
 from desim_warehouse.model.schema import Prices, RunSpec, Tasks
 from desim_warehouse.model.sections.fleet import Fleet, Kind, RobotSpec
 from desim_warehouse.model.sections.flows import FlowSpec, Profile
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.feasibility.estimate import HandCalculation
+    from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
 
@@ -217,10 +220,19 @@ def _warm_up(model: Model, found: HandCalculation) -> Iterator[Finding]:
 
 
 def _battery(model: Model, found: HandCalculation) -> Iterator[Finding]:
-    """Rates that do not fit the capacity, and robots that start nearly flat."""
-    battery, power = model.battery, found.power
-    if battery is None or power is None:
+    """Rates that do not fit the capacity, and robots that start nearly flat, by kind where kinds differ."""
+    if found.power is None:
         return
+    for kind, alone in by_kind(model).items():
+        for one in _of_battery(alone, found.power.kinds.get(kind, found.power)):
+            yield replace(one, text=f"{said(kind)}: {one.text}") if found.power.kinds else one
+        if not found.power.kinds:
+            return
+
+
+def _of_battery(model: Model, power: Power) -> Iterator[Finding]:
+    battery = model.battery
+    assert battery is not None
     seconds = model.units.seconds
     lasts, fills = power.lasts * seconds, battery.capacity / battery.charge_rate * seconds
     unit = f"capacity, consumption and charge_rate are in one unit of energy, the latter two per {model.units.time}"

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts import kinds
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.feasibility.cycle import Cycle
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+
+_STEPS = 1 << 20
+"""Parts of a charger to which what a kind needs is known."""
+_EPS = 1e-5
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,9 @@ class Power:
             work comes to an end.
         most: what it would draw with all robots in the state that draws most.
         needed: chargers with which the long run is in balance; None where the work ends.
+        kinds: the same for each kind ("": ordinary robots), its robots, and the chargers that they can stand at, where
+            kinds differ in battery, charging or chargers. They share all work evenly. Above then stand: of the mean
+            task what it draws, the battery that is empty first, and all else for the fleet.
     """
 
     task: float
@@ -42,6 +52,7 @@ class Power:
     draws: float | None
     most: float
     needed: int | None
+    kinds: Mapping[str, Power] = field(default_factory=dict)
 
     @property
     def short(self) -> bool:
@@ -49,7 +60,12 @@ class Power:
         return self.needed is not None and self.needed > self.chargers
 
     def lines(self, time: str) -> list[str]:
-        """The energy balance in words."""
+        """The energy balance in words, by kind where kinds differ."""
+        if self.kinds:
+            lines = [f"{kinds.said(kind)}: {line}" for kind, one in self.kinds.items() for line in one.lines(time)]
+            if self.needed is not None:
+                lines.append(f"chargers: {self.chargers} in all; need at least {self.needed}")
+            return lines
         lasts = "never runs out" if math.isinf(self.lasts) else f"lasts {amount(self.lasts)} {time} of work"
         lines = [
             f"energy: a task draws {amount(self.task)}, {amount(100 * self.share)} % of a battery; a full one {lasts}"
@@ -62,11 +78,42 @@ class Power:
         return [*lines, balance]
 
 
-def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_work: int) -> Power | None:
-    """The energy balance; None without battery."""
-    battery = model.battery
-    if battery is None:
+def power(
+    model: Model, layout: Layout, cycle: Cycle, cycles: Mapping[str, Cycle], rate: float | None, at_work: int
+) -> Power | None:
+    """The energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
+    if model.battery is None:
         return None
+    if kinds.charge_alike(model):
+        return _alike(model, layout, cycle, rate, at_work)[0]
+    part = kinds.shares(model)
+    of_kinds = kinds.by_kind(model).items()
+    both = {kind: _alike(one, one.floor, cycles[kind], rate, at_work, part[kind]) for kind, one in of_kinds}
+    found, needed = {kind: one for kind, (one, _) in both.items()}, math.fsum(used for _, used in both.values())
+    task = math.fsum(part[kind] * one.task for kind, one in found.items())
+    charging = math.fsum(part[kind] * one.task / one.charging_rate for kind, one in found.items() if one.charging_rate)
+    chargers = sum(chargers_at(model, layout).values())
+    each = task / charging if charging else None
+    return Power(
+        task=task,
+        share=math.fsum(part[kind] * one.share for kind, one in found.items()),
+        lasts=min(one.lasts for one in found.values()),
+        chargers=chargers,
+        charging_rate=each,
+        gives=chargers * (each or 0.0),
+        draws=math.fsum(one.draws or 0.0 for one in found.values()) if model.tasks.never_end else None,
+        most=math.fsum(one.most for one in found.values()),
+        needed=math.ceil(needed - _EPS) if model.tasks.never_end else None,
+        kinds=found,
+    )
+
+
+def _alike(
+    model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_work: int, part: float = 1.0
+) -> tuple[Power, float]:
+    """The balance of a `part` of a fleet whose robots charge alike; how many must charge at a time, in fractions."""
+    battery = model.battery
+    assert battery is not None
     draws, robots = battery.draws, model.fleet.size
     task = cycle.energy(draws)
     at_task = task / cycle.time if cycle.time else draws.standing
@@ -81,9 +128,14 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
         work = free if rate is None else min(rate * cycle.time, free)
         return work * at_task + max(robots - charging - work, 0.0) * away * draws.standing
 
-    needed = None
+    def suffices(charging: float) -> bool:
+        return (charging * each if charging else 0.0) >= drawn(charging)
+
+    needed, used = None, 0.0
     if model.tasks.never_end:
-        needed = bisect_left(range(robots), True, key=lambda k: (k * each if k else 0.0) >= drawn(k))
+        needed = bisect_left(range(robots), True, key=suffices)
+        below = needed - 1  # in the last charger, in parts of it
+        used = below + bisect_left(range(_STEPS), True, key=lambda k: suffices(below + k / _STEPS)) / _STEPS
     return Power(
         task=task,
         share=task / battery.capacity,
@@ -91,10 +143,10 @@ def power(model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_wor
         chargers=chargers,
         charging_rate=each if chargers else None,
         gives=chargers * each if chargers else 0.0,
-        draws=None if needed is None else drawn(min(chargers, needed)),
-        most=robots * busiest,
-        needed=needed,
-    )
+        draws=None if needed is None else part * drawn(min(chargers / part, needed)),
+        most=part * robots * busiest,
+        needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
+    ), part * max(used, 0.0)
 
 
 def idle_away(model: Model, layout: Layout) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility import batteries, clashes, crowds, hours, magnitudes, starts, unused
+from desim_warehouse.feasibility import clashes, crowds, hours, magnitudes, of_kinds, starts, unused
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding, amount
@@ -35,7 +35,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     yield from _width(model)
     yield from hours.errors(model, layout)
     if model.battery is not None:
-        yield from batteries.errors(model, layout)
+        yield from of_kinds.errors(model, layout)
 
 
 def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
@@ -48,7 +48,7 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
-        yield from batteries.warnings(model, layout, found.power)
+        yield from of_kinds.warnings(model, layout, found.power)
     yield from unused.warnings(model)
     yield from magnitudes.warnings(model, found)
     yield from clashes.warnings(model)

@@ -9,6 +9,7 @@ from desim_warehouse.layout.spec import BaySpec
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.keys import whole_annotation
+from desim_warehouse.model.facts.kinds import by_kind
 from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, SaturatedGoods
 from desim_warehouse.policies import catalogue
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.battery import BatterySpec
 
 
 def warnings(model: Model) -> Iterator[Finding]:
@@ -133,22 +135,36 @@ def has_due(model: Model) -> bool:
 def _of_batteries(model: Model) -> Iterator[tuple[str, str]]:
     charging, battery = model.policies.charging, model.battery
     if battery is not None:
-        if "threshold" in battery.model_fields_set and not catalogue.reads_threshold(charging.name, charging.params):
-            yield "battery.threshold", f"policies.charging: {charging.name} goes by its own levels"
+        yield from _thresholds(model, battery)
         return
     none = "there is no battery"
     for place, bay in parts_in(model.layout, (BaySpec,)):
         assert isinstance(bay, BaySpec)
-        if bay.chargers or bay.total_chargers:
-            yield f"layout.{place}.{'chargers' if bay.chargers else 'total_chargers'}", none
+        for key in ("chargers", "total_chargers", "kinds"):
+            if getattr(bay, key):
+                yield f"layout.{place}.{key}", none
         if bay.outages is not None:
             yield f"layout.{place}.outages", none
+    yield from ((f"fleet.kinds.{name}.charging", none) for name, kind in model.fleet.kinds.items() if kind.charging)
     if charging.content() != type(model.policies).model_fields["charging"].default.content():
         yield "policies.charging", none
     if model.fleet.start_energy != 1:
         yield "fleet.start_energy", none
     if model.prices is not None and model.prices.energy:
         yield "prices.energy", none
+
+
+def _thresholds(model: Model, battery: BatterySpec) -> Iterator[tuple[str, str]]:
+    """Thresholds that no charging policy reads: of the battery for all, and of those of kinds."""
+    of_kinds = by_kind(model).items()
+    named = [("battery", battery, [one.policies.charging for _, one in of_kinds if one.battery is battery])]
+    for kind, alone in of_kinds:
+        own = model.fleet.kinds[kind].battery if kind else None
+        named += [(f"fleet.kinds.{kind}.battery", own, [alone.policies.charging])] if own is not None else []
+    for place, spec, policies in named:
+        read = any(catalogue.reads_threshold(policy.name, policy.params) for policy in policies)
+        if "threshold" in spec.model_fields_set and policies and not read:
+            yield f"{place}.threshold", f"policies.charging: {policies[0].name} goes by its own levels"
 
 
 def _of_work(model: Model) -> Iterator[tuple[str, str]]:

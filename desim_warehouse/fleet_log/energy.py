@@ -10,6 +10,7 @@ import numpy as np
 from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, short, t_quantile, unknown
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK
+from desim_warehouse.model.facts.kinds import charge_alike
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +36,8 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
     keys = "battery.consumption", "battery.charge_rate", "battery.taper"
     if battery is None:
         return [unknown("battery", "the model has none")]
+    if not charge_alike(tracks.model):
+        return [unknown(key, "kinds of robots have batteries or chargers of their own") for key in keys]
     if not np.isfinite(tracks.charge).any() or np.nanmax(tracks.charge) == np.nanmin(tracks.charge):
         return [unknown(key, "the log has no levels of charge") for key in keys]
     found = _consumption(tracks, battery.capacity / 100)

@@ -64,10 +64,10 @@ def _loaded(names: list[str]) -> list[bool]:
 
 def _charge(run: Run, robot: int, times: Any) -> Any:
     """The battery's level in per cent, nan without batteries."""
-    battery = run.model.battery
-    if battery is None:
+    batteries = run.history.batteries
+    if not batteries:
         return np.full(len(times), _FULL)
-    return np.interp(times, *run.history.energy_curves[robot]) / battery.capacity * _FULL
+    return np.interp(times, *run.history.energy_curves[robot]) / batteries[robot].capacity * _FULL
 
 
 def from_run(run: Run, every: float = 1.0) -> FleetLog:

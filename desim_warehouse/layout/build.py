@@ -86,7 +86,7 @@ def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
     for rank, node in enumerate(nodes):
         chargers = bay.chargers if total is None else total // len(nodes) + (rank < total % len(nodes))
         places = 1 if bay.in_lane else bay.places
-        yield BayPlaces(name, node, places, chargers, bay.in_lane, bay.outages, total is not None, bay.grows)
+        yield BayPlaces(name, node, places, chargers, bay.in_lane, bay.outages, total is not None, bay.grows, bay.kinds)
 
 
 def places_of(graph: nx.DiGraph, places: PlacesSpec) -> list[str]:

@@ -32,11 +32,12 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What a model does with a layout: D, the number of robots, where they start and unload."""
+    """What a model does with a layout: D, the number of robots, where they may start and do, where they unload."""
 
     contact: float
     robots: int
     start: tuple[str, ...]
+    homes: tuple[str, ...]
     unload_at: tuple[str, ...]
     gridlock: str = "auto"
     zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
@@ -124,7 +125,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
     if not start:
         yield Finding("NO_BAYS", "layout.bays", "there are none", "robots start from bays and go home to them")
         return
-    homes = Counter(start[number % len(start)] for number in range(use.robots))
+    homes = Counter(use.homes)
     crowded: dict[str, list[str]] = {}
     for node in dict.fromkeys(start):
         bay = layout.bays.get(node)

@@ -38,7 +38,7 @@ class BayPlaces:
 
     `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
     its chargers are its share of a total. `grows`: it has a slot for each robot that starts there, at least, and one
-    more where it has no chargers.
+    more where it has no chargers. `kinds`: those whose robots use its chargers; none: all.
     """
 
     zone: str
@@ -49,6 +49,11 @@ class BayPlaces:
     outages: OutageSpec | None = None
     shared: bool = False
     grows: bool = False
+    kinds: tuple[str, ...] = ()
+
+    def charges(self, kind: str) -> bool:
+        """Whether it has chargers for robots of a kind ("": ordinary ones)."""
+        return self.chargers != 0 and (not self.kinds or kind in self.kinds)
 
     def slots(self, homes: int) -> int:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""

@@ -388,6 +388,11 @@ class BaySpec(PlacesSpec):
     )
 
     outages: OutageSpec | None = Field(None, description="of each of its chargers; none: they never fail")
+    kinds: tuple[Name, ...] = Field(
+        (),
+        title="whose chargers",
+        description="robots of these kinds alone use its chargers (fleet.kinds); default: all",
+    )
 
     @model_validator(mode="after")
     def _one_in_the_lane(self) -> BaySpec:

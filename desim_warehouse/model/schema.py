@@ -339,7 +339,7 @@ class Model(Part):
     layout: LayoutSpec
     fleet: Fleet
     tasks: Tasks
-    battery: BatterySpec | None = Field(None, description="none: robots never need charging")
+    battery: BatterySpec | None = Field(None, validate_default=True, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
     people: Named[PeopleSpec] = Field(FrozenMap(), description="people in the aisles, by name of where they come from")
     policies: Policies = Field(Policies(), validate_default=True)
@@ -379,15 +379,46 @@ class Model(Part):
                 raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
         return layout
 
+    @field_validator("fleet")
+    @classmethod
+    def _of_kinds(cls, fleet: Fleet, info: ValidationInfo) -> Fleet:
+        layout: LayoutSpec | None = info.data.get("layout")
+        for name, bay in () if layout is None else layout.bays.items():
+            for kind in bay.kinds:
+                if kind not in fleet.kinds:
+                    there = (
+                        f"one of {spoken(fleet.kinds, 'or')}" if fleet.kinds else "one of fleet.kinds, which has none"
+                    )
+                    text = f"no such kind of robot (got {got(kind)}), expected {there}"
+                    raise wrong(text, TOP, "layout", "bays", name, "kinds")
+        return fleet
+
+    @field_validator("battery")
+    @classmethod
+    def _for_all(cls, battery: BatterySpec | None, info: ValidationInfo) -> BatterySpec | None:
+        fleet: Fleet | None = info.data.get("fleet")
+        for name, kind in () if fleet is None or battery is not None else fleet.kinds.items():
+            if kind.battery is not None:
+                text = "a battery for these robots, and none for others, expected `battery` in the model, too"
+                raise wrong(text, TOP, "fleet", "kinds", name, "battery")
+        return battery
+
     @field_validator("policies")
     @classmethod
     def _threshold_is_given(cls, policies: Policies, info: ValidationInfo) -> Policies:
-        battery, charging = info.data.get("battery"), policies.charging
-        if battery is None or charging.own or "threshold" in battery.model_fields_set:
+        battery, fleet = info.data.get("battery"), info.data.get("fleet")
+        if battery is None or fleet is None:
             return policies
-        if catalogue.reads_threshold(charging.name, charging.params):
-            expected = f"the level of energy at which robots charge, by policies.charging: {charging.name}"
-            raise wrong(f"missing, expected {expected}", TOP, "battery", "threshold")
+        own = [(kind.battery, kind.charging, name) for name, kind in fleet.kinds.items()]
+        for given, charging, kind in [(battery, policies.charging, None), *own]:
+            spec, policy = given or battery, charging or policies.charging
+            if (given is None and charging is None) or policy.own or "threshold" in spec.model_fields_set:
+                continue
+            if catalogue.reads_threshold(policy.name, policy.params):
+                place = "policies.charging" if charging is None or kind is None else f"fleet.kinds.{kind}.charging"
+                expected = f"the level of energy at which robots charge, by {place}: {policy.name}"
+                key = ("battery",) if given is None or kind is None else ("fleet", "kinds", kind, "battery")
+                raise wrong(f"missing, expected {expected}", TOP, *key, "threshold")
         return policies
 
     @field_validator("run")

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.charging import chargers_at, start_levels
+from desim_warehouse.model.facts.kinds import by_kind
 from desim_warehouse.outcome.log import KINDS, NONE, PLACES, STATES, LogRow
 from desim_warehouse.outcome.records import (
     Assignment,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.battery import BatterySpec
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.outcome.records import Edge
 
@@ -352,6 +354,13 @@ class History:
         ]
 
     @cached_property
+    def batteries(self) -> list[BatterySpec]:
+        """The battery of each robot; empty without batteries."""
+        of_kinds = by_kind(self.model)
+        specs = (of_kinds[kind].battery for kind in self.model.fleet.kinds_of_robots())
+        return [spec for spec in specs if spec is not None]
+
+    @cached_property
     def charged(self) -> float:
         """The energy charged into all batteries together in the counted time."""
         return math.fsum(
@@ -360,23 +369,23 @@ class History:
 
     def _level_when_counting_begins(self, one: ChargeSpan) -> float:
         """A battery's level from which on its charging is counted."""
-        return one.before + self._charged(one.before, max(self.begin - one.start, 0.0))
+        return one.before + self._charged(one.robot, one.before, max(self.begin - one.start, 0.0))
 
     @cached_property
-    def lowest_energy(self) -> float:
-        """The lowest energy of any robot in the counted time, whatever the level of the log, nan without batteries.
+    def lowest_levels(self) -> list[float]:
+        """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
 
-        Levels only fall between charge cycles, so the lowest is at the beginning of a state, or at an end.
+        Whatever the level of the log. Levels only fall between charge cycles, so the lowest is at the beginning of a
+        state, or at an end.
         """
-        levels = list(self.energy_at_end)
-        levels += [self._level_when_counting_begins(one) for one in self.chargings if self.counts(one.end)]
-        levels += [
-            span.energy
-            for robot in self.changes
-            for span in robot
-            if span.energy is not None and self.counts(span.start)
-        ]
-        return min(levels, default=math.nan)
+        lowest = list(self.energy_at_end)
+        for one in self.chargings:
+            if self.counts(one.end):
+                lowest[one.robot] = min(lowest[one.robot], self._level_when_counting_begins(one))
+        for robot, spans in enumerate(self.changes):
+            counted = (span.energy for span in spans if span.energy is not None and self.counts(span.start))
+            lowest[robot : robot + 1] = [min((*counted, level)) for level in lowest[robot : robot + 1]]
+        return [level / battery.capacity for level, battery in zip(lowest, self.batteries, strict=True)]
 
     @cached_property
     def charger_wait(self) -> float:
@@ -395,7 +404,7 @@ class History:
         if self.model.battery is None:
             return []
         waits: dict[int, list[Wait]] = defaultdict(list)
-        if len(set(self._rates.values())) > 1:
+        if any(len(set(rates.values())) > 1 for rates in self._rates):
             for wait in self.waits:  # those of a robot one after the other
                 waits[wait.robot].append(wait)
         curves: list[Curve] = []
@@ -411,26 +420,37 @@ class History:
         return self.log.energy
 
     @cached_property
-    def _rates(self) -> dict[str, float]:
-        return energy.rates(self.model.battery)
+    def _rates(self) -> list[dict[str, float]]:
+        return [energy.rates(battery) for battery in self.batteries]
 
     def _rate(self, span: StateSpan) -> float:
         """What a robot draws in a state. Beside a charger it draws nothing while it rests or waits to be charged."""
-        state = span.seen
-        if state.is_parked and (state.phase is not Phase.REST or self.layout.bays[span.node].chargers != 0):
+        state, kind = span.seen, self._kinds[span.robot]
+        if state.is_parked and (state.phase is not Phase.REST or self.layout.bays[span.node].charges(kind)):
             return 0.0
-        return self._rates[span.state]
+        return self._rates[span.robot][span.state]
+
+    @cached_property
+    def _kinds(self) -> list[str]:
+        return self.model.fleet.kinds_of_robots()
+
+    @cached_property
+    def _swapped(self) -> set[str]:
+        """The kinds whose batteries are swapped."""
+        return {kind for kind, one in by_kind(self.model).items() if one.policies.charging.name == "swap"}
 
     def _corners(self, span: StateSpan, waits: list[Wait]) -> list[tuple[float, float]]:
         """Time and energy at the start of a state, and wherever the rate changes in it."""
-        level = span.energy or 0.0
+        level, robot = span.energy or 0.0, span.robot
         points = [(span.start, level)]
         if span.seen.phase is Phase.CHARGING:
-            if self.model.battery is not None and self.model.battery.taper is not None:
+            if self.batteries[robot].taper is not None:
                 step = (span.end - span.start) / _CURVE
-                points += [(span.start + n * step, level + self._charged(level, n * step)) for n in range(1, _CURVE)]
+                points += [
+                    (span.start + n * step, level + self._charged(robot, level, n * step)) for n in range(1, _CURVE)
+                ]
             return points
-        driving, standing = self._rate(span), self._rates[WAITING.name]
+        driving, standing = self._rate(span), self._rates[robot][WAITING.name]
         now = span.start
         for wait in islice(waits, bisect_right(waits, span.start, key=_end_of), None):
             if wait.start >= span.end:
@@ -442,12 +462,11 @@ class History:
                 points += [(start, at_start), (end, level)]
         return points
 
-    def _charged(self, level: float, time: float) -> float:
+    def _charged(self, robot: int, level: float, time: float) -> float:
         """Energy charged in a time at a charger. A swapped battery is full only at the end of it."""
-        battery = self.model.battery
-        if battery is None or self.model.policies.charging.name == "swap":
+        if self._kinds[robot] in self._swapped:
             return 0.0
-        return energy.charge_gain(battery, level, time)
+        return energy.charge_gain(self.batteries[robot], level, time)
 
 
 class FlowHistory:

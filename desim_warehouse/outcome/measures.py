@@ -152,18 +152,17 @@ def backlog_growth(history: History) -> float:
 
 
 def energy_lowest(history: History) -> float:
-    battery = history.model.battery
-    return math.nan if battery is None else history.lowest_energy / battery.capacity
+    return min(history.lowest_levels, default=math.nan)
 
 
 def energy_drift(history: History) -> float:
     """Energy charged minus energy drawn, 0 where the two differ by rounding alone."""
-    battery, hours = history.model.battery, history.counted / history.model.units.hour
-    if battery is None or not hours:
+    batteries, hours = history.batteries, history.counted / history.model.units.hour
+    if not batteries or not hours:
         return math.nan
     charged, drawn = history.charged, history.totals["energy"]
     gained = 0.0 if math.isclose(charged, drawn, rel_tol=ROUNDING) else charged - drawn
-    return gained / (battery.capacity * history.model.fleet.size) / hours
+    return gained / math.fsum(battery.capacity for battery in batteries) / hours
 
 
 def charger_utilisation(history: History) -> float:

@@ -29,11 +29,12 @@ def drifts_of_robots(history: History) -> list[float]:
     """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
     import numpy as np
 
-    battery, hours = history.model.battery, history.counted / history.model.units.hour
-    if battery is None or not hours:
+    hours = history.counted / history.model.units.hour
+    if not history.batteries or not hours:
         return []
     ends = [np.interp((history.begin, history.end), times, levels) for times, levels in history.energy_curves]
-    return [float(last - first) / battery.capacity / hours for first, last in ends]
+    pairs = zip(ends, history.batteries, strict=True)
+    return [float(last - first) / battery.capacity / hours for (first, last), battery in pairs]
 
 
 def fall(values: Sequence[float], model: Model) -> float | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import disturbances
+from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.report import html
 from desim_warehouse.report.text import numbers, words
@@ -39,7 +40,7 @@ def model_facts(model: Model) -> Html:
         ),
         ("Work", work(model)),
         ("Unloading", f"at {', '.join(destinations(model, floor))}"),
-        ("Battery", _battery(model)),
+        ("Battery", _batteries(model)),
         ("Policies", _policies(model)),
         *_hours(model),
         *[("What goes wrong", text) for text in disturbances(model, floor)],
@@ -105,6 +106,13 @@ def _floor(floor: Layout) -> str:
     two_way = len(floor.two_way)
     lanes = f"{len(floor.lanes) - two_way} one-way edges" + (f", {two_way} two-way lanes" if two_way else "")
     return f"{len(floor.graph)} nodes, {lanes}, {len(floor.storage)} storage places"
+
+
+def _batteries(model: Model) -> str:
+    """The battery of all robots, or that of each kind where they differ."""
+    if charge_alike(model):
+        return _battery(model)
+    return "; ".join(f"{said(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
 
 
 def _battery(model: Model) -> str:

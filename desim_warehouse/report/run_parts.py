@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.model.facts.kinds import said
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
@@ -60,7 +61,7 @@ def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
             "Where the time goes": [account(run), *flow_figures(run), *account_figures(run)],
             "Stations and chargers": [resources(run)],
             "What robots waited for": [lost_time(run)],
-            "Robots": robot_figures(run),
+            "Robots": [*robot_figures(run), kinds_of_robots(run)],
         },
         appendix={
             "Indicators": [indicators(run)],
@@ -154,6 +155,31 @@ def robot_figures(run: Run) -> list[Axes]:
     if run.model.battery is not None:
         figures.append(plot.battery(run))
     return figures
+
+
+def kinds_of_robots(run: Run) -> Html | None:
+    """What the robots of each kind did, and how low their batteries came, where there are kinds."""
+    history, counted = run.history, run.history.counted
+    kinds = run.model.fleet.kinds_of_robots()
+    if not run.model.fleet.kinds or not counted:
+        return None
+    rows = []
+    for kind in dict.fromkeys(kinds):
+        robots = [number for number, other in enumerate(kinds) if other == kind]
+        did = [run.record.robots[number] for number in robots]
+        charged = sum(history.within(one.start, one.end) for one in history.chargings if one.robot in robots)
+        lowest = min((history.lowest_levels[number] for number in robots if history.batteries), default=None)
+        rows.append(
+            [
+                said(kind),
+                numbers.number(len(robots)),
+                numbers.number(sum(one["delivered"] for one in did)),
+                numbers.PERCENT.value(charged / (counted * len(robots))),
+                "" if lowest is None else numbers.PERCENT.value(lowest),
+            ]
+        )
+    heads = ["robots", "number", "delivered", "of their time at chargers", "lowest battery"]
+    return html.table(heads, rows, name="kinds")
 
 
 def _accounted(run: Run) -> By | None:

@@ -9,6 +9,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
+from desim_warehouse.study.capped import KEY, caps, waits_much
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import mean_of, scaled
@@ -96,6 +97,7 @@ def _all(run: Run) -> list[Suspect]:
         *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
         *_hours(model, closed),
+        *_under_way(run),
         *_on_the_way(run),
         *_lanes(run),
         *_failures(run),
@@ -174,6 +176,13 @@ def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
     if more > (breaks.get(shifts[0], 0.0) if len(set(shifts)) == 1 else 0.0) + ROUNDING:
         always = {"fleet.hours": None, **dict.fromkeys(_of_kinds(model, "hours"))}
         yield Suspect("shifts of robots", "robots always at work", always, dose=more)
+
+
+def _under_way(run: Run) -> Iterator[Suspect]:
+    """Fewer robots under way, where they wait for each other for much of their time."""
+    if waits_much([run.kpis]):
+        for most in caps(run.model):
+            yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
 
 
 def _on_the_way(run: Run) -> Iterator[Suspect]:

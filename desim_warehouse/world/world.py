@@ -14,9 +14,9 @@ from desim_warehouse.errors import StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
-from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.states import OPENING, STATES, absent
@@ -35,6 +35,7 @@ from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.departures import Departures
 from desim_warehouse.world.robots.duty import duty_of
 from desim_warehouse.world.robots.levels import ChargingLevels
+from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.surroundings import Surroundings
@@ -133,25 +134,41 @@ class World:
         env, model, layout, streams = self.env, self.model, self.layout, self.streams
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
         self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
-        self.bays = _bays(env, layout, homes, streams, keep=self.traffic.rules.guard is not None)
+        keep = self.traffic.rules.guard is not None
+        self.bays = _bays(env, layout, homes, frozenset(model.fleet.kinds_of_robots()), streams, keep=keep)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
-        self.reach = Reach(
-            env,
-            model,
-            self.layout,
-            self.travel,
-            ChargingLevels(env, _policy("charging", policies.charging)),
-            consumption=energy.consumption(model.battery),
-            stations=self.stations,
-            bays=self.bays,
-            open_tasks=open_tasks.values(),
-            handling=handling_of(model, self.layout),
-            cut_off=CutOff(model, self.layout, self.travel.ways, goes_round=self.routes.goes_round),
-        )
-        self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reach)
+        handling = handling_of(model, self.layout)
+        round_it, blocked = self.routes.goes_round, self.routes.blocked
+        cut_off = CutOff(model, self.layout, self.travel.ways, goes_round=round_it, blocked=blocked)
+
+        def reach_of(kind: str, alone: Model) -> Reach:
+            return Reach(
+                env,
+                alone,
+                self.layout,
+                self.travel,
+                ChargingLevels(env, _policy("charging", alone.policies.charging)),
+                kind,
+                stations=self.stations,
+                bays=self.bays,
+                open_tasks=open_tasks.values(),
+                handling=handling,
+                cut_off=cut_off,
+            )
+
+        self.reaches: Mapping[str, Reach]
+        self.reach: Reach | MixedReach
+        if charge_alike(model):
+            kinds = model.fleet.kinds_of_robots()
+            self.reach = reach_of(kinds[0], model)
+            self.reaches = dict.fromkeys(kinds, self.reach)
+        else:
+            self.reaches = {kind: reach_of(kind, alone) for kind, alone in by_kind(model).items()}
+            self.reach = MixedReach(self.reaches)
+        self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reaches)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
     def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool) -> None:
@@ -204,7 +221,7 @@ class World:
             self.handling,
             self.bays,
             self.bay_choice,
-            self.reach,
+            self.reaches,
             self.departures,
             self.dispatcher,
         )
@@ -384,8 +401,11 @@ def _rule(model: Model, layout: Layout) -> Rule:
     return rule
 
 
-def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, keep: bool) -> Bays:
-    """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there."""
+def _bays(env: Clock, layout: Layout, homes: list[str], kinds: frozenset[str], streams: Streams, *, keep: bool) -> Bays:
+    """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there.
+
+    Chargers are for robots of all `kinds`, unless the bay names some.
+    """
     bays, at_home = [], Counter(homes)
     for node, item in layout.bays.items():
         places = item.slots(at_home[node])
@@ -395,5 +415,6 @@ def _bays(env: Clock, layout: Layout, homes: list[str], streams: Streams, *, kee
             chargers = FailingChargers(env, node, number, item.outages, streams)
         elif number:
             chargers = Chargers(env, number)
-        bays.append(Bay(node, places, chargers))
+        charges = frozenset(item.kinds) or kinds if number else frozenset[str]()
+        bays.append(Bay(node, places, chargers, charges))
     return Bays(env, bays, keep=keep)

@@ -410,6 +410,33 @@ def test_new_routes_go_round_a_broken_robot(repair, routing, round_it):
     assert audit(run) == differences(run) == []
 
 
+@pytest.mark.parametrize(
+    ("repair", "routing", "given"),
+    [
+        (90, "congestion-aware", {1: 128, 2: 41}),  # 45 are expected to be left, and D is 40 away
+        (70, "congestion-aware", {1: 40}),  # robot 0 does the other one
+        (90, "shortest", {1: 40}),
+    ],
+)
+def test_tasks_to_which_all_ways_lead_past_a_broken_robot_wait_for_its_repair(repair, routing, given):
+    """Robot 0 breaks down on C > D at 38, when it has loaded; good 1 lies behind it, good 2 on another way home."""
+    layout = {**FORK, "edges": [*FORK["edges"], ["u", "A"]]}
+    layout["storage"] = [*FORK["storage"], {"edge": ["D", "E"], "offset": 5.0}, {"edge": ["B", "u"], "offset": 5.0}]
+    over = {
+        "layout": layout,
+        "fleet.size": 2,
+        "fleet.kinds": {"old": {"count": 1, "breakdowns": {"every": 36, "repair": repair}}},
+        "tasks.unload_at": ["A"],
+        "policies.routing": routing,
+    }
+    goods = [0, {"good": 1, "release": 40}, {"good": 2, "release": 41}]
+    run = dw.simulate(ring(goods=goods, **over))
+    assert (38, "broken") in states(run)
+    assigned = {row[3]: row[0] for row in run.record.rows if row[1] == "assigned" and row[2] == 1}
+    assert assigned == given
+    assert audit(run) == differences(run) == []
+
+
 def test_check_warns_of_lanes_that_are_blocked_for_long():
     def said(**breakdowns):
         found = check(ring({"every": 1e5, **breakdowns})).findings

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts import energy
+from desim_warehouse.model.facts.kinds import by_kind, charge_alike, shares
 from desim_warehouse.model.sections.fleet import SpreadEnergy
 from desim_warehouse.policies import RobotView, create
 
@@ -43,7 +44,10 @@ def levels(model: Model) -> Levels | None:
 
 
 def charging_rate(model: Model) -> float:
-    """Energy per time unit that a charger gives while a robot is at it."""
+    """Energy per time unit that a charger gives while a robot is at it; the mean over the fleet where kinds differ."""
+    if not charge_alike(model):
+        part = shares(model)
+        return math.fsum(part[kind] * charging_rate(alone) for kind, alone in by_kind(model).items())
     battery, known = model.battery, levels(model)
     assert battery is not None
     low, high = (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
@@ -72,11 +76,13 @@ def start_levels(model: Model, streams: Streams) -> list[float]:
     """
     if model.battery is None:
         return [math.inf] * model.fleet.size
-    capacity, (low, high) = model.battery.capacity, start_energy(model)
-    if low == high:
-        return [capacity * low] * model.fleet.size
+    ranges = {}
+    for kind, alone in by_kind(model).items():
+        assert alone.battery is not None
+        ranges[kind] = alone.battery.capacity, *start_energy(alone)
     return [
-        capacity * float(streams.stream("start-energy", robot).uniform(low, high)) for robot in range(model.fleet.size)
+        capacity * (low if low == high else float(streams.stream("start-energy", robot).uniform(low, high)))
+        for robot, (capacity, low, high) in enumerate(ranges[kind] for kind in model.fleet.kinds_of_robots())
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -15,6 +16,9 @@ from desim_warehouse.layout.spec import (
     Offset,
     edge_or_node,
 )
+from desim_warehouse.model.sections.battery import BatterySpec
+from desim_warehouse.model.sections.policy import Policy, PolicySpec, in_model_units
+from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec
 from desim_warehouse.values.fields import (
@@ -40,7 +44,9 @@ from desim_warehouse.values.fields import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
+
+    from desim_warehouse.layout.layout import BayPlaces
 
 
 LoadTypes = tuple[Name, ...]
@@ -108,6 +114,25 @@ class Kind(Part):
     breakdowns: BreakdownSpec | None = Field(None, description="default: fleet.robot.breakdowns")
     delays: DelaySpec | None = Field(None, description="default: fleet.robot.delays")
     hours: CalendarName | None = Field(None, description="default: fleet.hours")
+    battery: BatterySpec | None = Field(
+        None, description="beside the battery of the model, which all others have; default: that one"
+    )
+    charging: Policy | None = Field(
+        None, description="when its robots charge, by a policy of ours; default: policies.charging"
+    )
+
+    @field_validator("charging")
+    @classmethod
+    def _of_ours(cls, given: PolicySpec | None, info: ValidationInfo) -> PolicySpec | None:
+        if given is None:
+            return None
+        if given.own:
+            cure = "a policy of ours here; your own, as policies.charging, sees the kind of each robot (robot.kind)"
+            raise wrong(f"a policy of your own (got {got(given.name)}), expected {cure}")
+        spec = in_model_units(given, "charging", info)
+        for parameter, text in catalogue.problems("charging", spec.name, spec.params):
+            raise wrong(text, *([parameter] if parameter else ()))
+        return spec
 
 
 class SpreadEnergy(Part):
@@ -269,13 +294,29 @@ class Fleet(Part):
         """Whether a part of it is, or batteries start at levels that are drawn."""
         return (model.battery is not None and self.start_energy == "settled") or super().is_random(model)
 
-    def homes(self, bays: Iterable[str]) -> list[str]:
-        """The node beside which every robot starts, by number, given the nodes with bays."""
-        start = self.start or tuple(bays)
-        return [start[number % len(start)] for number in range(self.size)]
+    def homes(self, bays: Mapping[str, BayPlaces]) -> list[str]:
+        """The node beside which every robot starts, by number, given the bays by their nodes.
 
-    def starts(self, bays: Iterable[str]) -> list[Start]:
-        """Where every robot is at the start, by number, given the nodes with bays."""
+        Kinds with chargers for some kinds alone start there; others only if no bay is left to them.
+        """
+        start, kinds = self.start or tuple(bays), self.kinds_of_robots()
+        reserved = [node for node in start if node in bays and bays[node].kinds]
+        if not reserved:
+            return [start[number % len(start)] for number in range(self.size)]
+        for_all = tuple(node for node in start if node not in reserved) or start
+        own = {
+            kind: tuple(node for node in reserved if bays[node].charges(kind)) or for_all
+            for kind in dict.fromkeys(kinds)
+        }
+        rank: Counter[str] = Counter()
+        found = []
+        for kind in kinds:
+            found.append(own[kind][rank[kind] % len(own[kind])])
+            rank[kind] += 1
+        return found
+
+    def starts(self, bays: Mapping[str, BayPlaces]) -> list[Start]:
+        """Where every robot is at the start, by number, given the bays by their nodes."""
         found = [Start(home) for home in self.homes(bays)]
         for number, place in enumerate(self.start_on_lanes):
             found[number] = (

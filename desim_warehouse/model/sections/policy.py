@@ -92,6 +92,19 @@ def _named_policy(value: Any) -> Any:
 Policy = Annotated[PolicySpec, BeforeValidator(_named_policy), Forms(_POLICY, {"type": "string", "minLength": 1})]
 
 
+def in_model_units(spec: PolicySpec, kind: str, info: ValidationInfo) -> PolicySpec:
+    """A policy for a kind of decision whose quantities are numbers in the model's units."""
+    kinds = catalogue.quantities_of(kind, spec.name)
+    found = {}
+    for key, value in spec.params.items():
+        try:
+            if isinstance(value, str) and key in kinds:
+                found[key] = quantity(value, kinds[key], known(info).units)
+        except ValueError as error:
+            raise wrong(str(error), key) from None
+    return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
+
+
 KINDS = ("allocation", "routing", "charging", "parking", "batching")
 
 
@@ -113,15 +126,7 @@ class Policies(Part):
     @field_validator(*KINDS)
     @classmethod
     def _in_the_models_units(cls, spec: PolicySpec, info: ValidationInfo) -> PolicySpec:
-        kinds = catalogue.quantities_of(str(info.field_name), spec.name)
-        found = {}
-        for key, value in spec.params.items():
-            try:
-                if isinstance(value, str) and key in kinds:
-                    found[key] = quantity(value, kinds[key], known(info).units)
-            except ValueError as error:
-                raise wrong(str(error), key) from None
-        return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
+        return in_model_units(spec, str(info.field_name), info)
 
     def specs(self) -> dict[str, PolicySpec]:
         """The policies by kind."""

@@ -41,11 +41,11 @@ def battery(
     Raises:
         ReportError: a model without batteries, an empty window, or a robot that is not there.
     """
-    spec = run.model.battery
-    if spec is None:
+    if run.model.battery is None:
         raise ReportError("battery: the robots of this model have none")
     begin, until, shown = part_shown(run, start, end, robots)
     curves = run.history.energy_curves
+    specs = [run.history.batteries[number] for number in shown] or run.history.batteries
     few = len(shown) <= _NAMED
     with look.drawing(ax, style, title, (6.4, 3.6), "Energy of the robots over time") as axes:
         for index, number in enumerate(shown):
@@ -55,9 +55,11 @@ def battery(
                 axes.plot(times, levels, label=f"robot {number}", linewidth=1.4, **shape)
             else:
                 axes.plot(times, levels, color=palette.COLOURS[0], alpha=0.25, linewidth=0.8)
-        axes.axhline(spec.threshold, color=palette.INK, linestyle="--", linewidth=1, label="threshold")
+        for number, threshold in enumerate(dict.fromkeys(spec.threshold for spec in specs)):
+            label = "" if number else "threshold"
+            axes.axhline(threshold, color=palette.INK, linestyle="--", linewidth=1, label=label)
         lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
-        axes.set_ylim(min(0.0, lowest) * 1.05, spec.capacity * 1.03)
+        axes.set_ylim(min(0.0, lowest) * 1.05, max(spec.capacity for spec in specs) * 1.03)
         axes.set_xlim(begin, until)
         axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
         axes.set_ylabel("Energy")

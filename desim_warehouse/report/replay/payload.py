@@ -194,15 +194,19 @@ def _state_columns(history: History, scale: MapScale) -> Columns:
 
 def _energy_columns(history: History, scale: MapScale) -> Columns:
     """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
-    battery, curves = history.model.battery, history.energy_curves
-    if battery is None:
+    batteries, curves = history.batteries, history.energy_curves
+    if not batteries:
         return {}
-    rows = [corner for curve in curves for corner in zip(*curve, strict=True)]
+    rows = [
+        (time, level / battery.capacity)
+        for battery, curve in zip(batteries, curves, strict=True)
+        for time, level in zip(*curve, strict=True)
+    ]
     counts, (time, level) = _in_window(rows, [len(times) for times, _ in curves], scale)
     return {
         "energy_count": counts,
         "energy_time": _steps(scale.times(time)),
-        "energy": _steps(np.rint(level / battery.capacity * ENERGY).astype(np.int64)),
+        "energy": _steps(np.rint(level * ENERGY).astype(np.int64)),
     }
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import options_of
-from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text import cap_words, numbers, words
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
@@ -120,6 +120,13 @@ def evidence(plan: FleetPlan, loaded: Model, model: str, assignments: tuple[str,
     for sized in _demands(plan):
         name = "today" if sized is plan.today else more_orders(sized.growth)
         shown = ([sized.best] if sized.best else []) + list(sized.below)
+        if sized.capped is not None:
+            overrides, n = {**sized.overrides, **shown[-1].overrides, **sized.capped.overrides}, sized.capped.gain.n
+            command = command_line(model, assignments, overrides, n, (plan.target.indicator,), seed)
+            said = words.scale(plan.target.indicator, loaded, (sized.capped.mean,)).value(sized.capped.mean)
+            found.append(
+                Evidence(f"{name}: {_fleet(shown[-1])}, at most {sized.capped.cap} under way", said, n, command)
+            )
         for one in shown:
             verdict = "enough" if one is sized.best else _close(plan, one) if _is_close(one) else "too few"
             overrides = {**sized.overrides, **one.overrides}
@@ -219,7 +226,8 @@ def _sized(plan: FleetPlan, sized: Sized, when: str, model: Model) -> str:
         return _ended(plan, sized, when)
     if sized.best is None:
         largest = sized.below[-1]
-        return f"{when} not even {_fleet(largest)} were shown to be enough: {_reached(plan, largest, model)}."
+        line = f"{when} not even {_fleet(largest)} were shown to be enough: {_reached(plan, largest, model)}."
+        return line if sized.capped is None else f"{line} {cap_words.capped(sized.capped, model)}."
     line = f"{when} {_fleet(sized.best)}: {_reached(plan, sized.best, model)}"
     close = [one for one in sized.below if _is_close(one)]
     if close:
@@ -345,6 +353,7 @@ def _demand_content(sized: Sized) -> dict[str, Any]:
         "orders_per_hour": sized.rate,
         "best": None if sized.best is None else _design_content(sized.best),
         "too_small": [_design_content(one) for one in sized.below],
+        "capped": None if sized.capped is None else asdict(sized.capped),
         "open": [{"robots": robots, "chargers": chargers} for robots, chargers in sized.open],
         "utilisation": {
             part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()

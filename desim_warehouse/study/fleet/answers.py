@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from desim_warehouse.study.capped import Capped
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 
 
@@ -39,6 +40,7 @@ class Sized:
     the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
+    `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Sized:
     overrides: Mapping[str, Any]
     open: tuple[tuple[int, int], ...] = ()
     worse: tuple[tuple[int, int, Estimate], ...] = ()
+    capped: Capped | None = None
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,19 @@ ROOM = 2.5
 
 
 class Designs:
-    """The designs that could be built of a model: robots, and chargers in the bays that have most of them."""
+    """The designs that could be built of a model: robots, and chargers in the bays that have most of them.
+
+    Robots that are bought are of no kind, so chargers are too, where some are for kinds alone.
+    """
 
     def __init__(
         self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
     ) -> None:
         self.model = model
         self._now = _chargers(model)
-        self.zone = max(self._now, key=self._now.__getitem__) if model.battery is not None and self._now else None
+        for_all = [zone for zone in self._now if not model.layout.bays[zone].kinds]
+        zones = (for_all or list(self._now)) if model.battery is not None else []
+        self.zone = max(zones, key=self._now.__getitem__, default=None)
         if chargers is not None and self.zone is None:
             raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
         self._robots, self._chargers = robots, chargers

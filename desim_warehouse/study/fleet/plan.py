@@ -17,6 +17,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
+from desim_warehouse.study.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
+CAPPED = 20
+"""Most replications of each cap on the robots under way."""
 
 
 @dataclass
@@ -129,7 +132,27 @@ class _Planner:
         shown_by = tuple(indicator for part in used for indicator in indicators_of(base)[part])
         left = tuple(counts[number] for number in found.open)
         worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
-        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse)
+        capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
+        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse, capped)
+
+    def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
+        """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
+        rows = study.results.by_point[largest.verdict.value]
+        if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
+            return None
+        out = self.where.get("out")
+        found, runs = tried_cap(
+            self.model.replace({**changes, **largest.overrides}),
+            self.target.indicator,
+            confidence=self.confidence,
+            seed=self.seed,
+            first=min(self.first, CAPPED),
+            cap=CAPPED,
+            timeout=self.timeout,
+            **{**self.where, "out": None if out is None else Path(out) / f"cap-{name}".replace(" ", "-")},
+        )
+        self.budget.take(runs)
+        return found
 
     def _cheapest(self, study: Study, scout: Study, counts: list[Counts]) -> Cheapest:
         """The cheapest of the designs of a study, which a scout with other runs looks for first."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.departures import Departures
+    from desim_warehouse.world.robots.mixed_reach import MixedReach
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 
@@ -61,7 +62,7 @@ class Dispatcher:
         stations: Stations,
         bays: Bays,
         departures: Departures,
-        reach: Reach,
+        reach: Reach | MixedReach,
         situations: Situations,
         demand: Demand | Flows,
         finished: Event,
@@ -286,7 +287,7 @@ class Dispatcher:
         """All robots that may be given work, by number. Those at work are shown where and when they will be free."""
         now, free, may_work, duty = self.env.now, self.free, self.departures.may_work, self.departures.duty
         return [
-            self._view(robot.number) if robot.number in free else busy_view(robot, self.reach, now)
+            self._view(robot.number) if robot.number in free else busy_view(robot, robot.reach, now)
             for robot in self.robots
             if (robot.number not in free or may_work(robot.number)) and duty.has(robot.number)
         ]

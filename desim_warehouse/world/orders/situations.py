@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.policies import RobotView, Task
     from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.robots.mixed_reach import MixedReach
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.traffic.routes import Routes
 
@@ -30,7 +31,7 @@ class Situations:
         travel: FreeTravel,
         *,
         routes: Routes,
-        reach: Reach,
+        reach: Reach | MixedReach,
         open_tasks: Mapping[int, Task],
         streams: Streams,
     ) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from simpy import Event
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from simpy import Environment
 
@@ -19,13 +19,23 @@ if TYPE_CHECKING:
 
 
 class Bay:
-    """Slots for robots beside a node, of which `taken` are occupied or reserved."""
+    """Slots for robots beside a node, of which `taken` are occupied or reserved.
 
-    def __init__(self, node: str, places: int, chargers: Chargers | FailingChargers | None) -> None:
+    `charges`: the kinds whose robots use its chargers; empty without chargers.
+    """
+
+    def __init__(
+        self,
+        node: str,
+        places: int,
+        chargers: Chargers | FailingChargers | None,
+        charges: frozenset[str] = frozenset(),
+    ) -> None:
         self.node = node
         self.places = places
         self.taken = 0
         self.chargers = chargers
+        self.charges = charges
 
     @property
     def free(self) -> int:
@@ -37,6 +47,7 @@ class Guest(Protocol):
     """A robot as its bays know it: the slot it has (in `bay`, or on the way there) and the one it is `leaving`."""
 
     number: int
+    kind: str
     bay: Bay | None
     leaving: Bay | None
 
@@ -48,9 +59,9 @@ class Guest(Protocol):
 class Bays:
     """All bays, and who has which slot.
 
-    `slotless` robots are out without a slot reserved. `seekers` rest where there is no charger and must charge. Those
-    in `making_room` leave their slot at a charger to one of them. `keep`: robots that are out keep a slot, as the route
-    that they have declared ends there (see `avoidance`).
+    `slotless` robots are out without a slot reserved. `seekers` are the kinds of those that rest where there is no
+    charger for them and must charge. Those in `making_room` leave a slot of the bay that stands there to one of them.
+    `keep`: robots that are out keep a slot, as the route that they have declared ends there (see `avoidance`).
     """
 
     def __init__(self, env: Environment, bays: Iterable[Bay], *, keep: bool = False) -> None:
@@ -61,8 +72,8 @@ class Bays:
         self.slotless = 0
         self._sought: Event | None = None
         self._left: Event | None = None
-        self.seekers = 0
-        self.making_room: set[int] = set()
+        self.seekers: list[str] = []
+        self.making_room: dict[int, Bay] = {}
 
     def settle(self, robot: Guest, bay: Bay) -> None:
         """A robot starts in a bay."""
@@ -97,7 +108,7 @@ class Bays:
 
     def leave(self, robot: Guest) -> None:
         """A robot is out of the bay it stood in. With no slot reserved elsewhere it has none now, or keeps this one."""
-        self.making_room.discard(robot.number)
+        self.making_room.pop(robot.number, None)
         bay = robot.leaving or robot.bay
         assert bay is not None
         if robot.leaving is None:
@@ -117,19 +128,32 @@ class Bays:
 
     # Where there are fewer slots at chargers than robots
 
-    def chargers_are_scarce(self, robots: int) -> bool:
-        """Whether there are fewer slots at chargers than robots, so that they must make room for each other."""
-        return sum(bay.places for bay in self.by_node.values() if bay.chargers is not None) < robots
+    def chargers_are_scarce(self, kind: str, robots: Mapping[str, int]) -> bool:
+        """Whether a kind has fewer slots at its chargers than there are robots that use them, its own included.
+
+        `robots`: how many there are of each kind. Where chargers are scarce robots must make room for each other.
+        """
+        bays = [bay for bay in self.by_node.values() if kind in bay.charges]
+        users = frozenset({kind}).union(*(bay.charges for bay in bays))
+        return sum(bay.places for bay in bays) < sum(robots[user] for user in users)
 
     def charger_for(self, robot: Guest) -> bool:
         """Whether a robot may reserve a slot at a charger now."""
-        return any(bay.chargers is not None and self.may_take(robot, bay) for bay in self.by_node.values())
+        return any(robot.kind in bay.charges and self.may_take(robot, bay) for bay in self.by_node.values())
 
     def wants_room(self, robot: Guest) -> bool:
-        """Whether a robot that rests at a charger should leave it to one that seeks it, and can."""
-        return self.seekers > len(self.making_room) and any(
-            bay.chargers is None and self.may_take(robot, bay) for bay in self.by_node.values()
-        )
+        """Whether a robot that rests at chargers should leave its slot to one that seeks them, and can."""
+        assert robot.bay is not None
+        here = robot.bay.charges
+        sought = sum(kind in here for kind in self.seekers)
+        leaving = sum(not here.isdisjoint(bay.charges) for bay in self.making_room.values())
+        return sought > leaving and bool(self.away_from(robot))
+
+    def away_from(self, robot: Guest) -> list[Bay]:
+        """The bays to which a robot can go to make room: without chargers for those that seek the ones where it is."""
+        assert robot.bay is not None
+        sought = robot.bay.charges.intersection(self.seekers)
+        return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
 
     def seek_charger(self) -> Event:
         """A robot must charge and finds no slot: those at a charger are told, and the event is due when one leaves."""

@@ -3,6 +3,9 @@
 A robot that set out for such a place would stand before the closure and hold up others. So its task waits until there
 is a way, and a robot that is on its way to load turns off at the next node. One that carries a load goes on: the load
 has to wait somewhere. Where routes do not go round closed lanes, a place is behind one if the usual way is closed.
+
+Where routes go round lanes with a broken robot, tasks wait, too, if all ways to a place lead over such lanes, and these
+are expected to be blocked for longer than a robot takes to it.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.world.traffic.closures import ClosedHours
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.oracle import RouteOracle
@@ -32,14 +35,24 @@ class CutOff:
     """The closures of a model that hold tasks back.
 
     `ways` are the routes that robots take. `goes_round`: unless those are closed, in which case they take others.
+    `blocked` has lanes with a broken robot, and for how long they are expected to be blocked.
     `turned_back`: tasks on the way to which a robot has turned off. The next one goes on to the end, so that closures
     that come and go put no task off for ever.
     """
 
-    def __init__(self, model: Model, layout: Layout, ways: RouteOracle, *, goes_round: bool) -> None:
+    def __init__(
+        self,
+        model: Model,
+        layout: Layout,
+        ways: RouteOracle,
+        *,
+        goes_round: bool,
+        blocked: Collection[tuple[Collection[Edge], float]] = (),
+    ) -> None:
         self.layout = layout
         self.ways = ways
         self.goes_round = goes_round
+        self.blocked = blocked if goes_round else ()
         self.closures = [
             (frozenset(edges_of(layout, closure.members)), ClosedHours(model.hours(closure.hours)))
             for closure in model.traffic.closures.values()
@@ -52,8 +65,9 @@ class CutOff:
     def opens(self, node: str, stops: Sequence[Stop], now: float) -> float:
         """When a robot at `node` has a way to all of some stops: `now`, if it has one, or if it never will."""
         time = now
+        blocked = self._blocked(node, stops, now) if self.blocked else []
         for _ in range(TRIES):
-            shut, until = self._shut(time)
+            shut, until = self._shut(time, blocked)
             if not shut or not self._is_behind(node, stops, shut):
                 return time
             if math.isinf(until):
@@ -69,9 +83,26 @@ class CutOff:
         """When a closure begins or ends next, inf if none does."""
         return min((hours.hours.changes(now) for _, hours in self.closures), default=math.inf)
 
-    def _shut(self, time: float) -> tuple[frozenset[Edge], float]:
-        """The edges that are closed at a time, and when the first of them opens."""
+    @property
+    def holds(self) -> bool:
+        """Whether something may be behind a closure, or is behind a broken robot."""
+        return bool(self.closures or self.blocked)
+
+    def look_again(self) -> None:
+        """Lanes are blocked, or free again: what was found out about ways past them is not asked for again."""
+        self._reached.clear()
+
+    def _blocked(self, node: str, stops: Sequence[Stop], now: float) -> list[tuple[frozenset[Edge], float]]:
+        """The lanes that will probably still be blocked when a robot comes to the first stop, and until when."""
+        way = self.ways.time(node, stops[0].edge[0])
+        return [(frozenset(edges), now + left) for edges, left in self.blocked if left > way]
+
+    def _shut(
+        self, time: float, blocked: Iterable[tuple[frozenset[Edge], float]] = ()
+    ) -> tuple[frozenset[Edge], float]:
+        """The edges that are closed or `blocked` at a time, and when the first of them opens."""
         until = [(edges, hours.closed_until(time)) for edges, hours in self.closures]
+        until += blocked
         shut = [(edges, opens) for edges, opens in until if opens > time]
         found = frozenset().union(*(edges for edges, _ in shut))
         return found, min((opens for _, opens in shut), default=time)

@@ -49,7 +49,7 @@ class Openings:
         self.env = env
         self.stations = stations
         self.cut_off = cut_off
-        self.holds = stations.close or bool(cut_off.closures)
+        self.holds = stations.close or cut_off.holds
         self.handling = handling
         self.travel = travel
         self.loaded_speed = loaded_speed
@@ -59,6 +59,14 @@ class Openings:
         self._seen: tuple[frozenset[str], list[tuple[int, str, float]]] = frozenset(), []
         self._held: dict[int, float] = {}
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
+
+    def look_again(self) -> None:
+        """Lanes are blocked by a broken robot, or free again: who was held back, and who was not, is open again."""
+        self.cut_off.look_again()
+        self._known.clear()
+        self._held.clear()
+        self.due = math.inf
+        self.holds = self.stations.close or self.cut_off.holds
 
     def admit(self, robot: RobotView, task: Task, node: str) -> bool:
         """Let a robot set out for a task to `node` now, or hold the task back until it finds way and stations open.

@@ -10,7 +10,7 @@ from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from simpy import Environment
 
@@ -23,27 +23,30 @@ if TYPE_CHECKING:
 class BayChoice:
     """Where a robot goes that leaves its work: to a charger if its battery wants one, else by the parking policy."""
 
-    def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reach: Reach) -> None:
+    def __init__(self, env: Environment, policy: Any, travel: FreeTravel, reaches: Mapping[str, Reach]) -> None:
         self.env = env
         self.policy = policy
         self.travel = travel
-        self.reach = reach
+        self.reaches = reaches
+        self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:
         """One of the `bays` in which it may reserve a slot. With `must_charge` it charges at any level."""
-        if self.reach.batteries:
-            levels = self.reach.levels(robot)
-            if must_charge or robot.energy <= self.reach.retreats_at(robot, levels) + EPS * robot.capacity:
-                chargers = [bay for bay in bays if bay.chargers is not None]
+        reach = self.reaches[robot.kind]
+        if reach.batteries:
+            levels = reach.levels(robot)
+            if must_charge or robot.energy <= reach.retreats_at(robot, levels) + EPS * robot.capacity:
+                chargers = [bay for bay in bays if robot.kind in bay.charges]
                 if chargers:
-                    return self._charger(robot, levels.charger, chargers)
-                if self.reach.chargers:
+                    return self._charger(robot, levels.charger, self._theirs(robot, chargers))
+                if reach.chargers:
                     return self._near_chargers(robot, bays)
         return self.parking(robot, bays)
 
     def parking(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
         """One of `bays` by the parking policy."""
         policy, now = self.policy, self.env.now
+        bays = self._theirs(robot, bays)
         views = [_view(bay) for bay in bays]
         node = asked("parking", policy, now, lambda: policy.choose(robot, views, self.travel))
         for bay in bays:
@@ -54,10 +57,22 @@ class BayChoice:
             f"{shown(node)} is no bay with a free slot for robot {robot.number}"
         )
 
+    def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
+        """Those of some bays where a robot is in nobody's way: one with chargers for other kinds alone comes last.
+
+        Nor does it take chargers for all where there is a slot at chargers for its kind alone.
+        """
+        if not self._own_chargers:
+            return bays
+        theirs = [bay for bay in bays if not bay.charges or robot.kind in bay.charges]
+        if any(bay.charges and len(bay.charges) < len(self.reaches) for bay in theirs):
+            return [bay for bay in theirs if len(bay.charges) < len(self.reaches)]
+        return theirs or bays
+
     def _near_chargers(self, robot: RobotView, bays: Sequence[Bay]) -> Bay:
         """All chargers are taken: wait where they are near."""
-        ways = self.travel.ways
-        return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + self.reach.out_of(bay.node, robot))
+        ways, reach = self.travel.ways, self.reaches[robot.kind]
+        return min(bays, key=lambda bay: ways.time(robot.node, bay.node) + reach.out_of(bay.node, robot))
 
     def _charger(self, robot: RobotView, choice: str, bays: Sequence[Bay]) -> Bay:
         """The charger of its home, the nearest one, or that with the fewest robots for each of its chargers."""

@@ -56,7 +56,7 @@ class ChargingStop:
         robot = self.robot
         battery, bay = robot.battery, robot.bay
         assert bay is not None
-        if battery.spec is None or bay.chargers is None:
+        if battery.spec is None or bay.chargers is None or robot.kind not in bay.charges:
             return None
         robot.enter(robot.at_rest)
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)

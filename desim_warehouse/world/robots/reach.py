@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause, too_small
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.energy import consumption
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stops import driven, handled
 from desim_warehouse.world.traffic.rules import EPS
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import Consumption
     from desim_warehouse.policies import Handling, Levels, RobotView, Task
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.cut_off import CutOff
@@ -60,9 +60,10 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 
 
 class Reach:
-    """How much energy and time a robot's work will take, and what follows from it.
+    """How much energy and time the work of robots of a `kind` will take, and what follows from it.
 
-    `levels` asks the charging policy. `open_tasks` are those of the list, in its order.
+    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are those of
+    the list, in its order. Where robots charge alike one serves all kinds.
     """
 
     def __init__(
@@ -72,14 +73,15 @@ class Reach:
         layout: Layout,
         travel: FreeTravel,
         levels: ChargingLevels,
+        kind: str = "",
         *,
-        consumption: Consumption,
         stations: Stations,
         bays: Bays,
         open_tasks: Collection[Task],
         handling: Handling,
         cut_off: CutOff,
     ) -> None:
+        self.battery = model.battery
         self.batteries = model.battery is not None
         self._model, self._layout = model, layout
         self.tasks = model.tasks
@@ -92,12 +94,12 @@ class Reach:
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
-        self.consumption = consumption
+        self.consumption = consumption(model.battery)
         self.stations = stations
         self.open_tasks = open_tasks
-        self.chargers = [bay.node for bay in bays.by_node.values() if bay.chargers is not None]
-        self.parking = [bay.node for bay in bays.by_node.values() if bay.chargers is None]
-        self.scarce = bays.chargers_are_scarce(model.fleet.size)
+        self.chargers = [bay.node for bay in bays.by_node.values() if kind in bay.charges]
+        self.parking = [bay.node for bay in bays.by_node.values() if kind not in bay.charges]
+        self.scarce = bays.chargers_are_scarce(kind, Counter(model.fleet.kinds_of_robots()))
         self._loaded_speeds = [robot.loaded_speed for robot in model.fleet.robots()]
         self.openings = Openings(env, stations, cut_off, handling, self.travel, self.loaded_speed)
         self._known = travel
@@ -107,6 +109,10 @@ class Reach:
         self._out_of: dict[tuple[str, float], float] = {}
         self._onward: dict[int, dict[tuple[str, float, float, str, str], tuple[float, float]]] = {}
 
+    def share(self, other: Reach) -> None:
+        """Have in common with another kind's what was given back, and what waits for places to open."""
+        self._given_back, self.openings = other._given_back, other.openings
+
     def why_flat(self, started: float | None = None) -> str:
         """Why a battery ran flat in this model, and what helps (`started` as in `cause`)."""
         return cause(self._model, self._layout, started)
@@ -114,7 +120,7 @@ class Reach:
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
         """What robots have, and what they need for a task that none of their batteries lasts for; and what helps."""
         able = [robot for robot in robots if may_do(robot, task)]
-        best = min(able, key=lambda robot: self._enough_now(robot, task) - robot.energy)
+        best = min(able, key=lambda robot: self.missing(robot, task))
         levels = self.levels(best)
         kept = f", with {amount(levels.margin)} kept back" if levels.margin else ""
         has = f"robot {best.number} has {amount(best.energy)}, and needs {amount(self._enough_now(best, task))} for it"
@@ -126,6 +132,10 @@ class Reach:
             f"{has}{kept}; charging ends at {amount(levels.full)} (policies.charging); a larger battery, or levels and "
             "a margin that let it take the task"
         )
+
+    def missing(self, robot: RobotView, task: Task) -> float:
+        """The energy that a robot would have to have more for a task; below 0 what it has to spare."""
+        return self._enough_now(robot, task) - robot.energy
 
     def _enough_now(self, robot: RobotView, task: Task) -> float:
         return self.enough(robot, task, self.stations.choose(robot, task), self.levels(robot))

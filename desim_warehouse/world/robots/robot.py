@@ -78,7 +78,7 @@ class Robot:
         self.traffic = around.traffic
         self.bays = bays = around.bays
         self.bay_choice = around.bay_choice
-        self.reach = reach = around.reach
+        self.reach = reach = around.reaches[kind]
         self.departures = around.departures
         self.dispatcher = dispatcher = around.dispatcher
         self.number = number
@@ -96,7 +96,8 @@ class Robot:
             free=reach.travel(shape.speed).ways,
             guard=around.traffic.rules.guard,
         )
-        self.battery = Battery(around.model.battery, rates(around.model.battery))
+        battery = reach.battery
+        self.battery = Battery(battery, rates(battery))
         self.breakdowns: Breakdowns | None = None
         if shape.breakdowns is not None:
             self.breakdowns = Breakdowns(shape.breakdowns, number, around.streams)
@@ -199,10 +200,10 @@ class Robot:
         view = self.view()
         if self.is_out and self.battery.spec is not None and not charging.must_charge and self.reach.must_charge(view):
             charging.require()
-        bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
         if away:
-            bay = self.bay_choice.parking(view, [bay for bay in bays if bay.chargers is None])
+            bay = self.bay_choice.parking(view, self.bays.away_from(self))
         else:
+            bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
             bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
         elsewhere = self.bay is not None and bay is not self.bay
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
@@ -261,6 +262,8 @@ class Robot:
             return Rest.TASK
         if self.at_charger:
             return Rest.CHARGE_HERE if self.charging.must_charge else Rest.MAKE_ROOM
+        if self.number in self.bays.making_room:
+            return Rest.MAKE_ROOM
         return Rest.SEEK_CHARGER if self.bays.charger_for(self) else Rest.REST_ON
 
     def _rest_at_scarce_charger(self, offer: Event) -> Steps:
@@ -275,27 +278,39 @@ class Robot:
                 yield offer | bays.charger_sought()
 
     def _rest_without_charger(self, offer: Event) -> Steps:
-        """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free."""
+        """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free.
+
+        Where there are chargers for other kinds it makes room for robots that must charge.
+        """
         bays, charging = self.bays, self.charging
+        assert self.bay is not None
+        among_others = bool(self.bay.charges)
         while not offer.triggered:
+            if among_others and bays.wants_room(self):
+                self.make_room()
+                return
             view = self.view()
             level = self.reach.rests_until(view, self.reach.levels(view))
             low = self.battery.lasts_until(self.env.now, level)
             if low > self.env.now + EPS and not charging.must_charge:
-                yield offer | (Timeout(self.env, low - self.env.now) if low < FAR else Event(self.env))
+                due = offer | (Timeout(self.env, low - self.env.now) if low < FAR else Event(self.env))
+                yield due | bays.charger_sought() if among_others else due
             elif bays.charger_for(self):
                 charging.require()
                 self.dispatcher.withdraw(self)
                 return
             else:
-                bays.seekers += 1
-                yield offer | bays.seek_charger()
-                bays.seekers -= 1
+                bays.seekers.append(self.kind)
+                left = bays.seek_charger()
+                while not (offer.triggered or left.triggered or (among_others and bays.wants_room(self))):
+                    yield offer | left | bays.charger_sought() if among_others else offer | left
+                bays.seekers.remove(self.kind)
 
     def make_room(self) -> None:
-        """Leave the slot at a charger to a robot that seeks one."""
+        """Leave its slot to a robot that seeks the chargers there."""
         self.dispatcher.withdraw(self)
-        self.bays.making_room.add(self.number)
+        assert self.bay is not None
+        self.bays.making_room[self.number] = self.bay
 
     # Where it is and what it is doing
 
@@ -303,7 +318,7 @@ class Robot:
     def node(self) -> str:
         """The node it is at, or comes to next."""
         lane = self.body.lane
-        return self.parked_at if lane is None else str(lane.edge[1])
+        return self.parked_at if lane is None else lane.edge[1]
 
     @property
     def is_out(self) -> bool:
@@ -327,8 +342,8 @@ class Robot:
 
     @property
     def at_charger(self) -> bool:
-        """Whether it stands in a bay with chargers."""
-        return self.bay is not None and self.bay.chargers is not None and not self.is_out
+        """Whether it stands in a bay with chargers for its kind."""
+        return self.bay is not None and self.kind in self.bay.charges and not self.is_out
 
     @property
     def is_at_good_edge(self) -> bool:
@@ -499,6 +514,7 @@ class Robot:
             self.body.break_down()
             if self.body.is_on_lanes:
                 self.itinerary.routes.block(self.body, breakdowns.mean_left)
+                self._lanes_change()
             if clear < repair and self.body.is_on_lanes and drive.may_be_cleared:
                 yield Timeout(self.env, clear)
                 self._clear(drive)
@@ -506,6 +522,7 @@ class Robot:
             yield Timeout(self.env, repair)
             self.body.be_repaired()
             self.itinerary.routes.unblock(self.body)
+            self._lanes_change()
             self.enter(self.doing)
         self.body.break_down_at(self.env.now + breakdowns.least_until_due(self.operated()))
 
@@ -516,7 +533,14 @@ class Robot:
         self.traffic.clear(self.body, self.parked_at)
         self.itinerary.resume(() if self.body.is_turned_off else drive.rest)
         self.itinerary.routes.unblock(self.body)
+        self._lanes_change()
         self.record("cleared")
+
+    def _lanes_change(self) -> None:
+        """It blocks lanes, or no longer: tasks behind them are held back, or given out, where robots go round it."""
+        if self.itinerary.routes.goes_round:
+            self.reach.openings.look_again()
+            self.dispatcher.call()
 
     def operated(self) -> float:
         """Time for which it has been in operation: driving and handling, waits not counted."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from simpy.events import Event
 
@@ -64,7 +64,7 @@ class WorkGiver(Protocol):
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The same for all robots of a run; `states` are those that robots of this model can be in."""
+    """The same for all robots of a run; `states` are those that robots of this model can be in, `reaches` by kind."""
 
     env: Clock
     model: Model
@@ -77,6 +77,6 @@ class Surroundings:
     handling: HandlingTimes
     bays: Bays
     bay_choice: BayChoice
-    reach: Reach
+    reaches: Mapping[str, Reach]
     departures: Departures
     dispatcher: WorkGiver

@@ -86,6 +86,8 @@ class Routes:
             limit=self._limit if restrictions.slow else None,
         )
         self._broken: dict[Body, tuple[Collection[Edge], float]] = {}
+        self.blocked = self._broken.values()
+        """Lanes with a broken robot, and for how long they are expected to be blocked."""
         self._in_lane = layout.in_lane
         self._fixed = bool(getattr(policy, "fixed", False))
         self._known: dict[Edge, list[Lane]] = {}

@@ -1,0 +1,22 @@
+"""What a cap on the robots under way gives, in a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.report.text import words
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.capped import Capped
+
+
+def capped(found: Capped, model: Model | None) -> str:
+    """What a cap on the robots under way gives."""
+    scale_of = words.scale(found.indicator, model, (found.mean,))
+    gain, is_now = found.gain, f"{words.in_sentence(found.indicator)} is {scale_of.value(found.mean)}"
+    ends = "" if gain.low == gain.high else f" ({scale_of.bare(gain.low)} to {scale_of.bare(gain.high)})"
+    return (
+        f"With at most {found.cap} of {found.robots} robots under way (traffic.most_out: {found.cap}) "
+        f"{is_now}: better by {scale_of.value(gain.mean)}{ends}"
+    )

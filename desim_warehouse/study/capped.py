@@ -1,0 +1,107 @@
+"""What a cap on the robots under way (`traffic.most_out`) gives a fleet whose robots stand in each other's way.
+
+A floor lets less through beyond some number of robots (`outcome.past_knee` has the source). Where robots wait much, a
+few caps are held against no cap on the same days. The best cap of all is `desim size --key traffic.most_out`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.outcome.indicators import find
+from desim_warehouse.outcome.past_knee import LEAST_WAITING
+from desim_warehouse.study import statistics
+from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.study import Study
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.statistics import Gain, Gains
+
+KEY = "traffic.most_out"
+PARTS = (0.75, 0.5, 0.33)
+"""Caps that are tried, as parts of the fleet."""
+LEAST = 0.01
+"""Part of the indicator's mean that matters."""
+
+
+@dataclass(frozen=True)
+class Capped:
+    """With at most `cap` of `robots` under way the mean of an indicator is `mean`: better than without by `gain`."""
+
+    robots: int
+    cap: int
+    indicator: str
+    mean: float
+    gain: Gain
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """What caps the model."""
+        return {KEY: self.cap}
+
+
+def caps(model: Model) -> list[int]:
+    """The caps that are tried for a model: none where it has one."""
+    if model.traffic.most_out is not None:
+        return []
+    most = {math.ceil(part * model.fleet.size) for part in PARTS}
+    return sorted((cap for cap in most if cap < model.fleet.size), reverse=True)
+
+
+def waits_much(runs: Iterable[Mapping[str, float]]) -> bool:
+    """Whether robots wait in traffic for so long that fewer under way may do more."""
+    shares = [kpis.get("share_waiting", 0.0) for kpis in runs]
+    return bool(shares) and fmean(shares) >= LEAST_WAITING
+
+
+def tried_cap(
+    model: Model,
+    indicator: str,
+    *,
+    confidence: float = 0.95,
+    seed: int = 0,
+    first: int = 10,
+    cap: int = 20,
+    timeout: float | None = None,
+    **where: Any,
+) -> tuple[Capped | None, int]:
+    """The cap that gains most, if one is shown to gain, or None; and how many runs that took.
+
+    Args:
+        model: the fleet as it is, without a cap.
+        indicator: what is to be more, or less, as it is better.
+        confidence: that all intervals hold.
+        seed: of the runs.
+        first: replications of each cap, and of the fleet without.
+        cap: most replications.
+        timeout: seconds that a run may take.
+        where: workers, cluster, out, cache, progress, as of `Study.run`.
+    """
+    tried, better = caps(model), find(indicator).better
+    if not tried or better is None:
+        return None, 0
+    cases = {"no cap": {}, **{f"at most {most} under way": {KEY: most} for most in tried}}
+    study = Study(model, {"cap": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="cap")
+    study.plan = study.plan.unreplicated()
+
+    def steps(exact: bool) -> statistics.Procedure[Gains]:
+        base = yield from request([(0, 0)], failing=True)
+        least = LEAST * (abs(base[0]) if math.isfinite(base[0]) and base[0] else 1.0)
+        return (
+            yield from statistics.gains_steps(
+                [1.0] * len(tried), least, confidence, maximise=better == "more", n0=first, cap=cap, deterministic=exact
+            )
+        )
+
+    found = study.follow(steps, indicator, failed=math.nan, **where)
+    gain = next((one for one in found.gains if one.low > 0 and not one.failed), None)
+    if gain is None:
+        return None, found.runs
+    mean = found.base + (gain.mean if better == "more" else -gain.mean)
+    return Capped(model.fleet.size, tried[gain.change - 1], indicator, mean, gain), found.runs

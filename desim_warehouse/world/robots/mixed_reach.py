@@ -1,0 +1,72 @@
+"""What batteries let robots do where kinds differ in battery, charging or chargers: each asked of its own kind."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.world.robots.reach import may_do
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from desim_warehouse.policies import RobotView, Task
+    from desim_warehouse.world.robots.reach import Reach
+
+
+class MixedReach:
+    """The `reaches` of the kinds of a fleet, as one for those who ask about any of its robots."""
+
+    def __init__(self, reaches: Mapping[str, Reach]) -> None:
+        self.of = reaches
+        one = next(iter(reaches.values()))
+        self.batteries = one.batteries
+        self.stations, self.handling, self.tour_time = one.stations, one.handling, one.tour_time
+        self.openings = one.openings
+        for reach in reaches.values():  # what is held back, and was given back, is so for all
+            reach.share(one)
+
+    def feasible(self, robot: RobotView, task: Task) -> bool:
+        """As of the robot's kind."""
+        return self.of[robot.kind].feasible(robot, task)
+
+    def may(self, robot: RobotView, task: Task) -> bool:
+        """As of the robot's kind."""
+        return self.of[robot.kind].may(robot, task)
+
+    def may_take(self, robot: RobotView, task: Task, station: str) -> bool:
+        """As of the robot's kind."""
+        return self.of[robot.kind].may_take(robot, task, station)
+
+    def lasts(self, robot: RobotView, task: Task) -> bool:
+        """As of the robot's kind."""
+        return self.of[robot.kind].lasts(robot, task)
+
+    def must_charge(self, robot: RobotView) -> bool:
+        """As of the robot's kind."""
+        return self.of[robot.kind].must_charge(robot)
+
+    def allowed(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
+        """For all pairs, each row as of the robot's kind."""
+        import numpy as np
+
+        table = np.ones((len(robots), len(tasks)), dtype=bool)
+        for kind, reach in self.of.items():
+            rows = [row for row, robot in enumerate(robots) if robot.kind == kind]
+            if rows:
+                table[rows] = reach.allowed([robots[row] for row in rows], tasks)
+        return table
+
+    def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
+        """Of the kind of the robot that is closest to having enough."""
+        able = [robot for robot in robots if may_do(robot, task)]
+        kind = min(able, key=lambda robot: self.of[robot.kind].missing(robot, task)).kind
+        return self.of[kind].why_none_lasts([robot for robot in able if robot.kind == kind], task)
+
+    def give_back(self, task: Task) -> int:
+        """A robot gives a task back: how often that has happened now."""
+        return next(iter(self.of.values())).give_back(task)
+
+    def taken(self, task: Task) -> None:
+        """A task is no longer open."""
+        for reach in self.of.values():
+            reach.taken(task)

@@ -1,0 +1,220 @@
+"""Kinds of robots with batteries, charging policies and chargers of their own, on the ring of `test_charging`.
+
+A > B > C > D > A, 20 apart, speed 1. A task from A: out at 1, good at 31, loaded at 36, C at 46, free at 56, A at 96.
+"""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+from simpy import Environment
+
+import desim_warehouse as dw
+from desim_warehouse import CheckError, ModelError, load
+from desim_warehouse.feasibility import estimate, examine
+from desim_warehouse.study.fleet.designs import Designs
+from desim_warehouse.world import World
+from desim_warehouse.world.places.bays import Bay, Bays
+from tests.world.test_charging import NEED, RING, times
+
+LARGE = {"capacity": 400, "threshold": 20, "consumption": 2, "charge_rate": 20}
+TWO = {"fleet.size": 2, "fleet.kinds": {"large": {"count": 1, "battery": LARGE}}}
+
+
+def play(changes):
+    world = World(load(RING, {**TWO, **changes}), 0)
+    world.run()
+    return world
+
+
+def charging(world, robot):
+    rows = [row for row in world.log.rows if row[2] == robot]
+    return [(row[0], then[0]) for row, then in pairwise(rows) if row[1] == "charging"]
+
+
+def test_each_robot_draws_and_charges_as_its_battery_does():
+    world = play({"tasks.goods": [0, 0]})
+    large, small = world.robots
+    assert large.battery.drawn(96.0) == pytest.approx(2 * NEED)
+    assert charging(world, 0) == [(pytest.approx(96), pytest.approx(96 + 2 * NEED / 20))]
+    assert small.battery.drawn(world.env.now) == pytest.approx(world.env.now)  # its task ends where the run does
+    assert world.log.energy == pytest.approx([400, 200 - world.env.now])
+
+
+def test_indicators_are_shares_of_each_battery():
+    # The large one sinks to 400 - 192 = 208 of 400, the other stays at home, at a charger, with 200 of 200.
+    run = dw.simulate(load(RING, {**TWO, "battery.consumption": 1}), 0)
+    assert run.history.lowest_levels == [pytest.approx(208 / 400), 1]
+    assert run.kpis["energy_lowest"] == pytest.approx(208 / 400)
+    drift = -2 * NEED / (400 + 200) * 3600 / 96
+    assert run.kpis["energy_drift_per_hour"] == pytest.approx(drift)
+
+
+def test_a_kind_charges_by_a_policy_of_its_own():
+    # At home at 96 the large one has 400 - 192 = 208, below 60 %: its battery is swapped in 7.
+    swap = {"name": "swap", "time": 7, "level": 0.6}
+    world = play({"fleet.kinds.large.charging": swap, "tasks.goods": [0, {"good": 0, "release": 200}]})
+    assert charging(world, 0)[0] == (pytest.approx(96), pytest.approx(103))
+    assert [robot.reach.levels(robot.view()).swap_time for robot in world.robots] == [7, None]
+
+
+CHARGERS = {
+    "layout.bays": {
+        "home": {"at": ["A"], "places": 1, "chargers": 1},
+        "large": {"at": ["D"], "places": 1, "chargers": 1, "kinds": ["large"]},
+    },
+    "fleet.start": [],
+}
+
+
+def test_robots_start_and_charge_at_the_chargers_of_their_kind():
+    # From D the good is 20 + 20 + 10 away: 51, loaded 56, C at 66, free at 76, D at 96, with 400 - 2 * 96 left.
+    world = play({**CHARGERS, "fleet.start": ["D", "A"], "tasks.goods": [0, {"good": 0, "release": 300}]})
+    assert [robot.home for robot in world.robots] == ["D", "A"]
+    assert times(world, "loading")[0] == pytest.approx(51)
+    assert charging(world, 0) == [(pytest.approx(96), pytest.approx(96 + 2 * NEED / 20))]  # D to D takes as long
+
+
+def test_kinds_start_where_chargers_are_for_them_alone_and_others_elsewhere_if_there_is_a_bay():
+    model = load(RING, {**TWO, **CHARGERS, "fleet.size": 4, "fleet.kinds.large.count": 2})
+    assert model.fleet.homes(model.floor.bays) == ["D", "D", "A", "A"]
+    assert {one.code for one in examine(model, model.floor)[0]} >= {"BAY_CROWDED"}  # one place each
+    narrow = model.replace({"layout.bays.home.kinds": ["large"]})
+    assert narrow.fleet.homes(narrow.floor.bays) == ["A", "D", "A", "D"]
+
+
+def test_a_robot_leaves_chargers_for_all_to_others_while_those_for_its_kind_are_free():
+    # Each kind works for hours from its own bay: were the large one at A, the nearest, the other would stay at D, flat.
+    changes = {**CHARGERS, "tasks.goods": {"poisson": 30}, "run.length": 20000, "policies.parking": "nearest"}
+    changes["policies.charging"] = {"name": "reach-aware", "margin": 0.1}
+    run = dw.simulate(load(RING, {**TWO, **changes}), 0)
+    assert {(row.robot, row.node) for row in run.history.rows("parked")} == {(0, "D"), (1, "A")}
+
+
+def test_a_robot_at_the_chargers_of_others_makes_room_where_they_do_not_seek():
+    env = Environment()
+    large, both = Bay("A", 1, None, frozenset({"large"})), Bay("B", 1, None, frozenset({"", "large"}))
+    park = Bay("C", 1, None)
+    bays = Bays(env, [large, both, park])
+    guest = SimpleNamespace(number=1, kind="", bay=None, leaving=None, is_out=False)
+    bays.settle(guest, large)
+    assert not bays.wants_room(guest)  # nobody seeks
+    bays.seekers = [""]
+    assert not bays.wants_room(guest)  # not these chargers
+    bays.seekers = ["large", ""]
+    assert bays.wants_room(guest)
+    assert bays.away_from(guest) == [park]  # at B the large one may seek, too
+    bays.making_room[2] = both
+    assert not bays.wants_room(guest)  # one is enough for one
+    park.taken = 1
+    bays.making_room.clear()
+    assert not bays.wants_room(guest)  # and it has nowhere to go
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nobody_runs_flat_where_kinds_share_some_chargers(seed):
+    bays = {
+        "large": {"at": ["A"], "places": 2, "chargers": 1, "kinds": ["large"]},
+        "both": {"at": ["B"], "places": 1, "chargers": 1},
+        "rest": {"at": ["D"], "places": 3, "chargers": 0},
+    }
+    changes = {
+        "layout.bays": bays,
+        "fleet": {**RING["fleet"], "size": 4, "start": ["A", "D", "D", "D"]},
+        "fleet.kinds": {"large": {"count": 2, "battery": LARGE, "charging": {"name": "reach-aware", "margin": 0.2}}},
+        "policies": {"charging": {"name": "reach-aware", "margin": 0.2}, "parking": "nearest"},
+        "battery.capacity": 400,
+        "fleet.kinds.large.battery.capacity": 800,
+        "tasks.goods": {"poisson": 40},
+        "run.length": 20000,
+    }
+    run = dw.simulate(load(RING, changes), seed)
+    where = {(row.robot, row.node) for row in run.history.rows("parked")}
+    assert min(run.history.lowest_levels) > 0
+    assert (0, "A") in where
+    assert run.kpis["C"] > 20
+
+
+def test_chargers_are_scarce_for_those_who_share_them():
+    def scarce(**bays):
+        world = World(load(RING, {**TWO, **CHARGERS, **{f"layout.bays.{key}": value for key, value in bays.items()}}))
+        return {kind: reach.scarce for kind, reach in world.reaches.items()}
+
+    assert scarce() == {"large": False, "": True}  # two may use the one at A, both are enough for the large one
+    assert scarce(large={"at": ["D"], "places": 1, "chargers": 0}) == {"large": True, "": True}
+
+
+def test_errors_say_where_and_what_instead():
+    kind = {"count": 1, "battery": LARGE}
+    for changes, said in (
+        ({"battery": None, "fleet.kinds": {"large": kind}}, "kinds.large.battery: a battery for these robots"),
+        ({"layout.bays.home.kinds": ["tall"]}, r"bays.home.kinds: no such kind of robot \(got 'tall'\)"),
+        ({"fleet.kinds.large.charging": "mine.py:Mine"}, "a policy of ours here; your own, as policies.charging"),
+        ({"fleet.kinds.large.charging": {"name": "swap", "tim": 3}}, "charging.tim: unknown parameter of swap"),
+        (
+            {"fleet.kinds.large.battery": {key: value for key, value in LARGE.items() if key != "threshold"}},
+            "kinds.large.battery.threshold: missing, expected the level",
+        ),
+    ):
+        with pytest.raises(ModelError, match=said):
+            load(RING, {**TWO, **changes})
+
+
+def test_check_names_the_kind_whose_battery_is_too_small_and_refuses_where_no_kind_has_one():
+    weak = {**LARGE, "capacity": 150}
+    model = load(RING, {**TWO, "fleet.kinds.large.battery": weak})
+    found = {item.code: item for item in examine(model, model.floor)[0]}
+    assert found["BATTERY_OF_KIND"].place == "fleet.kinds.large.battery.capacity"
+    assert found["BATTERY_OF_KIND"].text.startswith(f"kind large: good 0 draws at least {2 * NEED}")
+    with pytest.raises(CheckError, match=r"kind large: .*\n.*other robots: "):
+        World(model.replace({"battery.capacity": 90}))
+
+
+def test_a_kind_without_chargers_is_refused_where_it_runs_flat():
+    bays = {"home": {"at": ["A"], "places": 2, "chargers": 2, "kinds": ["large"]}}
+    model = load(RING, {**TWO, "layout.bays": bays, "tasks.goods": {"random": 20}})
+    with pytest.raises(CheckError, match="other robots: no bay has a charger"):
+        World(model)
+
+
+def test_the_energy_balance_by_kind():
+    # A saturated robot drives 80 a task, loads 5, unloads 10: 95 (its charging aside). The large one draws 190 of its
+    # 400, and is charged at 20 from 20 to 400; the other 95 of its 200 at 10. A robot at work draws 2 or 1, so it must
+    # charge the part c of its time for which c * 20 = (1 - c) * 2, or c * 10 = (1 - c): 1/11 both, 2/11 chargers.
+    model = load(RING, {**TWO, "tasks.goods": {"saturated": 2}, "run.length": 36000})
+    found = estimate(model, model.floor)
+    power = found.power
+    cycle = found.cycle.time
+    assert power is not None
+    assert power.kinds["large"].task == pytest.approx(2 * cycle)
+    assert power.kinds[""].task == pytest.approx(cycle)
+    assert power.task == pytest.approx(1.5 * cycle)
+    assert found.charging == pytest.approx(cycle / 10)
+    assert (power.kinds["large"].needed, power.kinds[""].needed, power.needed) == (1, 1, 1)
+    many = model.replace({"fleet.size": 66, "fleet.kinds.large.count": 33, "layout.bays.home": {"at": ["A"]}})
+    power = estimate(many, many.floor).power
+    assert power is not None
+    assert (power.kinds["large"].needed, power.kinds[""].needed, power.needed) == (3, 3, 6)
+
+
+def test_the_report_has_a_row_for_each_kind():
+    from desim_warehouse.report.run_parts import kinds_of_robots
+
+    said = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
+    assert "kind large" in said
+    assert "other robots" in said
+    assert "52" in said  # 208 of 400
+
+
+def test_plan_adds_chargers_for_robots_of_no_kind():
+    model = load(RING, {**TWO, **CHARGERS, "layout.bays.large": {"at": ["D"], "total_chargers": 3, "kinds": ["large"]}})
+    assert Designs(model).zone == "home"
+    assert Designs(model.replace({"layout.bays.large.kinds": []})).zone == "large"  # which has most
+
+
+def test_the_replay_shows_shares_of_each_battery():
+    history = dw.simulate(load(RING, {**TWO, "log": "all"}), 0).history
+    levels = [level / 400 for level in history.energy_curves[0][1]]
+    assert (levels[0], levels[-1]) == (1, pytest.approx(208 / 400))
+    assert [battery.capacity for battery in history.batteries] == [400, 200]
+    assert dw.plot.battery(dw.simulate(load(RING, TWO), 0)).get_ylim()[1] == pytest.approx(400 * 1.03)
