@@ -13,7 +13,6 @@ import click
 
 from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_json
-from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -25,6 +24,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
+from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.study.limits import MOST_RUNS, SCOUTS
 
 if TYPE_CHECKING:
