@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.procedures import size
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
+    from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
 
 _HOME = {
@@ -76,6 +77,7 @@ _HOME = {
     "study.procedures": ("size",),
     "study.results": ("Results",),
     "study.study": ("Study",),
+    "study.tipping": ("tipping_points",),
     "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -117,6 +119,7 @@ __all__ = [
     "simulate",
     "size",
     "steps",
+    "tipping_points",
     "validate",
     "why",
     "write_layout",

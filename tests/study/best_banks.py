@@ -23,7 +23,7 @@ SHARED, OWN = 0.03, 0.02
 """Standard deviations of what a day needs: of the day, and of one design on it."""
 
 
-class Bank:
+class MadeUpBank:
     """Designs that are tuples; `truth` has the mean of each and what it reaches of the target, `run` those of a day."""
 
     maximise, goal = True, None
@@ -60,7 +60,7 @@ class Bank:
         return abs(self.truth(design)[0] - best) / best
 
 
-class Fleets(Bank):
+class FleetBank(MadeUpBank):
     """4 to 12 robots, 1 to 4 chargers, 4 allocations and 2 charging policies; a year's cost, 95 % on time."""
 
     maximise, goal, counts = False, TARGET, (9, 4, 4, 2)
@@ -108,7 +108,7 @@ class Fleets(Bank):
                     yield (*design[:rank], value, *design[rank + 1 :])
 
 
-class Directions(Bank):
+class AisleBank(MadeUpBank):
     """Nine aisles that lead one way or the other, a fifth of all combinations refused; tasks an hour."""
 
     def __init__(self, seed):
@@ -132,7 +132,7 @@ class Directions(Bank):
         return ((*design[:bit], 1 - design[bit], *design[bit + 1 :]) for bit in range(9))
 
 
-class Chargers(Bank):
+class NodeBank(MadeUpBank):
     """3 of 20 nodes, from which the goods are some way off; tasks an hour."""
 
     def __init__(self, seed):
@@ -239,7 +239,7 @@ METHODS = {"search": searched, "random": at_random, "successive halving": halved
 
 def main(count):
     """Print how far each method is from the truth, with 400 runs to search and 100 to judge."""
-    for kind in (Fleets, Directions, Chargers):
+    for kind in (FleetBank, AisleBank, NodeBank):
         for name, method in METHODS.items():
             gaps, missed, unproved, exact = [], 0, 0, 0
             for seed in range(count):

@@ -16,7 +16,7 @@ from desim_warehouse.report.plot.trade_off import front
 from desim_warehouse.report.text import best_words
 from desim_warehouse.study.best_of_many import BestOfMany, TriedDesign, best_of
 from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
-from tests.study.best_banks import Chargers, Directions, Fleets, at_random, chosen, searched
+from tests.study.best_banks import AisleBank, FleetBank, NodeBank, at_random, chosen, searched
 
 SMALL = """\
 name: a small hall
@@ -57,13 +57,13 @@ def of_search(bank, seed):
 
 
 def test_fleets_that_are_named_meet_their_target_and_cost_little_more_than_the_cheapest_that_do():
-    found = gaps(Fleets, 12, of_search)
+    found = gaps(FleetBank, 12, of_search)
     assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 1
     assert sum(shown for *_, shown in found) >= 11
     assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= 0.03
 
 
-@pytest.mark.parametrize(("kind", "least"), [(Directions, 0.01), (Chargers, 0.01)])
+@pytest.mark.parametrize(("kind", "least"), [(AisleBank, 0.01), (NodeBank, 0.01)])
 def test_directions_and_nodes_found_are_nearly_the_best(kind, least):
     found = gaps(kind, 10, of_search)
     drawn = gaps(kind, 10, lambda bank, seed: (at_random(bank, 400, seed)[0], True))
@@ -74,7 +74,7 @@ def test_directions_and_nodes_found_are_nearly_the_best(kind, least):
 
 @pytest.mark.long
 def test_two_hundred_searches_of_each_kind():
-    for kind, most in ((Fleets, 0.03), (Directions, 0.01), (Chargers, 0.01)):
+    for kind, most in ((FleetBank, 0.03), (AisleBank, 0.01), (NodeBank, 0.01)):
         found = gaps(kind, 200, of_search)
         assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 16
         assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= most
