@@ -71,10 +71,10 @@ class JudgedDesign:
 class BestOfMany:
     """The best design found, with its value on fresh days.
 
-    `shown`: whether it was shown to meet the target, None without one. `runner_up` is the next best by the search, and
-    `apart` by how much its indicator differs in pairs of runs; differences below `delta` do not matter. `cheaper` have
-    the candidates that did better in the search, but were not shown to meet the target. `tried` are all designs
-    simulated, of `many` that there are.
+    `shown`: whether it was shown to meet the target, None without one. `runner_up` is the other of the two that lead the
+    search; where fresh days show which of them is better, that one is `best`. `apart` is by how much the indicator of the
+    other differs in pairs of runs; differences below `delta` do not matter. `cheaper` have the candidates that did better
+    in the search, but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
     """
 
     model: Model
@@ -214,8 +214,12 @@ class _Search:
             first = next((abs(one.mean) for one in tried if math.isfinite(one.mean)), math.nan)
             delta = _SHARE * first
         known = [self._known(fresh.results, number, one, judge) for number, one in enumerate(candidates)]
-        best = known[chosen or 0]
-        other = None if chosen else next((one for one in known[1:] if one.value is not None), None)
+        other = 1 if not chosen and len(known) > 1 and known[1].value is not None else None
+        apart = None if other is None else self._apart(fresh.results, other, 0)
+        if other is not None and chosen == 0 and self._is_better(apart) and known[other].verdict in {None, "meets"}:
+            chosen, other = other, chosen
+            apart = self._apart(fresh.results, other, chosen)
+        best, swapped = known[chosen or 0], other == 0
         return BestOfMany(
             self.space.model.replace(best.overrides),
             best,
@@ -223,15 +227,22 @@ class _Search:
             self.maximise,
             self.goal,
             None if self.goal is None else chosen is not None,
-            tuple(known[:chosen]) if chosen else (),
-            other,
-            None if other is None else self._apart(fresh.results, known.index(other), chosen or 0),
+            tuple(known[:chosen]) if chosen and not swapped else (),
+            None if other is None else known[other],
+            apart,
             delta,
             tried,
             self.space.many,
             len(scout.rows) + len(fresh.rows),
             float(self.plan["confidence"]),
         )
+
+    def _is_better(self, apart: Estimate | None) -> bool:
+        """Whether a difference is shown to be an improvement."""
+        if apart is None:
+            return False
+        low, high = apart.interval or (apart.mean, apart.mean)
+        return low > 0 if self.maximise else high < 0
 
     def _study(self, name: str, designs: Sequence[Combined], seed: int) -> Study:
         cases = {self._label(design): self.space.changes(design) for design in designs}
@@ -337,18 +348,21 @@ class _Search:
 
 
 def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
-    """The first candidate shown to meet the target, in order, as far as the runs go; then the next has runs, too."""
+    """The first candidate shown to meet the target, in order, as far as the runs go; if it is the first, judge another.
+
+    The second is then judged on the same days, so that the two can be compared.
+    """
+    found = None
     try:
         for number in range(candidates):
             if (yield from judge.verdict(number)) == "meets":
-                beside = min(judge.verdicts[number].n, judge.budget.left)
-                if number == 0 and candidates > 1 and beside > 1:
-                    judge.budget.take(beside)
-                    yield from request([(1, r) for r in range(beside)])
-                return number
+                found = number
+                if number == 0 and candidates > 1:
+                    yield from judge.verdict(1)
+                break
     except statistics.RunsEndedError:
         pass
-    return None
+    return found
 
 
 def missed(target: Target) -> float:

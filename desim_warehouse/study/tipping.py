@@ -37,14 +37,15 @@ FEWEST_RUNS = 100
 """With fewer runs not even the needs at the points are known."""
 GOOD_FIT = 0.8
 """The adjusted R² below which nothing is said of thresholds."""
-_POINTS = 20
+_POINTS, _PER_INPUT = 4, 2
+"""How many points there are, and how many more for each input: few, so that each has many days."""
 _FEWEST_KNOWN = 8
-"""Points whose need must be known, or twice as many as inputs."""
+"""Points whose need must be known, or some more than inputs."""
 _WAVE = 4
 """Points that are begun together, so that where runs end early, only the last of them are left half known."""
 _KNOWN = 0.75
 """The part of the points that were begun whose need must be known."""
-_FEWEST_DAYS, _MOST_DAYS = 2, 6
+_FEWEST_DAYS, _MOST_DAYS = 2, 10
 """Runs of each fleet that is looked at, at a point; more than the fewest only of the two around its need."""
 _SHARE, _EACH = 0.5, 5
 """The part of the runs that is kept at most for thresholds, and probes of each input for which they are kept."""
@@ -52,9 +53,9 @@ _ODD = 0.005
 """Added to a share and its complement, so that all and none have finite odds."""
 _CONFIRMING = 6
 """Days on which each of the probes around a threshold is run; they are others than those of the points."""
-_WIDEST, _NARROWEST = 0.35, 0.1
+_WIDEST, _NARROWEST = 0.35, 0.25
 """Distance of the outer probes from the middle one, as a share of the range."""
-_LEVEL = 0.985
+_LEVEL = 0.99
 """Of each end of an interval, which may be looked at several times: of 100 made-up plants more than 95 % hold."""
 _MOVES = 3
 """Times that probes are moved outwards."""
@@ -243,7 +244,8 @@ class TippingSearch:
         yield from self._needs(shares, points)
         known = [(row, point) for row, point in zip(shares, points, strict=True) if (self._bracket(point) is not None)]
         needs = [self._latent(point) for _, point in known]
-        if len(needs) < max(2 * len(self.ranges), _FEWEST_KNOWN, _KNOWN * sum(bool(point.runs) for point in points)):
+        begun = sum(bool(point.runs) for point in points)
+        if len(needs) < max(len(self.ranges) + _POINTS, _FEWEST_KNOWN, _KNOWN * begun):
             return self
         self.need = linear_need(np.array([row for row, _ in known]), needs)
         if self.need.fit < GOOD_FIT:
@@ -299,7 +301,7 @@ class TippingSearch:
 
         inputs = len(self.ranges)
         sampler = qmc.Sobol(inputs, rng=np.random.default_rng(self.seed))
-        count = max(_POINTS, inputs + 8)
+        count = max(_POINTS + _PER_INPUT * inputs, _FEWEST_KNOWN + _WAVE)
         return sampler.random(1 << (count - 1).bit_length())[:count]
 
     def _at(self, shares: Sequence[float]) -> Inputs:

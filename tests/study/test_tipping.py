@@ -26,7 +26,7 @@ fleet: {size: 3, start: [parking], robot: {radius: 0.4, speed: 1, margin: 0.2}}
 tasks: {goods: {poisson: 150, due_within: 200}, unload_at: [packing], load_time: 3, unload_time: 3}
 policies: {parking: nearest}
 prices: {hours: 2000, robot: 6000, currency: EUR}
-run: {length: 800, warm_up: 100}
+run: {length: 1000, warm_up: 100}
 """
 RANGES = {"tasks.load_time": (2.0, 40.0), "tasks.unload_time": (2.0, 12.0)}
 
