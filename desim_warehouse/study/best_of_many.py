@@ -71,10 +71,10 @@ class JudgedDesign:
 class BestOfMany:
     """The best design found, with its value on fresh days.
 
-    `shown`: whether it was shown to meet the target, None without one. `runner_up` is the other of the two that lead the
-    search; where fresh days show which of them is better, that one is `best`. `apart` is by how much the indicator of the
-    other differs in pairs of runs; differences below `delta` do not matter. `cheaper` have the candidates that did better
-    in the search, but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
+    `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
+    show which is better, that one is `best`, and the other is `runner_up`, whose indicator is `apart` by so much in
+    pairs of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
+    but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
     """
 
     model: Model
