@@ -146,6 +146,7 @@ def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
     ranges.write_text("tasks.load_time: {low: 2, high: 40, n: 9}\nfleet.robot.breakdowns: {low: 9, high: null, n: 1}\n")
     words = ["plan", str(file), "--target", TARGET_HERE, "--robots", "6", "--vary", "policies.allocation=nearest"]
     words += ["--uncertain", str(ranges), "--uncertain", "tasks.unload_time=2s..0.2min", "--quiet"]
+    words += ["--set", "run.length=400", "--set", "run.warm_up=50"]
     done = CliRunner().invoke(desim, [*words, "--runs", "200", "--json"])
     assert done.exit_code == 0, done.output
     assert "fleet.robot.breakdowns has no upper end, and is left out" in done.stderr
