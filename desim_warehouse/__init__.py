@@ -36,12 +36,14 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
+    from desim_warehouse.study.best_of_many import best
     from desim_warehouse.study.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
-    from desim_warehouse.study.procedures import best, size
+    from desim_warehouse.study.procedures import size
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
+    from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
 
 _HOME = {
@@ -70,12 +72,14 @@ _HOME = {
     "plants.export": ("write_layout",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
+    "study.best_of_many": ("best",),
     "study.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet",),
-    "study.procedures": ("best", "size"),
+    "study.procedures": ("size",),
     "study.results": ("Results",),
     "study.study": ("Study",),
+    "study.tipping": ("tipping_points",),
     "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
@@ -118,6 +122,7 @@ __all__ = [
     "simulate",
     "size",
     "steps",
+    "tipping_points",
     "validate",
     "why",
     "write_layout",

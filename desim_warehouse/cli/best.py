@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.options import load_model, write_files
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
+    as_typed,
     interruptible,
     read_vary,
     study_plan,
@@ -18,29 +22,42 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.cli.tables import sheet, show, show_verdicts
+from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
 from desim_warehouse.errors import spoken
 from desim_warehouse.report.text import words
+from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.model import Model
+    from desim_warehouse.study.best_of_many import BestOfMany
     from desim_warehouse.study.procedures import Best
     from desim_warehouse.study.statistics import Selection
     from desim_warehouse.study.study import Study
+
+_SHOWN = 8
+"""Designs in the table of a search."""
 
 
 @click.command("best")
 @click.argument("model")
 @with_vary
 @click.option("--indicator", required=True, metavar="NAME", help="The indicator to compare, such as T.")
+@click.option("--target", help="What must be met besides, such as 'on_time >= 95 %'.")
+@click.option("--place-chargers", type=click.IntRange(1), metavar="K", help="Search K nodes for a charger at each.")
+@click.option("--directions", is_flag=True, help="Search which way aisles lead.")
+@click.option(
+    "--runs", type=click.IntRange(1, MOST_RUNS), default=500, show_default=True, help="The most runs of a search."
+)
 @click.option(
     "--delta",
-    required=True,
     metavar="AMOUNT",
-    help="Indifference zone: a difference that does not matter, such as 5, 5s or 1%.",
+    help="Indifference zone: a difference that does not matter, such as 5, 5s or 1%.  [default: 1 % of the first mean]",
 )
 @click.option("--minimise", "sense", flag_value="minimise", help="The smallest mean is best (default for T, S, ...).")
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
+@click.option("--page", metavar="FILE", help="Write a page with all designs that a search tried, and their front.")
 @with_first_and_cap(1000)
 @with_question
 @with_execution
@@ -48,48 +65,126 @@ def command(
     model: str,
     vary: tuple[str, ...],
     indicator: str,
-    delta: str,
+    target: str | None,
+    place_chargers: int | None,
+    runs: int,
+    delta: str | None,
     sense: str | None,
+    page: str | None,
+    first: int,
+    cap: int,
+    question: ModelOptions,
+    execution: ExecutionOptions,
+    *,
+    directions: bool,
+) -> None:
+    """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
+
+    Where each design can have ten of the --runs, all of them race, and those that are clearly worse drop out early (KN:
+    Kim & Nelson 2001). Of more designs, or with --target, --place-chargers or --directions, four fifths of the runs
+    search; the last fifth judges the best on fresh days. Exit status 3: no design was shown to meet the target. A study
+    keeps its own confidence and seed by default. Examples: desim best models/multibots.yaml --vary fleet.size=1..6
+    --set 'tasks.goods={random: 20}' --indicator cost --delta 50; desim best w.yaml --indicator annual_cost
+    --target "on_time >= 95 %" --vary fleet.size=4..14 --place-chargers 3 --directions
+    """
+    more = None if sense is None else sense == "maximise"
+    factors = read_vary(vary)
+    searched = [target, place_chargers, directions or None]
+    if any(one is not None for one in searched) or (factors and _are_many(model, factors, question, execution, runs)):
+        if not factors and Path(model).is_dir():
+            raise click.UsageError(f"{model}: a study, all of whose designs race; a search is for a model")
+        asked = {"target": target, "place_chargers": place_chargers, "directions": directions, "maximise": more}
+        _search(model, indicator, delta, {**asked, "runs": runs, "vary": factors}, page, question, execution)
+        return
+    if page is not None:
+        raise click.UsageError("--page is for a search; of designs that all race desim what-if --page makes one")
+    _race(model, factors, indicator, delta, more, first, cap, question, execution)
+
+
+def _are_many(
+    model: str, factors: Mapping[str, Any], question: ModelOptions, execution: ExecutionOptions, runs: int
+) -> bool:
+    """Whether not every design can have ten of the runs; refuses values that make no model, at their option."""
+    from desim_warehouse.study.best_of_many import are_few
+
+    alone = [question.study(model, {key: values}, "best", execution) for key, values in factors.items()]
+    return not are_few([factor for study in alone for factor in study.plan.factors], runs)
+
+
+def _race(
+    model: str,
+    factors: Mapping[str, Any],
+    indicator: str,
+    delta: str | None,
+    more: bool | None,
     first: int,
     cap: int,
     question: ModelOptions,
     execution: ExecutionOptions,
 ) -> None:
-    """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
-
-    Designs that are clearly worse drop out early (KN: Kim & Nelson 2001). A study keeps its own confidence and seed
-    by default. Example: desim best
-    models/multibots.yaml --vary fleet.size=1..6 --set 'tasks.goods={random: 20}' --indicator cost --delta 50
-    """
     from desim_warehouse.study.procedures import best
     from desim_warehouse.study.study import Study
 
-    if vary:
-        study = question.study(model, read_vary(vary), "best", execution, indicators=[indicator])
+    if factors:
+        study = question.study(model, factors, "best", execution, indicators=[indicator])
         study.plan = study.plan.unreplicated()
     else:
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
         study = Study.of(study_plan(model, question.assignments, **stated))
         execution = execution.at_home(model)
-    warn(study.plan.base, model if vary else None, question.assignments)
-    more = None if sense is None else sense == "maximise"
+    warn(study.plan.base, model if factors else None, question.assignments)
+    zone = _delta(delta, indicator, study.plan.base)
     with interruptible(study, execution.kept):
-        found = best(
-            study,
-            indicator,
-            _delta(delta, indicator, study.plan.base),
-            maximise=more,
-            first=first,
-            cap=cap,
-            **execution.where(),
-        )
+        found = best(study, indicator, zone, maximise=more, first=first, cap=cap, **execution.where())
     show_best(study, found)
 
 
-def _delta(text: str, indicator: str, model: Model) -> float:
+def _search(
+    model: str,
+    indicator: str,
+    delta: str | None,
+    asked: Mapping[str, Any],
+    page: str | None,
+    question: ModelOptions,
+    execution: ExecutionOptions,
+) -> None:
+    from desim_warehouse.report import best_page
+    from desim_warehouse.study.best_of_many import BestOfMany, best_of
+
+    base = load_model(model, question.assignments)
+    warn(base, model, question.assignments)
+    zone = _delta(delta, indicator, base)
+    with interruptible(None, execution.kept):
+        found = best_of(base, indicator, zone, **asked, **question.search(execution))
+    assert isinstance(found, BestOfMany)  # few designs without a target race above
+    show_found(found)
+    if page is not None:
+        write_files({Path(page): best_page.page(found, as_typed()).html()}, force=True)
+        click.echo(f"{page}: open it in a browser")
+    if found.shown is False:
+        sys.exit(NONE_MEETS)
+
+
+def show_found(found: BestOfMany) -> None:
+    """Print what a search says, and the best designs that it tried."""
+    from desim_warehouse.report.text import best_words
+
+    click.echo("\n".join(best_words.sentences(found)))
+    shown = best_words.in_order(found)[:_SHOWN]
+    head, rows = best_words.table(found, shown)
+    many = len(found.best.labels)
+    made = sheet("Best by the search alone", *head[:many], *(f">{name}" for name in head[many:]))
+    for row in rows:
+        made.add_row(*row)
+    show(made)
+
+
+def _delta(text: str | None, indicator: str, model: Model) -> float | None:
     """The indifference zone in the unit of its indicator."""
     from desim_warehouse.study.target import amount_of
 
+    if text is None:
+        return None
     delta = amount_of(indicator, text, model.units.names, "--delta")
     if not delta > 0:
         raise click.BadParameter(f"{text} is not above 0.", param_hint="--delta")
@@ -98,32 +193,43 @@ def _delta(text: str, indicator: str, model: Model) -> float:
 
 def show_best(study: Study, found: Best, besides: str | None = None) -> None:
     """Print the answer, what is to be said besides, and the candidates."""
+    from desim_warehouse.report.text.sentences import capital
+
     show_verdicts(study.results)
     selection = found.selection
     scale = words.scale(found.indicator, study.plan.base, selection.means)
     table = sheet(f"{words.head(found.indicator, scale)}: the candidates", "design", ">mean", ">runs", "")
+    zone = scale.value(selection.delta)
     for point in study.points:
-        verdict = _verdict(selection, point.number)
+        verdict = _verdict(selection, point.number, zone)
         mean, runs = selection.means[point.number], selection.samples[point.number]
-        table.add_row(str(point), scale.bare(mean), str(runs), verdict)
+        table.add_row(words.design_spoken(point.labels), scale.bare(mean), str(runs), verdict)
     sense = "largest" if found.maximise else "smallest"
-    click.echo(f"{found.point}: {sense} {found.indicator}; {selection.note}")
+    best = words.design_spoken(found.point.labels)
+    click.echo(capital(f"{words.in_sentence(found.indicator)} is {sense} with {best}; {_said(selection, zone)}"))
     if found.within:
         percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
-        names = spoken([str(point) for point in found.within])
-        click.echo(f"less than {selection.delta:g} from it{percent}: {names}; take any")
+        names = spoken([words.design_spoken(point.labels) for point in found.within])
+        click.echo(f"less than {zone} from it{percent}: {names}; take any")
     if besides is not None:
         click.echo(besides)
     show(table)
 
 
-def _verdict(selection: Selection, design: int) -> str:
+def _said(selection: Selection, zone: str) -> str:
+    """The guarantee of a choice, with its indifference zone in the unit of the indicator."""
+    if not selection.guaranteed or selection.deterministic:
+        return selection.note
+    return f"best with {100 * selection.confidence:g} % if it leads by at least {zone} (KN, Kim & Nelson 2001)"
+
+
+def _verdict(selection: Selection, design: int, zone: str) -> str:
     """The verdict on a design, for the table."""
     out_at = selection.eliminated_at[design]
     if design == selection.best:
         return "best"
     if design in selection.within:
-        return f"within {selection.delta:g}"
+        return f"within {zone}"
     near = abs(selection.means[design] - selection.means[selection.best]) < selection.delta
-    parts = [f"perhaps within {selection.delta:g}"] if near else []
+    parts = [f"perhaps within {zone}"] if near else []
     return ", ".join([*parts, *([] if out_at is None else [f"out after {out_at}"])]) or "not told from the best"

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.options import load_model, refuse_files, with_force, with_seed, write_files
-from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import ExecutionOptions, interruptible, with_execution_in
+from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.errors import first_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ import click
 
 from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_json
-from desim_warehouse.cli.size import NONE_MEETS
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -25,11 +24,16 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.study.limits import MOST_RUNS, SCOUTS
+from desim_warehouse.cli.tables import NONE_MEETS
+from desim_warehouse.study.limits import MOST_RUNS, SCOUTS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from desim_warehouse.model import Model
     from desim_warehouse.report.text.fleet_words import Evidence
+    from desim_warehouse.study.fleet import FleetPlan
+    from desim_warehouse.study.tipping import TippingPoints
 
 ALL_YEAR = 8760.0
 """Hours."""
@@ -55,6 +59,13 @@ NOT_ENOUGH = "no fleet within --robots and --chargers was shown to be enough: re
 @click.option(
     "--runs", type=click.IntRange(SCOUTS, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
 )
+@click.option(
+    "--uncertain",
+    multiple=True,
+    metavar="KEY=LOW..HIGH|FILE",
+    help="What is not known exactly, or the ranges that desim calibrate wrote: where does the answer tip?  "
+    f"[in at most {UNCERTAIN_RUNS} runs more]",
+)
 @with_json()
 @with_first_and_cap(320)
 @with_question
@@ -70,6 +81,7 @@ def command(
     price_charger: float | None,
     zone: str | None,
     runs: int,
+    uncertain: tuple[str, ...],
     as_json: bool,
     first: int,
     cap: int,
@@ -78,17 +90,20 @@ def command(
 ) -> None:
     """Find how many robots and chargers MODEL needs, today and after growth, with which strategy, and what limits it.
 
-    `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. Exit status 3: no fleet was
+    `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. With `--uncertain` each
+    input is varied within its range: where it needs one robot more, confirmed by runs on both sides, and what it would
+    be worth a year to know it better, by `prices.robot`. Exit status 3: no fleet was
     shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
-    from desim_warehouse.report.text import fleet_words
+    from desim_warehouse.report.text import fleet_words, tipping_words
     from desim_warehouse.report.text.numbers import duration
     from desim_warehouse.study.fleet import plan_fleet
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
     began = monotonic()
+    ranges = _ranges(uncertain, loaded)
     with interruptible(None, execution.kept):
         found = plan_fleet(
             loaded,
@@ -103,16 +118,18 @@ def command(
             cap=cap,
             **question.search(execution),
         )
+        tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
     took = monotonic() - began
     shown = fleet_words.evidence(found, loaded, model, question.assignments, question.seed or 0)
     content = fleet_words.content(found, loaded, shown)
+    unsure = {} if tipping is None else tipping_words.content(tipping, loaded)
     if execution.out is not None:
         fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1))
     if as_json:
-        click.echo(json.dumps({**content, "warnings": warnings}))
+        click.echo(json.dumps({**content, **({"uncertain": unsure} if unsure else {}), "warnings": warnings}))
     else:
-        _show(content, shown)
-        click.echo(f"{found.runs:,} runs in {duration(took, 's')}", err=True)
+        _show(content, shown, unsure.get("answer", []))
+        click.echo(f"{found.runs + unsure.get('runs', 0):,} runs in {duration(took, 's')}", err=True)
     if not found.feasible:
         more_runs = f"--runs {runs}: more of them may give an answer"
         click.echo(more_runs if found.ended else NOT_ENOUGH, err=True)
@@ -171,11 +188,91 @@ def _counts(text: str | None, option: str) -> list[int] | None:
     return numbers
 
 
-def _show(content: dict[str, Any], shown: list[Evidence]) -> None:
+def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:
+    """The ranges of `--uncertain`: of keys, or of a file that `desim calibrate` wrote beside the model."""
+    from desim_warehouse.errors import ModelError
+
+    found: dict[str, tuple[float, float]] = {}
+    for text in given:
+        if "=" in text:
+            key, _, ends = (part.strip() for part in text.partition("="))
+            found[key] = _ends(key, ends.split(".."), model)
+            continue
+        for key, ends in _of_file(text).items():
+            if ends.get("high") is None:
+                click.echo(f"{text}: {key} has no upper end, and is left out (--uncertain {key}=LOW..HIGH)", err=True)
+            elif ends["low"] < ends["high"]:
+                found[key] = float(ends["low"]), float(ends["high"])
+    if given and not found:
+        raise ModelError([f"--uncertain {' '.join(given)}: no range in it, expected KEY=LOW..HIGH or such a file"])
+    return found
+
+
+def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
+    """The two ends of a range, in the units of the model; each may have a unit of its own."""
+    from desim_warehouse.errors import ModelError
+    from desim_warehouse.model.facts.keys import about
+    from desim_warehouse.values.units import quantity
+
+    known = about(key)
+    if known is None or len(ends) != 2:  # noqa: PLR2004
+        what = "no key of a model" if known is None else "no range"
+        raise ModelError([f"--uncertain {key}={'..'.join(ends)}: {what}, expected such as tasks.load_time=7..19"])
+    try:
+        low, high = (quantity(end, known.kind, model.units.names) if known.kind else float(end) for end in ends)
+    except ValueError as error:
+        raise ModelError([f"--uncertain {key}={'..'.join(ends)}: {error}"]) from None
+    if not low < high:
+        raise ModelError([f"--uncertain {key}={'..'.join(ends)}: no range, expected the lower value first"])
+    return low, high
+
+
+def _of_file(path: str) -> Mapping[str, Any]:
+    from desim_warehouse.errors import ModelError, reason
+    from desim_warehouse.model.parse import read_yaml
+
+    try:
+        document = read_yaml(Path(path).read_text(encoding="utf-8"), path)
+    except (OSError, ValueError) as error:
+        raise ModelError([f"--uncertain {path}: no KEY=LOW..HIGH, and no file ({reason(error)})"]) from None
+    data: Any = document.data
+    ends = data.values() if isinstance(data, dict) and not document.problems else [None]
+    if not all(isinstance(one, dict) and isinstance(one.get("low"), int | float) for one in ends):
+        raise ModelError([f"--uncertain {path}: not as desim calibrate writes it, expected keys with low and high"])
+    found: Mapping[str, Any] = data
+    return found
+
+
+def _tipping(
+    found: FleetPlan,
+    loaded: Model,
+    target: str,
+    ranges: Mapping[str, tuple[float, float]],
+    question: ModelOptions,
+    execution: ExecutionOptions,
+) -> TippingPoints | None:
+    """Where the answer tips for the last demand, with the chargers of the answer; None where there is none."""
+    from desim_warehouse.study.tipping import tipping_points
+
+    sized = found.grown or found.today
+    if sized.best is None:
+        return None
+    chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
+    model = loaded.replace({**sized.overrides, **chosen})
+    out = None if execution.out is None else str(Path(execution.out) / "uncertain")
+    how = {**question.search(execution), "out": out}
+    return tipping_points(model, target, ranges, **how)
+
+
+def _show(content: dict[str, Any], shown: list[Evidence], unsure: list[str]) -> None:
     from desim_warehouse.report.text.numbers import number_of
 
     for line in content["answer"]:
         click.echo(line)
+    if unsure:
+        click.echo("\nWhat is not known exactly:")
+    for line in unsure:
+        click.echo(f"  {line}")
     if shown:
         click.echo("\nShown by:")
     for one in shown:

@@ -20,7 +20,8 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import sheet, show, show_verdicts
+from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
+from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import number_of
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ MORE_MAY_BE_WORSE = ("traffic.most_out",)
 FLEET = "fleet.size"
 ALIKE = 0.01
 """Part of the most by which values may differ in what they do and still be alike."""
-NONE_MEETS = 3
-"""Exit status where no value was shown to meet the target."""
 
 
 @click.command("size")
@@ -88,10 +87,9 @@ def command(
     if target is None:
         with interruptible(study, execution.kept):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
-        smallest = best.first.labels[key]
-        show_best(
-            study, best, f"{key}: {smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
-        )
+        smallest = words.level(best.first.labels[key])
+        alike = f"{smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
+        show_best(study, best, f"{words.factor_name(key)}: {alike}")
         if key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None:
             _try_cap(study, best.indicator, first, execution)
         return
@@ -99,7 +97,9 @@ def command(
     with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     show_verdicts(study.results)
-    click.echo(f"{key}: {found.note} (confidence {100 * found.confidence:g} %, {number_of(found.runs, 'run')})")
+    said = found.said(f"give {words.target(found.target)}")
+    sure = f"confidence {100 * found.confidence:g} %, {number_of(found.runs, 'run')}"
+    click.echo(f"{words.factor_name(key)}: {said} ({sure})")
     if found.smallest is None:
         click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
     _show(key, found, study.plan.base)
@@ -156,8 +156,6 @@ def _see_upwards(values: str, searched: list[Any]) -> None:
 
 
 def _show(key: str, found: Sizing[Any], model: Model) -> None:
-    from desim_warehouse.report.text import words
-
     goal = found.target
     scale = words.scale(goal.indicator, model, [one.mean for one in found.decisions])
     heads = (

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import QuantileEstimate
 
+NONE_MEETS = 3
+"""Exit status where nothing was shown to meet the target."""
 _HEAD = 14
 """Letters in a line of the head of a column; longer heads take several."""
 _NAMED = 12

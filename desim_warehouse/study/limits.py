@@ -14,3 +14,5 @@ LEAST_DELTA = 1e-9
 """Indifference zone of a choice of the best design, in the indicator's unit."""
 SCOUTS = 3
 """Runs of each design that the search of a plan looks at before anything is shown."""
+UNCERTAIN_RUNS = 250
+"""The most runs that look for where uncertain inputs tip an answer."""

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
+_SHARE = 0.01
+"""The indifference zone, as a share of the largest of the first means."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Best:
 def best(
     study: Study,
     indicator: str,
-    delta: float,
+    delta: float | None = None,
     *,
     maximise: bool | None = None,
     first: int = 10,
@@ -60,7 +62,8 @@ def best(
     Args:
         study: its designs are the candidates. Runs that it already has are used.
         indicator: what is compared.
-        delta: indifference zone in the indicator's unit: smaller differences do not matter.
+        delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the
+            largest mean of the first replications.
         maximise: whether more is better (default: as usual for the indicator).
         first: replications of every design before any drops out.
         cap: most replications of a design.
@@ -72,17 +75,18 @@ def best(
     Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
     """
     find(indicator)
-    if not delta >= LEAST_DELTA:
+    if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
     more = more_is_better(indicator) if maximise is None else maximise
-    return _race(study, indicator, more, first, cap, where, delta=delta)
+    zone = {"share": _SHARE} if delta is None else {"delta": delta}
+    return _race(study, indicator, more, first, cap, where, **zone)
 
 
 def most(
     study: Study,
     indicator: str = "throughput_per_hour",
     *,
-    share: float = 0.01,
+    share: float = _SHARE,
     first: int = 10,
     cap: int = 1000,
     **where: Any,

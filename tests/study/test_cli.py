@@ -96,7 +96,7 @@ def test_best_and_size_answer_in_a_sentence():
     result = call(
         "best", MULTIBOTS, "--vary", "fleet.size=1,4", *GOODS, "--indicator", "T", "--delta", "100", "--quiet"
     )
-    assert "fleet.size=4: smallest T; best with 95 %" in result.stdout
+    assert "Task time is smallest with 4 robots; best with 95 %" in result.stdout
     lifelong = [
         "--set",
         "tasks.goods={saturated: 12}",
@@ -107,7 +107,7 @@ def test_best_and_size_answer_in_a_sentence():
     ]
     target = ["--target", "throughput_per_hour >= 250"]
     result = call("size", MULTIBOTS, "--range", "1..6", *lifelong, *target, "--quiet")
-    assert "fleet.size: 3 is the smallest shown to meet throughput_per_hour >= 250" in result.stdout
+    assert "Number of robots: 3 is the smallest shown to give at least 250 tasks an hour" in result.stdout
 
 
 def test_screen_ranks_factors(tmp_path):
@@ -271,7 +271,7 @@ def test_size_without_an_answer_says_so_by_its_exit_status():
     result = call("size", MULTIBOTS, "--range", "1..2", "--target", "T <= 10", "--quiet")
     assert result.exit_code == 3
     assert result.stdout.splitlines()[:2] == [
-        "fleet.size: no design was shown to meet T <= 10 step (confidence 95 %, 2 runs)",
+        "Number of robots: no design was shown to give task time at most 10 steps (confidence 95 %, 2 runs)",
         "no answer within --range 1..2: widen it, or ask for less with --target",
     ]
 
@@ -288,7 +288,7 @@ def test_size_does_not_name_a_fleet_whose_batteries_still_fall(tmp_path, monkeyp
     assert "; only as counted with 4 and 5: not settled: batteries fall by" in full.stdout
     settled = call("size", "w.yaml", *options)
     assert settled.exit_code == 0
-    assert "4 is the smallest shown to meet on_time >= 0.5" in settled.stdout
+    assert "4 is the smallest shown to give at least 50 % on time" in settled.stdout
 
 
 def test_a_model_file_is_no_study_and_a_study_file_no_model():
@@ -341,7 +341,7 @@ def test_a_study_folder_keeps_its_model_and_what_was_planned(tmp_path):
     plan = ["--vary", "fleet.size=1,4", "--confidence", "0.8", "--seed", "7", *GOODS]
     call("what-if", MULTIBOTS, *plan, "--out", tmp_path, "--quiet")
     result = call("best", tmp_path, "--indicator", "T", "--delta", "100", "--quiet")
-    assert "fleet.size=4: smallest T; best with 80 %" in result.stdout
+    assert "Task time is smallest with 4 robots; best with 80 %" in result.stdout
     assert set(pd.read_parquet(tmp_path / "results.parquet")["seed"]) >= {run_seed(7, 0)}
     for command in (["study"], ["best", "--indicator", "T", "--delta", "5"]):
         with pytest.raises(WarehouseError, match="whose model is fixed; --set is for study files"):

@@ -7,6 +7,7 @@
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
 | designs against a baseline                     | `differences`           | `statistics.Comparison`      |
 | an indicator over two factors                  | `surface`               | study table                  |
+| designs of a search, by cost and target        | `trade_off`             | `dw.best`                    |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
 | where the time of tasks, robots, ... went      | `account`               | Run                          |
 | orders that came and were delivered            | `arrivals`              | Run                          |
@@ -36,6 +37,7 @@ from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
 from desim_warehouse.report.plot.response import surface
 from desim_warehouse.report.plot.series import warm_up, welch
+from desim_warehouse.report.plot.trade_off import trade_off
 
 __all__ = [
     "COLOURS",
@@ -51,6 +53,7 @@ __all__ = [
     "layout",
     "surface",
     "throughput",
+    "trade_off",
     "utilisation",
     "warm_up",
     "welch",

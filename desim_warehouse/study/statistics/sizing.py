@@ -52,6 +52,7 @@ class Sizing(Generic[V]):
 
     `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour: that it
     "fails" makes the answer the smallest, "undecided" says so in `note`, and it is None if there is no neighbour.
+    `vetoed` meet the target only as counted, with the reason.
     `falls` lists pairs of probed values between which the response clearly moves away from the target: then it is not
     monotone, and only search="scan" can be trusted.
     """
@@ -63,7 +64,30 @@ class Sizing(Generic[V]):
     falls: tuple[tuple[V, V], ...]
     runs: int
     confidence: float
-    note: str
+    search: str
+    vetoed: tuple[tuple[V, str], ...] = ()
+
+    @property
+    def note(self) -> str:
+        """The answer in words, with its caveats."""
+        return self.said(f"meet {self.target}")
+
+    def said(self, aim: str) -> str:
+        """The same, where what designs were shown to do is said in other words: `meet T <= 50`."""
+        if self.smallest is None:
+            parts = [f"no design was shown to {aim}"]
+        else:
+            parts = [f"{self.smallest} is the smallest shown to {aim}"]
+        if self.vetoed:
+            values = " and ".join(str(value) for value, _ in self.vetoed)
+            parts.append(f"only as counted with {values}: {self.vetoed[0][1]}")
+        if self.below is not None and self.below.verdict == "undecided":
+            alone = "" if self.below.outlier is None else f", for replication {self.below.outlier} alone"
+            parts.append(f"{self.below.value} is too close to call after {self.below.n} replications{alone}")
+        if self.falls and self.search == "bisection":
+            pairs = ", ".join(f"{a} to {b}" for a, b in self.falls)
+            parts.append(f"the response is not monotone (worse from {pairs}): repeat with the search 'scan'")
+        return "; ".join(parts)
 
 
 def smallest_meeting(
@@ -155,9 +179,8 @@ def smallest_meeting_steps(
     smallest = values[meeting] if meeting < len(values) else None
     falls = tuple((values[i], values[j]) for i, j in _falls(data, goal.sign, confidence))
     below = verdicts.get(meeting - 1)
-    note = _note(goal, smallest, below, falls, search, vetoed)
     runs = sum(map(len, data.values()))
-    return Sizing(smallest, goal, below, tuple(verdicts.values()), falls, runs, confidence, note)
+    return Sizing(smallest, goal, below, tuple(verdicts.values()), falls, runs, confidence, search, tuple(vetoed))
 
 
 def looks_at(n0: int, cap: int) -> list[int]:
@@ -221,28 +244,3 @@ def _falls(data: dict[int, list[float]], sign: float, confidence: float) -> list
         if (bounds(gains, level, reach=reach)[1] if n > 1 else gains[0]) < 0.0:
             falls.append((i, j))
     return falls
-
-
-def _note(
-    target: Target,
-    smallest: V | None,
-    below: DesignVerdict[V] | None,
-    falls: tuple[tuple[V, V], ...],
-    search: str,
-    vetoed: list[tuple[V, str]],
-) -> str:
-    """The answer in words, with its caveats."""
-    if smallest is None:
-        parts = [f"no design was shown to meet {target}"]
-    else:
-        parts = [f"{smallest} is the smallest shown to meet {target}"]
-    if vetoed:
-        values = " and ".join(str(value) for value, _ in vetoed)
-        parts.append(f"only as counted with {values}: {vetoed[0][1]}")
-    if below is not None and below.verdict == "undecided":
-        alone = "" if below.outlier is None else f", for replication {below.outlier} alone"
-        parts.append(f"{below.value} is too close to call after {below.n} replications{alone}")
-    if falls and search == "bisection":
-        pairs = ", ".join(f"{a} to {b}" for a, b in falls)
-        parts.append(f"the response is not monotone (worse from {pairs}): repeat with the search 'scan'")
-    return "; ".join(parts)

@@ -215,10 +215,9 @@ class Robot:
 
         Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
         """
-        if self.bay is None or self.bay.chargers is None or not self.bays.wants_room(self):
+        if self.bay is None or not self.bays.wants_room(self):
             return
-        bays = [bay for bay in self.bays.by_node.values() if bay.chargers is None and self.bays.may_take(self, bay)]
-        bay = self.bay_choice.parking(self.view(), bays)
+        bay = self.bay_choice.parking(self.view(), self.bays.away_from(self))
         if not self.body.is_on_lanes or self.itinerary.go(self.node, bay.node):
             self.bays.take(self, bay)
 

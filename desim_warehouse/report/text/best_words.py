@@ -1,0 +1,115 @@
+"""What is said of the best of many designs: the answer, its value on fresh days, and what came next."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import spoken
+from desim_warehouse.report.text import words
+from desim_warehouse.report.text.numbers import number, number_of
+from desim_warehouse.report.text.sentences import sentence
+from desim_warehouse.study.design_space import AisleWays, ChargerNodes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.study.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+
+_COUNTED = 1e15
+"""Designs up to which their number is said."""
+
+
+def sentences(found: BestOfMany) -> list[str]:
+    """The answer first, then cheaper designs that were not shown to be enough, the runner-up, and what was done."""
+    lines = [_answer(found)]
+    for one in found.cheaper:
+        why = one.vetoed or f"is not shown to give {_aim(found)}"
+        lines.append(sentence(f"Better by the search, but {why}: {design(one)} with {_values(found, one)}"))
+    if found.runner_up is not None:
+        lines.append(_runner_up(found, found.runner_up))
+    many = f"{number(found.many)}" if found.many < _COUNTED else f"some 10^{math.floor(math.log10(found.many))}"
+    lines.append(f"{len(found.tried)} of {many} designs were tried, in {number_of(found.runs, 'run')} in all.")
+    return lines
+
+
+def _answer(found: BestOfMany) -> str:
+    best = f"{design(found.best)}: {_values(found, found.best)}"
+    if found.shown is None:
+        return sentence(f"{best}, {_days(found.best)}")
+    if found.shown:
+        return sentence(f"{best}, {_days(found.best)}: shown to give {_aim(found)}")
+    wrong = f"; but {found.best.vetoed}" if found.best.vetoed else ""
+    return sentence(f"No design was shown to give {_aim(found)}; best by the search is {best}{wrong}")
+
+
+def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:
+    apart = found.apart
+    line = f"Next: {design(other)} with {_values(found, other)}"
+    if apart is None:
+        return sentence(line)
+    scale = words.scale(found.indicator, found.model, [apart.mean])
+    low, high = apart.interval or (apart.mean, apart.mean)
+    line += f"; the difference is {scale.estimate(apart)} in {number_of(apart.n, 'pair')} of runs"
+    if max(abs(low), abs(high)) < found.delta:
+        line += f", less than {scale.value(found.delta)}: take either"
+    return sentence(line)
+
+
+def design(one: JudgedDesign | TriedDesign) -> str:
+    """A design as one says it; without its directions where none is turned."""
+    labels = dict(one.labels)
+    at, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
+    said = [words.design_spoken(labels)] if labels else []
+    said += [] if at is None else [f"chargers at {spoken(str(at).split(', '))}"]
+    said += [] if turned is None else [f"{turned} turned" if turned != AisleWays.drawn_label else "aisles as drawn"]
+    return ", ".join(said)
+
+
+def _values(found: BestOfMany, one: JudgedDesign) -> str:
+    """The value of the indicator, and of the target, with their intervals."""
+    means = {found.indicator: one.value}
+    if found.target is not None:
+        means[found.target.indicator] = one.reached
+    said = [
+        words.reached(name, words.scale(name, found.model, [mean.mean]).estimate(mean))
+        for name, mean in means.items()
+        if mean is not None
+    ]
+    return ", ".join(said) or "no run that ended"
+
+
+def _days(one: JudgedDesign) -> str:
+    return "" if one.value is None else f"in {number_of(one.value.n, 'run')} on fresh days"
+
+
+def _aim(found: BestOfMany) -> str:
+    return "" if found.target is None else words.target(found.target)
+
+
+def in_order(found: BestOfMany) -> list[TriedDesign]:
+    """All designs tried: those first whose runs in the search meet the target, the best of them first."""
+    sign = 1 if found.maximise else -1
+
+    def rank(one: TriedDesign) -> tuple[bool, float]:
+        is_met = found.target is None or (one.reached is not None and found.target.met_by(one.reached))
+        return not is_met, -sign * one.mean if math.isfinite(one.mean) else math.inf
+
+    return sorted(found.tried, key=rank)
+
+
+def table(found: BestOfMany, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of a table of designs tried, with their means in the search."""
+    keys = list(found.best.labels)
+    goal = [] if found.target is None else [found.target.indicator]
+    names = list(dict.fromkeys([found.indicator, *goal]))
+    scales = {name: words.scale(name, found.model, [one.mean for one in shown]) for name in names}
+    head = [words.factor_head(key, found.model.units) for key in keys]
+    head += [words.head(name, scale) for name, scale in scales.items()]
+    rows = []
+    for one in shown:
+        values = {found.indicator: one.mean, **dict.fromkeys(goal, one.reached)}
+        cells = [words.level(one.labels[key]) for key in keys]
+        cells += [scales[name].bare(math.nan if value is None else value) for name, value in values.items()]
+        rows.append([*cells, str(one.runs)])
+    return [*head, "runs in the search"], rows

@@ -1,0 +1,398 @@
+"""The best of more designs than can be raced: a search by simulation, whose last word are days that it did not use."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING, Any, overload
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.study import statistics
+from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from desim_warehouse.study.procedures import Best, cannot_last, more_is_better, not_lasting
+from desim_warehouse.study.procedures import best as race
+from desim_warehouse.study.runner import could_not_go_on
+from desim_warehouse.study.search import Goal, LocalSearch
+from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.study import Study
+from desim_warehouse.study.target import read_target
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.design_space import Combined, DesignPart
+    from desim_warehouse.study.factors import Factor, Label
+    from desim_warehouse.study.results import Results
+    from desim_warehouse.study.runner import StudyRunner
+    from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
+
+FEWEST_RUNS = 50
+"""With fewer runs a search looks at little more than the design to begin with."""
+_JUDGED = 5
+"""One run in five is done on days that the search did not use."""
+_CANDIDATES = 4
+"""Designs that are judged on those days at most."""
+_FIRST = 10
+"""Replications at the first look at a candidate, or of each design where few are raced."""
+_SHARE = 0.01
+"""The indifference zone, as a share of the first mean."""
+
+
+@dataclass(frozen=True)
+class TriedDesign:
+    """A design that the search looked at: means of the indicator and of the target's, over its runs that ended."""
+
+    labels: Mapping[str, Label]
+    mean: float
+    reached: float | None
+    runs: int
+
+
+@dataclass(frozen=True)
+class JudgedDesign:
+    """A design on fresh days: what its runs say of the indicator and of the target, and the verdict on the target.
+
+    `vetoed`: why it cannot last, whatever the target says. Without a target `reached` and `verdict` are None.
+    """
+
+    labels: Mapping[str, Label]
+    overrides: Mapping[str, Any]
+    value: Estimate | None
+    reached: Estimate | None
+    verdict: str | None
+    vetoed: str | None
+
+
+@dataclass(frozen=True)
+class BestOfMany:
+    """The best design found, with its value on fresh days.
+
+    `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
+    show which is better, that one is `best`, and the other is `runner_up`, whose indicator is `apart` by so much in
+    pairs of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
+    but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
+    """
+
+    model: Model
+    best: JudgedDesign
+    indicator: str
+    maximise: bool
+    target: Target | None
+    shown: bool | None
+    cheaper: tuple[JudgedDesign, ...]
+    runner_up: JudgedDesign | None
+    apart: Estimate | None
+    delta: float
+    tried: tuple[TriedDesign, ...]
+    many: float
+    runs: int
+    confidence: float
+
+
+@overload
+def best(what: Study, indicator: str, delta: float | None = None, **how: Any) -> Best: ...
+@overload
+def best(what: Model, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
+
+
+def best(what: Study | Model, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
+    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
+
+    The designs of a study all race: see `procedures.best`, whose arguments `how` may have. For a model see `best_of`.
+    `delta` is by default 1 % of the largest of the first means.
+    """
+    if isinstance(what, Study):
+        return race(what, indicator, delta, **how)
+    return best_of(what, indicator, delta, **how)
+
+
+def best_of(
+    model: Model,
+    indicator: str,
+    delta: float | None = None,
+    *,
+    target: str | None = None,
+    vary: Mapping[str, Any] | None = None,
+    place_chargers: int | None = None,
+    directions: bool = False,
+    maximise: bool | None = None,
+    runs: int = 500,
+    seed: int = 0,
+    confidence: float = 0.95,
+    timeout: float | None = None,
+    **where: Any,
+) -> Best | BestOfMany:
+    """The best design by the mean of an indicator, of those that meet a target where there is one.
+
+    Where nothing but keys is varied, without a target, and each design can have ten runs, all of them race
+    (`procedures.best`). Else they are searched with four fifths of the runs; the last fifth is done on fresh days, and
+    says whether the target is met, and what the indicator is.
+
+    Args:
+        model: the warehouse.
+        indicator: what should be best.
+        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the first mean.
+        target: what must be met, such as "on_time >= 95 %".
+        vary: key of the model -> its values, in any form of a study file.
+        place_chargers: how many nodes have a charger; which is searched. None: chargers stay.
+        directions: whether aisles may be turned.
+        maximise: whether more is better (default: as usual for the indicator).
+        runs: the most that may be done in a search.
+        seed: of all runs.
+        confidence: that a design said to meet the target does, and of intervals.
+        timeout: seconds that a run may take.
+        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+
+    Raises:
+        ModelError: a value that makes no model.
+        StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
+
+    Source: `study.search`; verdicts as of `statistics.Judge`.
+    """
+    find(indicator)
+    more = more_is_better(indicator) if maximise is None else maximise
+    plan: dict[str, Any] = {"confidence": confidence, "timeout": timeout}
+    factors = [_factor(model, key, values, seed) for key, values in (vary or {}).items()]
+    if target is None and place_chargers is None and not directions and are_few(factors, runs):
+        few = Study(model, vary, seed=seed, name="best", indicators=[indicator], **plan)
+        few.plan = few.plan.unreplicated()
+        return race(few, indicator, delta, maximise=more, **where)
+    if runs < FEWEST_RUNS:
+        raise StudyError(f"{runs} runs: too few to search designs, expected at least {FEWEST_RUNS}")
+    parts: list[DesignPart] = [FactorLevels(model, factor) for factor in factors]
+    parts += [] if place_chargers is None else [ChargerNodes(model, place_chargers)]
+    parts += [AisleWays(model)] if directions else []
+    space = DesignSpace(model, parts)
+    if space.many < 2:  # noqa: PLR2004
+        raise StudyError("the best of one design: expected factors with several values")
+    goal = None if target is None else read_target(target, model.units.names)
+    search = _Search(space, indicator, more, goal, runs, seed, plan)
+    return search.answer(delta, where)
+
+
+def are_few(factors: Sequence[Factor], runs: int) -> bool:
+    """Whether each combination of values can have ten of so many runs, so that all of them race."""
+    return math.prod(len(factor.levels) for factor in factors) * _FIRST <= runs
+
+
+def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
+    """A factor, each of whose values makes a model by itself."""
+    (found,) = Study(model, {key: values}, seed=seed).plan.factors
+    return found
+
+
+class _Search:
+    """One search, and its last word."""
+
+    def __init__(
+        self,
+        space: DesignSpace,
+        indicator: str,
+        maximise: bool,
+        goal: Target | None,
+        runs: int,
+        seed: int,
+        plan: Mapping[str, Any],
+    ) -> None:
+        self.space, self.indicator, self.maximise, self.goal = space, indicator, maximise, goal
+        self.judged = runs // _JUDGED
+        self.runs, self.seed, self.plan = runs - self.judged, seed, plan
+        self.numbers: dict[Combined, int] = {}
+
+    def answer(self, delta: float | None, where: Mapping[str, Any]) -> BestOfMany:
+        """Search, judge, and say what came out."""
+        scout = self._study("search", [self.space.now], self.seed + 1)
+        candidates = self._searched(scout, _at(where, "search"))[:_CANDIDATES]
+        fresh = self._study("judged", candidates, self.seed)
+        chosen, judge = self._judge(fresh, _at(where, "judged"))
+        tried = tuple(self._tried(scout.results))
+        if delta is None:
+            first = next((abs(one.mean) for one in tried if math.isfinite(one.mean)), math.nan)
+            delta = _SHARE * first
+        known = [self._known(fresh.results, number, one, judge) for number, one in enumerate(candidates)]
+        other = 1 if not chosen and len(known) > 1 and known[1].value is not None else None
+        apart = None if other is None else self._apart(fresh.results, other, 0)
+        if other is not None and chosen == 0 and self._is_better(apart) and known[other].verdict in {None, "meets"}:
+            chosen, other = other, chosen
+            apart = self._apart(fresh.results, other, chosen)
+        best, swapped = known[chosen or 0], other == 0
+        return BestOfMany(
+            self.space.model.replace(best.overrides),
+            best,
+            self.indicator,
+            self.maximise,
+            self.goal,
+            None if self.goal is None else chosen is not None,
+            tuple(known[:chosen]) if chosen and not swapped else (),
+            None if other is None else known[other],
+            apart,
+            delta,
+            tried,
+            self.space.many,
+            len(scout.rows) + len(fresh.rows),
+            float(self.plan["confidence"]),
+        )
+
+    def _is_better(self, apart: Estimate | None) -> bool:
+        """Whether a difference is shown to be an improvement."""
+        if apart is None:
+            return False
+        low, high = apart.interval or (apart.mean, apart.mean)
+        return low > 0 if self.maximise else high < 0
+
+    def _study(self, name: str, designs: Sequence[Combined], seed: int) -> Study:
+        cases = {self._label(design): self.space.changes(design) for design in designs}
+        base = self.space.model
+        target = None if self.goal is None else self.goal.text
+        made = Study(base, {"design": {"cases": cases}}, name=name, seed=seed, target=target, **self.plan)
+        made.plan = made.plan.unreplicated()
+        return made
+
+    def _label(self, design: Combined) -> str:
+        return ", ".join(f"{key}: {label}" for key, label in self.space.labels(design).items())
+
+    def _searched(self, scout: Study, where: Mapping[str, Any]) -> list[Combined]:
+        """The designs that the search ends with, the best first; those that it simulates become designs of `scout`."""
+        with scout.session(**where) as runner:
+            self.numbers = {self.space.now: 0}
+
+            def number(design: Combined) -> int:
+                if design not in self.numbers:
+                    changes = self.space.changes(design)
+                    self.numbers[design] = scout.grow(runner, self._label(design), changes)
+                return self.numbers[design]
+
+            def steps(exact: bool) -> Procedure[list[Combined]]:
+                goal = None if self.goal is None else Goal(self.goal, _reached(scout, runner, self.goal))
+                random = Random(self.seed)  # noqa: S311 - a search, no secret
+                search = LocalSearch(
+                    self.space, number, self.runs, random, maximise=self.maximise, exact=exact, goal=goal
+                )
+                return search.steps()
+
+            return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
+
+    def _judge(self, fresh: Study, where: Mapping[str, Any]) -> tuple[int | None, Judge | None]:
+        """The number of the candidate shown to meet the target, and who judged; without a target the first."""
+        if self.goal is None:
+            each = self.judged // len(fresh.points)
+
+            def replicated(exact: bool) -> Procedure[None]:
+                runs = [(point.number, r) for point in fresh.points[:2] for r in range(1 if exact else 2 * each)]
+                yield from request(runs, failing=True)
+
+            fresh.follow(replicated, self.indicator, failed=math.nan, **where)
+            return 0, None
+        target, judges = self.goal, list[statistics.Judge]()
+        with fresh.session(**where) as runner:
+
+            def judged(exact: bool) -> Procedure[int | None]:
+                judges.append(
+                    statistics.Judge(
+                        target,
+                        confidence=self.plan["confidence"],
+                        n0=min(_FIRST, self.judged // 2),
+                        cap=max(_FIRST, 2 * self.judged // _JUDGED),
+                        deterministic=exact,
+                        within=within(target.indicator),
+                        budget=statistics.Budget(self.judged),
+                        veto=lambda number: cannot_last(fresh, runner, number),
+                        hopeless=lambda number: cannot_last(fresh, runner, number, glance=True),
+                    )
+                )
+                return first_meeting_steps(len(fresh.points), judges[-1])
+
+            chosen = fresh.carry_out(runner, judged, target.indicator, failed=missed(target))
+        return chosen, judges[-1]
+
+    def _known(self, fresh: Results, number: int, design: Combined, judge: Judge | None) -> JudgedDesign:
+        rows = fresh.by_point[number]
+        verdict = None if judge is None else judge.verdicts.get(number)
+        return JudgedDesign(
+            self.space.labels(design),
+            self.space.changes(design),
+            fresh.estimate(rows, self.indicator),
+            None if self.goal is None else _with_bounds(fresh.estimate(rows, self.goal.indicator), verdict),
+            None if verdict is None else verdict.verdict,
+            None if judge is None else judge.vetoed.get(number),
+        )
+
+    def _apart(self, fresh: Results, other: int, chosen: int) -> Estimate | None:
+        """How much another design has more than the chosen one, in the pairs of runs in which both have a value."""
+        values = {
+            number: {row.replication: row.value(self.indicator) for row in fresh.by_point[number]}
+            for number in (other, chosen)
+        }
+        common = [
+            r for r in values[other].keys() & values[chosen].keys() if all(math.isfinite(values[n][r]) for n in values)
+        ]
+        if not common:
+            return None
+        ours, theirs = ([values[number][r] for r in sorted(common)] for number in (other, chosen))
+        return statistics.paired(ours, theirs, fresh.plan.confidence, deterministic=fresh.deterministic)
+
+    def _tried(self, scout: Results) -> list[TriedDesign]:
+        found = []
+        for design, number in self.numbers.items():
+            rows = scout.by_point[number]
+            mean = scout.estimate(rows, self.indicator)
+            reached = None if self.goal is None else scout.estimate(rows, self.goal.indicator)
+            labels = self.space.labels(design)
+            means = math.nan if mean is None else mean.mean, None if reached is None else reached.mean
+            found.append(TriedDesign(labels, *means, len(rows)))
+        return found
+
+
+def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
+    """The first candidate shown to meet the target, in order, as far as the runs go; if it is the first, judge another.
+
+    The second is then judged on the same days, so that the two can be compared.
+    """
+    found = None
+    try:
+        for number in range(candidates):
+            if (yield from judge.verdict(number)) == "meets":
+                found = number
+                if number == 0 and candidates > 1:
+                    yield from judge.verdict(1)
+                break
+    except statistics.RunsEndedError:
+        pass
+    return found
+
+
+def missed(target: Target) -> float:
+    """A value that clearly misses a target, for runs that could not go on."""
+    return target.value - target.sign * max(1.0, abs(target.value))
+
+
+def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
+    """A mean with the bounds of its verdict, which allow for looking at it several times."""
+    if mean is None or verdict is None or mean.interval is None or verdict.low is None:
+        return mean
+    return replace(mean, interval=(verdict.low, verdict.high))
+
+
+def _reached(scout: Study, runner: StudyRunner, target: Target) -> Any:
+    """What a run reaches of the target; nan where it ended early, or where work or batteries would not last."""
+    models: dict[int, Model] = {}
+
+    def reached(number: int, replication: int) -> float:
+        row = runner.row(number, replication)
+        if could_not_go_on(row):
+            return math.nan
+        if number not in models:
+            models[number] = scout.plan.base.replace(scout.points[number].overrides)
+        value = row.measured(target.indicator)
+        return math.nan if not_lasting([row.indicators], models[number], glance=True) else value
+
+    return reached
+
+
+def _at(where: Mapping[str, Any], name: str) -> dict[str, Any]:
+    out = where.get("out")
+    return {**where, "out": None if out is None else Path(out) / name}

@@ -1,0 +1,268 @@
+"""Designs of a warehouse that are too many to race: values of keys, nodes for chargers, directions of aisles."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.directions import Floor
+from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.search import Space
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from desim_warehouse.layout.turnable import Way
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.factors import Factor, Label
+
+Combined: TypeAlias = "tuple[Any, ...]"
+"""A choice of each part of a design."""
+
+_NEAREST = 6
+"""Free nodes to which a charger may move in one step."""
+_LEAP = 4
+"""Numbers in order change by one step, or by so much of their range."""
+_DRAWS = 50
+"""Times that a design is drawn until it is one that can be simulated."""
+
+
+class DesignPart(Space[Any], Protocol):
+    """What of a design is chosen by itself."""
+
+    key: str
+    """What it is, in tables: a key of the model, or words."""
+
+    @property
+    def many(self) -> float:
+        """How many choices there are at most."""
+        ...
+
+    def changes(self, choice: Any) -> Mapping[str, Any]:
+        """What a choice changes in the model."""
+        ...
+
+    def label(self, choice: Any) -> Label:
+        """What tables show for a choice."""
+        ...
+
+
+class FactorLevels:
+    """The values of a factor: numbers in order, whose neighbours are near, or categories."""
+
+    def __init__(self, model: Model, factor: Factor) -> None:
+        self.key = factor.key
+        self.levels = factor.levels
+        labels = [level.label for level in factor.levels]
+        self.is_ordered = all(isinstance(one, int | float) and not isinstance(one, bool) for one in labels)
+        middle = len(labels) // 2 if self.is_ordered else 0
+        now = (rank for rank, level in enumerate(factor.levels) if model.replace(level.overrides) == model)
+        self.now = next(now, middle)
+
+    @property
+    def many(self) -> float:
+        """How many values there are."""
+        return len(self.levels)
+
+    def first(self) -> Iterator[int]:
+        """The value that the model has, or else the middle one of numbers, the first of others."""
+        yield self.now
+
+    def sample(self, random: Random) -> int:
+        """Any value."""
+        return random.randrange(len(self.levels))
+
+    def neighbours(self, choice: int) -> Iterator[int]:
+        """One step and one leap up and down; of categories all others."""
+        leap = max(2, len(self.levels) // _LEAP)
+        near = (choice + by for by in (-1, 1, -leap, leap)) if self.is_ordered else range(len(self.levels))
+        return (rank for rank in near if rank != choice and 0 <= rank < len(self.levels))
+
+    def allows(self, choice: int) -> bool:
+        """Every value is that of a model, as factors are checked before."""
+        return 0 <= choice < len(self.levels)
+
+    def effort(self, choice: int) -> int:
+        """Whether it is another value than that of the model."""
+        return int(choice != self.now)
+
+    def changes(self, choice: int) -> Mapping[str, Any]:
+        """What a value changes."""
+        return self.levels[choice].overrides
+
+    def label(self, choice: int) -> Label:
+        """The value."""
+        return self.levels[choice].label
+
+
+class ChargerNodes:
+    """At which nodes chargers stand, one at each; where robots parked there, they park where chargers left."""
+
+    key = "chargers at"
+
+    def __init__(self, model: Model, count: int) -> None:
+        """The nodes of a floor that may have chargers; raises StudyError where these are too few."""
+        zone = Designs(model).zone
+        if zone is None:
+            raise StudyError("--place-chargers: this model has no chargers, expected bays with chargers and a battery")
+        floor, bays = model.floor, model.layout.bays
+        at = {name: tuple(node for node, bay in floor.bays.items() if bay.zone == name) for name in bays}
+        self.zone, self.bays = zone, bays
+        self.now = at[zone]
+        self.parking = {
+            name: nodes
+            for name, nodes in at.items()
+            if not bays[name].in_lane and 0 in (bays[name].chargers, bays[name].total_chargers)
+        }
+        taken = {*floor.stations, *floor.bays}.difference(self.now, *self.parking.values())
+        self.nodes = tuple(node for node in floor.graph if node not in taken)
+        if not 0 < count <= len(self.nodes):
+            most = f"expected 1 to {len(self.nodes)}, as many as nodes without stations"
+            raise StudyError(f"--place-chargers {count}: no such number of nodes, {most}")
+        self.count = count
+        self.points = floor.points
+
+    @property
+    def many(self) -> float:
+        """How many ways there are to choose so many nodes."""
+        return math.comb(len(self.nodes), self.count)
+
+    def first(self) -> Iterator[tuple[str, ...]]:
+        """The nodes that have chargers now, fewer of them, or the nearest to them besides."""
+        others = sorted((node for node in self.nodes if node not in self.now), key=self._from_now)
+        yield self._in_order([*self.now, *others][: self.count])
+
+    def sample(self, random: Random) -> tuple[str, ...]:
+        """Any nodes."""
+        return self._in_order(random.sample(self.nodes, self.count))
+
+    def neighbours(self, choice: Sequence[str]) -> Iterator[tuple[str, ...]]:
+        """One charger moved to a free node nearby."""
+        for node in choice:
+            free = [other for other in self.nodes if other not in choice]
+            for other in sorted(free, key=lambda one: abs(self.points[one] - self.points[node]))[:_NEAREST]:
+                yield self._in_order([other if one == node else one for one in choice])
+
+    def allows(self, choice: Sequence[str]) -> bool:
+        """Any of the nodes may have a charger."""
+        return len(choice) == self.count
+
+    def effort(self, choice: Sequence[str]) -> int:
+        """How many chargers stand where none does now."""
+        return len({*choice}.difference(self.now))
+
+    def changes(self, choice: Sequence[str]) -> Mapping[str, Any]:
+        """The bays with these nodes."""
+        found = self._stand(self.zone, choice) | {f"layout.bays.{self.zone}.total_chargers": len(choice)}
+        if self.bays[self.zone].chargers is not None:
+            found[f"layout.bays.{self.zone}.chargers"] = None
+        left = [node for node in self.now if node not in choice]
+        for name, nodes in self.parking.items():
+            stay = [node for node in nodes if node not in choice]
+            if left or len(stay) < len(nodes):
+                found |= self._stand(name, [*stay, *left])
+            left = []
+        return found
+
+    def label(self, choice: Sequence[str]) -> Label:
+        """The nodes."""
+        return ", ".join(choice)
+
+    def _stand(self, name: str, nodes: Sequence[str]) -> dict[str, Any]:
+        key, found = f"layout.bays.{name}", dict[str, Any]()
+        found[f"{key}.at"] = list(nodes)
+        if self.bays[name].along is not None:
+            found |= {f"{key}.along": None, f"{key}.every": 1}
+        return found
+
+    def _in_order(self, nodes: Iterable[str]) -> tuple[str, ...]:
+        return tuple(sorted(nodes, key=self.nodes.index))
+
+    def _from_now(self, node: str) -> float:
+        return min((abs(self.points[node] - self.points[one]) for one in self.now), default=0.0)
+
+
+class AisleWays(Floor):
+    """Which way aisles lead."""
+
+    key, drawn_label = "directions", "as drawn"
+
+    @property
+    def many(self) -> float:
+        """How many ways there are at most: some of them would cut off a part of the floor."""
+        return math.prod(map(len, self.turnable.ways))
+
+    def label(self, design: tuple[Way, ...]) -> Label:
+        """What is turned."""
+        return "; ".join(self.turnable.turned(design)) or self.drawn_label
+
+
+class DesignSpace:
+    """All combinations of the choices of several parts that are models which can be simulated."""
+
+    def __init__(self, model: Model, parts: Sequence[DesignPart]) -> None:
+        """Combine parts; raises StudyError where two change the same key, or no design can be simulated."""
+        self.model, self.parts = model, parts
+        self._refused: dict[Combined, str | None] = {}
+        keys = [key for part in parts for key in part.changes(next(iter(part.first())))]
+        twice = next((key for key in keys if keys.count(key) > 1), None)
+        if twice is not None:
+            raise StudyError(f"{twice}: changed twice, expected it to be varied, or to follow from what is placed")
+        self.now: Combined = tuple(next(iter(part.first())) for part in parts)
+        if (why := self._why_not(self.now)) is not None:
+            self.now = self.sample(Random(0))  # noqa: S311 - a search, no secret
+            if not self.allows(self.now):
+                raise StudyError(f"no design found that can be simulated; of the first: {why}")
+
+    @property
+    def many(self) -> float:
+        """How many designs there are at most."""
+        return math.prod(part.many for part in self.parts)
+
+    def first(self) -> Iterator[Combined]:
+        """The design nearest to the model as it is, then with what else a part would begin with."""
+        yield self.now
+        for rank, part in enumerate(self.parts):
+            for choice in part.first():
+                design = (*self.now[:rank], choice, *self.now[rank + 1 :])
+                if self.allows(design):
+                    yield design
+
+    def sample(self, random: Random) -> Combined:
+        """Each part drawn by itself, until the design can be simulated."""
+        for _ in range(_DRAWS):
+            design = tuple(part.sample(random) for part in self.parts)
+            if self.allows(design):
+                return design
+        return self.now
+
+    def neighbours(self, design: Combined) -> Iterator[Combined]:
+        """Designs with one part a little different."""
+        for rank, part in enumerate(self.parts):
+            for choice in part.neighbours(design[rank]):
+                yield (*design[:rank], choice, *design[rank + 1 :])
+
+    def allows(self, design: Combined) -> bool:
+        """Whether each part allows its choice, and the whole can be simulated."""
+        return self._why_not(design) is None
+
+    def effort(self, design: Combined) -> float:
+        """How much is changed in all."""
+        return sum(part.effort(choice) for part, choice in zip(self.parts, design, strict=True))
+
+    def changes(self, design: Combined) -> dict[str, Any]:
+        """What a design changes in the model."""
+        chosen = zip(self.parts, design, strict=True)
+        return {key: value for part, choice in chosen for key, value in part.changes(choice).items()}
+
+    def labels(self, design: Combined) -> dict[str, Label]:
+        """What tables show for each part of a design."""
+        return {part.key: part.label(choice) for part, choice in zip(self.parts, design, strict=True)}
+
+    def _why_not(self, design: Combined) -> str | None:
+        if design not in self._refused:
+            is_allowed = all(part.allows(choice) for part, choice in zip(self.parts, design, strict=True))
+            self._refused[design] = refused(self.model, self.changes(design)) if is_allowed else "not connected"
+        return self._refused[design]

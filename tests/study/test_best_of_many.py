@@ -1,0 +1,251 @@
+"""The best of many designs: warehouses whose truth is known, small real ones, and what is said of the answer."""
+
+import math
+import re
+import statistics
+from random import Random
+
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.errors import StudyError
+from desim_warehouse.report import best_page
+from desim_warehouse.report.plot.trade_off import front
+from desim_warehouse.report.text import best_words
+from desim_warehouse.study.best_of_many import BestOfMany, TriedDesign, best_of
+from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from tests.study.best_banks import AisleBank, FleetBank, NodeBank, at_random, chosen, searched
+
+SMALL = """\
+name: a small hall
+layout:
+  blocks: {columns: 3, rows: 1, block_width: 2, block_depth: 3, goods_size: 1.2, aisle_width: 3, directions: ring}
+  bays:
+    charging: {at: [B], total_chargers: 1}
+    parking: {at: [A, C], places: 3, chargers: 0}
+  stations: {packing: {at: [G], places: 6, servers: 2}}
+fleet: {size: 3, start: [parking], robot: {radius: 0.4, speed: 1, margin: 0.2}, start_energy: {uniform: [0.5, 1]}}
+tasks: {goods: {poisson: 90, due_within: 90}, unload_at: [packing], load_time: 3, unload_time: 3}
+battery: {capacity: 100, threshold: 30, consumption: 0.02, charge_rate: 0.2}
+policies: {charging: opportunity, parking: nearest}
+prices: {hours: 2000, robot: 6000, charger: 2500, late_order: 0.05, currency: EUR}
+run: {length: 900, warm_up: 200}
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "w.yaml"
+    path.write_text(SMALL, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def model(file):
+    return dw.load(file)
+
+
+def gaps(kind, count, choose):
+    banks = [kind(seed) for seed in range(count)]
+    return [(bank, *choose(bank, seed)) for seed, bank in enumerate(banks)]
+
+
+def of_search(bank, seed):
+    return chosen(bank, searched(bank, 400, seed)[:4], 100, seed)
+
+
+def test_fleets_that_are_named_meet_their_target_and_cost_little_more_than_the_cheapest_that_do():
+    found = gaps(FleetBank, 12, of_search)
+    assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 1
+    assert sum(shown for *_, shown in found) >= 11
+    assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= 0.03
+
+
+@pytest.mark.parametrize(("kind", "least"), [(AisleBank, 0.01), (NodeBank, 0.01)])
+def test_directions_and_nodes_found_are_nearly_the_best(kind, least):
+    found = gaps(kind, 10, of_search)
+    drawn = gaps(kind, 10, lambda bank, seed: (at_random(bank, 400, seed)[0], True))
+    mean = statistics.fmean(bank.gap(design) for bank, design, _ in found)
+    assert mean <= least
+    assert mean < statistics.fmean(bank.gap(design) for bank, design, _ in drawn)
+
+
+@pytest.mark.long
+def test_two_hundred_searches_of_each_kind():
+    for kind, most in ((FleetBank, 0.03), (AisleBank, 0.01), (NodeBank, 0.01)):
+        found = gaps(kind, 200, of_search)
+        assert sum(shown and not bank.meets(design) for bank, design, shown in found) <= 16
+        assert statistics.fmean(bank.gap(design) for bank, design, _ in found if bank.meets(design)) <= most
+
+
+def parts(model, *, chargers=2):
+    (factor,) = dw.Study(model, {"fleet.size": [2, 3, 4, 5]}).plan.factors
+    (policy,) = dw.Study(model, {"policies.allocation": ["nearest", "in-order"]}).plan.factors
+    return [FactorLevels(model, factor), FactorLevels(model, policy), ChargerNodes(model, chargers), AisleWays(model)]
+
+
+def test_a_design_begins_as_the_model_is_and_changes_one_part_at_a_time(model):
+    space = DesignSpace(model, parts(model, chargers=1))
+    assert space.labels(space.now) == {
+        "fleet.size": 3,
+        "policies.allocation": model.policies.allocation.name,
+        "chargers at": "B",
+        "directions": "as drawn",
+    }
+    assert space.effort(space.now) == 0
+    assert next(space.first()) == space.now
+    for other in space.neighbours(space.now):
+        assert sum(a != b for a, b in zip(other, space.now, strict=True)) == 1
+    assert {space.labels(one)["fleet.size"] for one in space.neighbours(space.now)} == {2, 3, 4, 5}
+
+
+def test_chargers_stand_at_the_nodes_chosen_and_robots_park_where_they_left(model):
+    nodes = ChargerNodes(model, 2)
+    assert set(nodes.nodes) == {"A", "B", "C", "D", "E", "F", "H"}  # the station is at G
+    changed = model.replace(nodes.changes(("A", "E")))
+    at = {zone: {n for n, bay in changed.floor.bays.items() if bay.zone == zone} for zone in ("charging", "parking")}
+    assert at == {"charging": {"A", "E"}, "parking": {"B", "C"}}
+    assert [bay.chargers for bay in changed.floor.bays.values() if bay.zone == "charging"] == [1, 1]
+    assert all(len({*near} - {"A", "E"}) == 1 for near in nodes.neighbours(("A", "E")))
+    assert nodes.many == math.comb(7, 2)
+
+
+def test_designs_drawn_can_be_simulated(model):
+    space, draw = DesignSpace(model, parts(model)), Random(1)
+    for _ in range(5):
+        dw.simulate(model.replace(space.changes(space.sample(draw))), 0)
+
+
+def asked(**more):
+    return {
+        "target": "on_time >= 80 %",
+        "vary": {"fleet.size": "1..5", "policies.allocation": ["nearest", "in-order"]},
+        "place_chargers": 1,
+        "directions": True,
+        "runs": 60,
+        **more,
+    }
+
+
+def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(model, tmp_path):
+    one = best_of(model, "annual_cost", **asked(out=tmp_path / "runs"))
+    before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
+    again = best_of(model, "annual_cost", **asked(out=tmp_path / "runs", workers=2))
+    assert best_words.sentences(one) == best_words.sentences(again)
+    assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
+    assert one.runs <= 60
+    kept = [dw.Results.load(tmp_path / "runs" / name).rows for name in ("search", "judged")]
+    assert sum(map(len, kept)) == one.runs
+    assert not {row.seed for row in kept[0]} & {row.seed for row in kept[1]}
+
+
+def test_a_design_shown_to_meet_the_target_does_so_on_further_days(model):
+    found = best_of(model, "annual_cost", **asked(runs=100))
+    assert found.shown
+    assert found.best.verdict == "meets"
+    later = [dw.simulate(found.model, seed).kpis["on_time"] for seed in range(1000, 1010)]
+    assert statistics.fmean(later) >= 0.8
+    assert found.delta == pytest.approx(0.01 * found.tried[0].mean)
+
+
+def test_where_no_design_is_enough_that_is_said(file):
+    words = ["best", str(file), "--indicator", "annual_cost", "--target", "on_time >= 99.9 %", "--runs", "50"]
+    done = CliRunner().invoke(desim, [*words, "--vary", "fleet.size=1,2", "--directions", "--quiet"])
+    assert done.exit_code == 3, done.output
+    assert "No design was shown to give at least 99.9 % on time; best by the search is " in done.output
+    assert "on fresh days: shown to" not in done.output
+
+
+def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_path):
+    page = tmp_path / "best.html"
+    words = ["best", str(file), "--indicator", "annual_cost", "--target", "on_time >= 80 %", "--runs", "100"]
+    words += ["--vary", "fleet.size=1..5", "--place-chargers", "1", "--page", str(page), "--quiet"]
+    done = CliRunner().invoke(desim, words)
+    assert done.exit_code == 0, done.output
+    (answer, *others) = done.stdout.splitlines()
+    assert re.match(r"\d robots?, chargers at \w: annual cost [\d,]+ EUR \(.*\), [\d.]+ % \(.*\) on time, in", answer)
+    assert answer.endswith("on fresh days: shown to give at least 80 % on time.")
+    assert any(re.match(r"\d+ of 35 designs were tried, in \d+ runs in all\.", line) for line in others)
+    html = page.read_text(encoding="utf-8")
+    assert "With which design is annual cost smallest with at least 80 % on time?" in html
+    assert html.count("<tr>") > 5
+    assert "desim best" in html
+
+
+def test_without_a_target_the_next_best_is_compared_on_the_same_days(model):
+    found = best_of(model, "throughput_per_hour", directions=True, runs=60)
+    assert found.shown is None
+    assert found.apart.n == found.best.value.n == 6
+    said = best_words.sentences(found)
+    assert "on fresh days" in said[0]
+    assert said[1].startswith("Next: ")
+    assert "in 6 pairs of runs" in said[1]
+
+
+def test_few_designs_without_a_target_race_as_before(model):
+    found = dw.best(model, "annual_cost", 500, vary={"fleet.size": [2, 3]})
+    study = dw.Study(model, {"fleet.size": [2, 3]}, indicators=["annual_cost"])
+    assert found.point.labels == dw.best(study, "annual_cost", 500).point.labels
+    assert isinstance(
+        dw.best(model, "annual_cost", vary={"fleet.size": [2, 3, 4, 5]}, runs=60, place_chargers=1), BestOfMany
+    )
+
+
+def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
+    found = dw.best(dw.Study(model, {"fleet.size": [2, 4]}, indicators=["annual_cost"]), "annual_cost")
+    first = [dw.simulate(model.replace({"fleet.size": size}), 0).kpis["annual_cost"] for size in (2, 4)]
+    assert 0.008 * max(first) < found.selection.delta < 0.012 * max(first)
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"directions": True, "runs": 20}, "too few to search designs, expected at least 50"),
+        ({"place_chargers": 99}, "--place-chargers 99: no such number of nodes, expected 1 to 7"),
+        (
+            {"place_chargers": 1, "vary": {"layout.bays.charging.total_chargers": [1, 2]}},
+            "layout.bays.charging.total_chargers: changed twice",
+        ),
+        ({"target": "on_time >= 80 %"}, "the best of one design"),
+    ],
+)
+def test_what_cannot_be_searched_is_refused(model, how, said):
+    with pytest.raises(StudyError, match=re.escape(said)):
+        best_of(model, "annual_cost", **how)
+
+
+def test_of_a_study_folder_nothing_is_searched(tmp_path):
+    done = CliRunner().invoke(desim, ["best", str(tmp_path), "--indicator", "T", "--directions"])
+    assert done.exit_code == 2
+    assert "all of whose designs race" in done.output
+
+
+def test_the_front_has_the_designs_that_none_beats_in_both():
+    marks = [(0.9, 10.0), (0.95, 12.0), (0.94, 13.0), (0.97, 12.0), (0.99, 20.0), (0.8, 10.0)]
+    assert front(marks, across=1, upwards=-1) == [(0.9, 10.0), (0.97, 12.0), (0.99, 20.0)]
+
+
+def test_the_figure_and_the_table_have_every_design_tried(model):
+    found = best_of(model, "annual_cost", **asked())
+    axes = dw.plot.trade_off(found)
+    tried, line = axes.lines[0], axes.lines[1]
+    known = [one for one in found.tried if math.isfinite(one.mean)]
+    assert sorted(tried.get_ydata()) == pytest.approx(sorted(one.mean for one in known))
+    assert {*zip(*line.get_data(), strict=True)} <= {*zip(*tried.get_data(), strict=True)}
+    assert axes.get_ylabel() == "Annual cost (EUR)"
+    head, rows = best_words.table(found, best_words.in_order(found))
+    assert len(rows) == len(found.tried)
+    assert head[-1] == "runs in the search"
+    assert "Better by the search" in best_page.page(found).html() or not found.cheaper
+
+
+def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):
+    found = best_of(model, "annual_cost", **asked())
+    order = best_words.in_order(found)
+    met = [found.target.met_by(one.reached) for one in order]
+    assert met == sorted(met, reverse=True)
+    costs = [one.mean for one, is_met in zip(order, met, strict=True) if is_met]
+    assert costs == sorted(costs)
+    assert isinstance(order[0], TriedDesign)
