@@ -17,6 +17,8 @@ from pathlib import Path
 
 from tests.docs import pages
 
+NO_ERROR = {0, 3}
+"""Exit statuses of commands that have answered: 3 says that nothing was shown to meet a target."""
 Change = tuple[int, int, list[str]]
 """First line (from 1), how many lines, and the lines to put there."""
 
@@ -41,7 +43,9 @@ def changes(page: Path, folder: Path, *, slow: bool) -> list[Change]:
             for command in pages.commands(block):
                 at += len(command.lines)
                 if command.words.startswith("desim"):
-                    _, out, err = pages.run_desim(command.words)
+                    status, out, err = pages.run_desim(command.words)
+                    if word != "fails" and status not in NO_ERROR:
+                        sys.exit(f"{page.name}: {command.words}\n{err}")
                     if command.output:
                         found += _change(at, command.output, out + err if word == "fails" else out)
                 at += len(command.output)

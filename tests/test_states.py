@@ -99,6 +99,7 @@ MEANS_ELSE = {
     "plants/lif.py": {"loaded"},  # a key of the format
     "plants/lif_keys.py": {"loaded"},
     "plants/lif_losses.py": {"loaded"},
+    "plants/model.py": {"charging"},  # a kind of policy
     "plants/stops.py": {"loading", "unloading"},  # in a sentence
     "policies/catalogue.py": {"charging"},
     "report/model_parts.py": {"loaded"},  # in a sentence

@@ -199,7 +199,7 @@ def test_p_values_have_three_decimals():
     ("written", "said"),
     [
         ("on_time >= 90 %", "at least 90 % on time"),
-        ("throughput_per_hour > 220", "more than 220 tasks/h"),
+        ("throughput_per_hour > 220", "more than 220 tasks an hour"),
         ("cycle_time_p95 <= 5 min", "cycle time, 95 % quantile at most 5 min"),
         ("on_time:inbound >= 0.95", "at least 95 % on time, inbound"),
         ("S < 4", "waits for another robot less than 4"),

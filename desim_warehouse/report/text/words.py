@@ -45,8 +45,8 @@ _AIMS = {
     "throughput_per_hour": "{}",
 }
 """Targets that are said in a way of their own, by indicator."""
-_RATES, _RATE = "tasks per hour", Scale("tasks/h")
-"""The kind of unit of rates, and how they are written."""
+_RATE = "tasks per hour"
+"""The kind of unit of rates: in a target `60 tasks an hour`, beside intervals and in tables `tasks/h`."""
 _POLICIES = {
     "allocation": {
         "in-order": "the first free robot",
@@ -237,7 +237,7 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
     if is_share(indicator):
         return f"{100 * value:.4g} %"
     kind = indicator_kind(indicator)
-    scale = times(unit, (value,)) if kind == "time" else _RATE if kind == _RATES else Scale(unit)
+    scale = times(unit, (value,)) if kind == "time" else Scale("tasks an hour" if kind == _RATE else unit)
     return f"{number(scale.by * value)} {plural(scale.unit, scale.by * value)}".strip()
 
 
@@ -250,8 +250,8 @@ def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> 
         return times(model.units.time, values)
     if kind == "capacity per hour":
         return Scale("% an hour", 100.0)
-    if kind == _RATES:
-        return _RATE
+    if kind == _RATE:
+        return Scale("tasks/h")
     if kind.startswith("money"):
         return Scale(money(model))
     return Scale(unit(kind, model.units if model else None))
