@@ -113,12 +113,6 @@ class RunsSoFar:
         """How the indicator is written."""
         return words.scale_of(indicator, self.model, [self.estimate(indicator)])
 
-    @property
-    def spoken(self) -> Scale:
-        """How the main indicator is written in a sentence, which may have its unit in words."""
-        scale = self.scale(self.main)
-        return replace(scale, unit="") if self.main.startswith("throughput_per_hour") else scale
-
     def reached(self, value: str) -> str:
         """The main indicator with a value, inside a sentence."""
         return words.reached(self.main, value)
@@ -172,13 +166,13 @@ class RunsSoFar:
             title = words.in_sentence(self.main)
             return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
         if self.lasting is not None:
-            told = self.reached(self.spoken.value(found.mean))
+            told = self.reached(self.scale(self.main).value(found.mean))
             why = self.lasting.text.removeprefix("cannot keep up: ")
             return Said(verdict, f"{design}: {why}.", (f"As counted it would be {told}.",))
         if verdict == "first run":
-            told = self.reached(self.spoken.value(found.mean))
+            told = self.reached(self.scale(self.main).value(found.mean))
             return Said(verdict, f"{design}: {told} in the first run.", ("One run says nothing about chance yet.",))
-        told = self.reached(self.spoken.estimate(found))
+        told = self.reached(self.scale(self.main).estimate(found))
         return Said(verdict, f"{design}: {told}.", self._aim(target, found, verdict))
 
     def _aim(self, target: Target | None, found: Estimate, verdict: Verdict) -> tuple[str, ...]:

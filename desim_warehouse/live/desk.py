@@ -367,7 +367,7 @@ class Desk:
             if found is not None:
                 ends = found.interval or (None, None)
                 pinned_at = _times(scale.by, (found.mean, *ends))
-                more.append(f"Pinned, {pinned.named.words}: {known.reached(known.spoken.estimate(found))}.")
+                more.append(f"Pinned, {pinned.named.words}: {known.reached(known.scale(self.main).estimate(found))}.")
         done = ""
         if self.error is not None:
             done = "fails"
