@@ -32,11 +32,13 @@ def test_a_thousand_robots_are_drawn_where_they_are(browser: Any, tmp_path: Path
     assert page.requests() == []
 
 
+@pytest.mark.long
 def test_an_hour_of_a_thousand_robots_fits_into_15_megabytes(run: dw.Run) -> None:
     """Ten minutes, as full of drives as any, in a sixth of that."""
     assert len(run.replay().html.encode()) * 6 <= 15e6
 
 
+@pytest.mark.long
 def test_load_time_and_frame_rate_are_reported(
     browser: Any, tmp_path: Path, run: dw.Run, record_property: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -133,7 +133,7 @@ def test_a_robot_alone_takes_the_time_and_the_energy_of_the_hand_calculation(nam
     assert run.kpis["energy"] / run.kpis["tasks"] == pytest.approx(found.power.task, rel=0.02)
 
 
-@pytest.mark.parametrize("robots", [1, 3, 6, 12, 20])
+@pytest.mark.parametrize("robots", [1, 6, 20, *(pytest.param(robots, marks=pytest.mark.long) for robots in (3, 12))])
 @pytest.mark.parametrize(("base", "length"), [("models/tutorial.yaml", 120_000), ("models/multibots.yaml", 400_000)])
 def test_no_run_does_more_than_the_bounds_allow(base, length, robots):
     """Asymptotic bounds: at most robots / cycle, at most what stations and intersections let through."""

@@ -416,7 +416,7 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
 
-@pytest.mark.parametrize("kind", ["study", "run", "plan"])
+@pytest.mark.parametrize("kind", ["study", "run", pytest.param("plan", marks=pytest.mark.long)])
 def test_notebooks_run_as_shipped_on_something_small(kind):
     made = nbformat.read(template(kind), as_version=4)
     nbformat.validate(made)

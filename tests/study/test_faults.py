@@ -90,7 +90,7 @@ def kill_after(folder: Path, workers: int, runs: int) -> None:
     wait_for(lambda: not any(alive(pid) for pid in orphans))
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.long), 2])
 def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, workers):
     chance = random.Random(workers)
     count = 0
@@ -201,7 +201,13 @@ START_UP = [
 ]
 
 
-@pytest.mark.parametrize(("workers", "place"), START_UP)
+DAILY = ("study.Progress.__enter__", "execution.work.simulate", "execution.pool.Pool._receive")
+
+
+@pytest.mark.parametrize(
+    ("workers", "place"),
+    [pytest.param(*one, marks=[] if one[1] in DAILY else [pytest.mark.long]) for one in START_UP],
+)
 def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, place):
     """The signal comes as this is called for the first time; were it not heeded, the study would go on for long."""
     place = f"desim_warehouse.study.{place}"

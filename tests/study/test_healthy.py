@@ -29,7 +29,7 @@ def answer(model, **question):
 # Healthy
 
 
-@pytest.mark.parametrize("orders", [20, 60])
+@pytest.mark.parametrize("orders", [20, pytest.param(60, marks=pytest.mark.long)])
 def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orders):
     """Handling a tenth shorter gains a tenth of 30 s by arithmetic: that is no bottleneck."""
     found, said = answer(drafted({"fleet.start_energy": "settled"}, orders=orders, robots=8, chargers=6))
@@ -59,6 +59,7 @@ def test_held_up_is_who_is_late_waits_or_has_no_robot_to_spare(state, held_up):
     assert state.is_held_up == held_up
 
 
+@pytest.mark.long
 def test_fewer_robots_and_the_same_warehouse_is_held_up():
     found, said = answer(
         drafted({"tasks.goods": {"poisson": 100, "due_within": 120}}, orders=100, robots=3, chargers=3)

@@ -132,10 +132,10 @@ def queue(title, model, wait, service, *, long=False, section="Queues"):
 
 
 def queues() -> Iterator[Case]:
-    for load, tasks, long in ((0.3, 500, False), (0.5, 1200, False), (0.7, 8000, True)):
+    for load, tasks, long in ((0.3, 500, False), (0.5, 1200, True), (0.7, 8000, True)):
         model = partial(models.robots_that_serve, load, 10.0, 1, tasks)
         yield queue(f"M/D/1, one robot, load {load}", model, m_d_c_wait(load / 10, 10.0, 1), 10, long=long)
-    for robots, load, tasks, long in ((2, 0.6, 1600, False), (5, 0.7, 1200, False), (5, 0.8, 5000, True)):
+    for robots, load, tasks, long in ((2, 0.6, 1600, True), (5, 0.7, 1200, False), (5, 0.8, 5000, True)):
         model = partial(models.robots_that_serve, load, 1000.0, robots, tasks)
         wait = m_d_c_wait(load * robots / 1000, 1000.0, robots)
         yield queue(f"M/D/{robots}, {robots} robots, load {load}", model, wait, 1000, long=long)
@@ -293,6 +293,7 @@ def chargers() -> Iterator[Case]:
             Quantity("power drawn", load * robots * p, power),
             Quantity("robots at chargers", load * robots * p / r, charging),
         ),
+        long=True,
     )
 
 
@@ -401,7 +402,7 @@ def hours_and_buffers() -> Iterator[Case]:
             f"M/D/∞, {where} at work 60 % of the time",
             partial(hours.work_at_all_times, 0.6, 40, 1500, where),
             (Quantity(CYCLE, hours.SERVICE + hours.wait_for_hours(0.6), "cycle_time_mean"),),
-            long=where != "robots",
+            long=True,
         )
     for at_close, done in (("pause", 99.5), ("finish", 100)):
         yield Case(
