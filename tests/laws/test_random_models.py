@@ -18,7 +18,7 @@ from tests.auditor import audit
 from tests.laws.random_models import WHOLE, model
 from tests.recount import differences
 
-DAILY, LONG, CHUNK = 200, 5000, 200
+DAILY, LONG, CHUNK = 100, 5000, 100
 
 
 @dataclass

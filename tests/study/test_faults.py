@@ -160,6 +160,7 @@ def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+@pytest.mark.long
 def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
     process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
