@@ -161,9 +161,9 @@ def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
             (folder / rest).write_text(block.text, encoding="utf-8")
         for command in commands(block) if block.kind == "console" and word != "fails" else ():
             words = shlex.split(command.words)
-            writes = words[0] == "desim" and words[1] in {"new", "import", "orient", "orders"}
-            if writes and not {"--help", "--indicator"} & set(words):  # directions by an indicator take many runs
-                run_desim(command.words + " --runs 0" * (words[1] == "orient"))
+            writes = words[0] == "desim" and words[1] in {"new", "import", "orders"}
+            if writes and "--help" not in words:
+                run_desim(command.words)
             file = next((item for item in words[2:] if item.endswith(".yaml") and Path(item).is_file()), None)
             if words[0] == "desim" and file and "fleet:" in Path(file).read_text(encoding="utf-8"):
                 given = [after for before, after in itertools.pairwise(words) if before == "--set"]

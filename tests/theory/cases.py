@@ -139,7 +139,7 @@ def queues() -> Iterator[Case]:
         model = partial(models.robots_that_serve, load, 1000.0, robots, tasks)
         wait = m_d_c_wait(load * robots / 1000, 1000.0, robots)
         yield queue(f"M/D/{robots}, {robots} robots, load {load}", model, wait, 1000, long=long)
-    for servers, load, tasks, long in ((1, 0.4, 1000, False), (3, 0.6, 800, False), (3, 0.75, 4000, True)):
+    for servers, load, tasks, long in ((1, 0.4, 1000, True), (3, 0.6, 800, False), (3, 0.75, 4000, True)):
         model = partial(models.station_that_serves, load, 1000.0, servers, tasks)
         wait = m_d_c_wait(load * servers / 1000, 1000.0, servers)
         yield queue(f"M/D/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
@@ -151,7 +151,7 @@ def queues() -> Iterator[Case]:
     mean = 0.75 * (near + unload) + 0.25 * (far + unload)
     square = 0.75 * (near + unload) ** 2 + 0.25 * (far + unload) ** 2
     model = partial(models.near_and_far, near, far, unload, load, 2400)
-    yield queue("M/G/1, one robot, goods near and far, load 0.4", model, m_g_1_wait(load / mean, mean, square), mean)
+    yield queue("M/G/1, one robot, goods near and far, load 0.4", model, m_g_1_wait(load / mean, mean, square), mean, long=True)
     times = {"quick": 500.0, "slow": 2000.0}
     wait = m_g_1_wait(0.4 / 1250, 1250.0, sum(t * t for t in times.values()) / 2)
     yield Case(
@@ -355,6 +355,7 @@ def failures() -> Iterator[Case]:
             Quantity("robots at chargers", places * works, charging),
             Quantity("power drawn", places * works * r, power),
         ),
+        long=True,
     )
 
 
@@ -424,7 +425,7 @@ def hours_and_buffers() -> Iterator[Case]:
                     "throughput_per_hour",
                 ),
             ),
-            long=places > 1,
+            long=places != 2,
         )
 
 
