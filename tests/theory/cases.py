@@ -151,7 +151,9 @@ def queues() -> Iterator[Case]:
     mean = 0.75 * (near + unload) + 0.25 * (far + unload)
     square = 0.75 * (near + unload) ** 2 + 0.25 * (far + unload) ** 2
     model = partial(models.near_and_far, near, far, unload, load, 2400)
-    yield queue("M/G/1, one robot, goods near and far, load 0.4", model, m_g_1_wait(load / mean, mean, square), mean, long=True)
+    yield queue(
+        "M/G/1, one robot, goods near and far, load 0.4", model, m_g_1_wait(load / mean, mean, square), mean, long=True
+    )
     times = {"quick": 500.0, "slow": 2000.0}
     wait = m_g_1_wait(0.4 / 1250, 1250.0, sum(t * t for t in times.values()) / 2)
     yield Case(
