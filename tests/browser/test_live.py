@@ -57,7 +57,12 @@ class LivePage(Opened):
         return self.browser.execute_script(f"const live = window.desimLive.live; return {expression}")
 
     def chips(self) -> list[str]:
-        return [one.text.replace("\n", " ") for one in self.browser.find_elements("css selector", "#chips button")]
+        found: list[str] = self.browser.execute_script(CHIPS)
+        return [text.replace("\n", " ") for text in found]
+
+
+CHIPS = "return [...document.querySelectorAll('#chips button')].map((one) => one.innerText)"
+"""What was tried, read at once: the list is made anew with each answer."""
 
 
 @contextmanager
@@ -125,7 +130,7 @@ def test_a_click_on_a_design_that_was_tried_goes_back(page: LivePage) -> None:
     page.done("4 robots")
     asked = page.ask("live.answer.n")
     chip = "[...document.querySelectorAll('#chips button')].find((one) => one.textContent.includes('3 robots'))"
-    page.browser.execute_script(f"{chip}.click()")  # at once: the list is made anew with each answer
+    page.browser.execute_script(f"{chip}.click()")
     page.done("3 robots")
     assert page.ask("live.knobs.levels['fleet.size']") == 3
     assert asked
