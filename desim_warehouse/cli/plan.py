@@ -252,6 +252,7 @@ def _tipping(
     execution: ExecutionOptions,
 ) -> TippingPoints | None:
     """Where the answer tips for the last demand, with the chargers of the answer; None where there is none."""
+    from desim_warehouse.study.study import under
     from desim_warehouse.study.tipping import tipping_points
 
     sized = found.grown or found.today
@@ -259,9 +260,7 @@ def _tipping(
         return None
     chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
     model = loaded.replace({**sized.overrides, **chosen})
-    out = None if execution.out is None else str(Path(execution.out) / "uncertain")
-    how = {**question.search(execution), "out": out}
-    return tipping_points(model, target, ranges, **how)
+    return tipping_points(model, target, ranges, **under(question.search(execution), "uncertain"))
 
 
 def _show(content: dict[str, Any], shown: list[Evidence], unsure: list[str]) -> None:

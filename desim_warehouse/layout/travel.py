@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.layout import Edge, Layout
 
+MANY = 10_000
+"""Entries of a table from which on turns are worked out for all at once. Runs ask for less, and for the same again."""
 SORTED = 5_000
 """Origins for which nodes are kept in the order in which they are reached."""
 
@@ -132,20 +134,30 @@ class FreeTravel:
 
         The turns out of the edges and into them are included.
         """
-        table = self.times(
-            [origin if isinstance(origin, str) else origin[1] for origin in origins],
-            [goal if isinstance(goal, str) else goal[0] for goal in goals],
-        )
-        return table + self._turned(origins, goals) if self.turn_time else table
+        table = self.times(*_ends(origins, goals))
+        if not self.turn_time:
+            return table
+        if table.size <= MANY:
+            return table + [[self._turn(origin, goal) for goal in goals] for origin in origins]
+        return table + self._turns(origins, goals, table)
 
-    def _turned(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
-        """Times of the turns between routes and the edges that they begin after and end before."""
+    def _turn(self, origin: Edge | str, goal: Edge | str) -> float:
+        """Time of the turns between a route and the edges that it begins after and ends before."""
+        if isinstance(origin, str):
+            return 0.0 if isinstance(goal, str) else self._joint(origin, goal, first=False)
+        if isinstance(goal, str):
+            return self._joint(goal, origin, first=True)
+        if origin[1] == goal[0] and origin[0] != origin[1] and goal[0] != goal[1]:
+            return float(turn_times(turning(self.highways, origin, goal), self.turn_time, self.stop_time))
+        return self._joint(goal[0], origin, first=True) + self._joint(origin[1], goal, first=False)
+
+    def _turns(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str], times: Any) -> Any:
+        """`_turn` from every origin (rows) to every goal (columns); `times` of the routes (inf: there is none)."""
         import numpy as np
 
         ways, places = self.ways, self.highways.nodes
+        starts, ends = _ends(origins, goals)
         at = np.array([complex(places[name]["x"], places[name]["y"]) for name in ways.names])
-        starts = [origin if isinstance(origin, str) else origin[1] for origin in origins]
-        ends = [goal if isinstance(goal, str) else goal[0] for goal in goals]
         start, end = (at[[ways.index[name] for name in names]] for names in (starts, ends))
         second, last = (at[nodes] for nodes in ways.beside_all(starts, ends))
         before, after = (
@@ -154,7 +166,7 @@ class FreeTravel:
         )
         is_edge = np.array([_edge_from(one) is not None for one in origins])
         meets = np.equal.outer(np.array(starts, dtype=object), np.array(ends, dtype=object))
-        drives = ~meets & np.isfinite(ways.matrix(starts, ends, "time"))
+        drives = ~meets & np.isfinite(times)
         turns = (
             np.where(drives, before[:, None] - np.angle(second - start[:, None]), np.nan),
             np.where(drives, np.angle(end - last) - after, np.nan),
@@ -221,6 +233,14 @@ class FreeTravel:
     def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
         """Lengths of the routes that robots drive: a row for each origin, a column for each goal."""
         return self.ways.matrix(origins, goals, "length")
+
+
+def _ends(origins: Iterable[Edge | str], goals: Iterable[Edge | str]) -> tuple[list[str], list[str]]:
+    """The nodes between which routes lead: from the ends of goods' edges, and to their starts."""
+    return (
+        [origin if isinstance(origin, str) else origin[1] for origin in origins],
+        [goal if isinstance(goal, str) else goal[0] for goal in goals],
+    )
 
 
 def _edge_to(highways: nx.DiGraph, place: Edge | str) -> Edge | None:

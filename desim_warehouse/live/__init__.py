@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.feasibility.unused import has_due
 from desim_warehouse.folders import make_folder
 from desim_warehouse.live.answers import CONFIDENCE
 from desim_warehouse.live.desk import RUNS, Desk
@@ -184,13 +185,7 @@ def _home(model: Model) -> Path:
 def _target(model: Model, text: str | None) -> Target | None:
     if text is not None:
         return read_target(text, model.units.names)
-    return read_target("on_time >= 95 %", model.units.names) if _has_due_times(model) else None
-
-
-def _has_due_times(model: Model) -> bool:
-    tasks = model.tasks
-    flows = any(flow.due_within is not None or flow.due_at for flow in tasks.flows.values())
-    return flows or getattr(tasks.goods, "due_within", None) is not None
+    return read_target("on_time >= 95 %", model.units.names) if has_due(model) else None
 
 
 def _main(model: Model) -> str:

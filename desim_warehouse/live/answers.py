@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from desim_warehouse.live.messages import Measured
-from desim_warehouse.outcome.indicators import judged_by, look_up, within
+from desim_warehouse.outcome.indicators import judged_by, within
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.factors import Factor, Level
@@ -245,12 +245,6 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
         for r, outcome in enumerate(outcomes)
     )
     return Results(plan, tuple(points), rows, versions())
-
-
-def better(indicator: str) -> str | None:
-    """Whether more or less of an indicator is better; None: neither."""
-    known = look_up(indicator)
-    return known.better if known else None
 
 
 def _difference(together: Results | None, name: str, scale: Scale) -> str | None:

@@ -128,7 +128,7 @@ class Desk:
         self.error: str | None = None
         self.written, self.changed = monotonic(), False
         self.store = Store(folder, self.notes.append)
-        self.pool = Pool(model, self.workers, None, self._say, Interrupts())
+        self.pool = Pool(model, self.workers, None, self.notes.append, Interrupts())
         self.closing = False
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()
@@ -337,9 +337,6 @@ class Desk:
         for listener in self.listeners:
             if design is None or design in (listener.design, listener.pinned):
                 listener.told()
-
-    def _say(self, text: str) -> None:
-        self.notes.append(text)
 
     # Looking
 

@@ -11,7 +11,7 @@ from desim_warehouse.errors import StudyError, nearest, spoken
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.policies.catalogue import OURS
 from desim_warehouse.report.text import numbers, words
-from desim_warehouse.study.factors import label, readable
+from desim_warehouse.study.factors import label, level_of, readable
 from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.study.study import Study
 
@@ -149,7 +149,7 @@ def _given(model: Model, key: str, values: Any) -> Offer:
     """The values that a user names, with today's among them."""
     (factor,) = Study(model, {key: values}).plan.factors
     levels: dict[Any, Mapping[str, Any]] = {level.label: level.overrides for level in factor.levels}
-    now = label(_current(model, key))
+    now = label(level_of(model, key))
     levels[now] = {}
     is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
     found = sorted(levels) if is_number else list(levels)
@@ -157,11 +157,3 @@ def _given(model: Model, key: str, values: Any) -> Offer:
     unit = words.factor_head(key, model.units)
     as_sent = tuple(found if is_number else [readable(value) for value in found])
     return Offer(key, unit, as_sent, texts, tuple(levels[value] for value in found), found.index(now))
-
-
-def _current(model: Model, key: str) -> Any:
-    """What the model says at a dotted key; None: nothing."""
-    found: Any = model.content()
-    for part in key.split("."):
-        found = found.get(part) if hasattr(found, "get") else found[int(part)] if isinstance(found, list) else None
-    return found

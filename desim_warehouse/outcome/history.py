@@ -382,9 +382,10 @@ class History:
         for one in self.chargings:
             if self.counts(one.end):
                 lowest[one.robot] = min(lowest[one.robot], self._level_when_counting_begins(one))
-        for robot, spans in enumerate(self.changes):
+        for robot, level in enumerate(lowest):
+            spans = self.changes[robot]
             counted = (span.energy for span in spans if span.energy is not None and self.counts(span.start))
-            lowest[robot : robot + 1] = [min((*counted, level)) for level in lowest[robot : robot + 1]]
+            lowest[robot] = min((*counted, level))
         return [level / battery.capacity for level, battery in zip(lowest, self.batteries, strict=True)]
 
     @cached_property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any, overload
 
@@ -12,12 +11,12 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
-from desim_warehouse.study.procedures import Best, cannot_last, more_is_better, not_lasting
+from desim_warehouse.study.procedures import ZONE, Best, cannot_last, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.search import Goal, LocalSearch
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import Study, under
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
@@ -38,8 +37,6 @@ _CANDIDATES = 4
 """Designs that are judged on those days at most."""
 _FIRST = 10
 """Replications at the first look at a candidate, or of each design where few are raced."""
-_SHARE = 0.01
-"""The indifference zone, as a share of the first mean."""
 
 
 @dataclass(frozen=True)
@@ -206,13 +203,13 @@ class _Search:
     def answer(self, delta: float | None, where: Mapping[str, Any]) -> BestOfMany:
         """Search, judge, and say what came out."""
         scout = self._study("search", [self.space.now], self.seed + 1)
-        candidates = self._searched(scout, _at(where, "search"))[:_CANDIDATES]
+        candidates = self._searched(scout, under(where, "search"))[:_CANDIDATES]
         fresh = self._study("judged", candidates, self.seed)
-        chosen, judge = self._judge(fresh, _at(where, "judged"))
+        chosen, judge = self._judge(fresh, under(where, "judged"))
         tried = tuple(self._tried(scout.results))
         if delta is None:
             first = next((abs(one.mean) for one in tried if math.isfinite(one.mean)), math.nan)
-            delta = _SHARE * first
+            delta = ZONE * first
         known = [self._known(fresh.results, number, one, judge) for number, one in enumerate(candidates)]
         other = 1 if not chosen and len(known) > 1 and known[1].value is not None else None
         apart = None if other is None else self._apart(fresh.results, other, 0)
@@ -306,7 +303,7 @@ class _Search:
                 )
                 return first_meeting_steps(len(fresh.points), judges[-1])
 
-            chosen = fresh.carry_out(runner, judged, target.indicator, failed=missed(target))
+            chosen = fresh.carry_out(runner, judged, target.indicator, failed=target.missed)
         return chosen, judges[-1]
 
     def _known(self, fresh: Results, number: int, design: Combined, judge: Judge | None) -> JudgedDesign:
@@ -365,11 +362,6 @@ def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
     return found
 
 
-def missed(target: Target) -> float:
-    """A value that clearly misses a target, for runs that could not go on."""
-    return target.value - target.sign * max(1.0, abs(target.value))
-
-
 def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
     """A mean with the bounds of its verdict, which allow for looking at it several times."""
     if mean is None or verdict is None or mean.interval is None or verdict.low is None:
@@ -391,8 +383,3 @@ def _reached(scout: Study, runner: StudyRunner, target: Target) -> Any:
         return math.nan if not_lasting([row.indicators], models[number], glance=True) else value
 
     return reached
-
-
-def _at(where: Mapping[str, Any], name: str) -> dict[str, Any]:
-    out = where.get("out")
-    return {**where, "out": None if out is None else Path(out) / name}

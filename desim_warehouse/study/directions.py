@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
@@ -16,7 +15,7 @@ from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.search import LocalSearch
 from desim_warehouse.study.statistics import paired
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import Study, under
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -210,14 +209,14 @@ def directions(
     judged = runs // _JUDGED
     plan = {"confidence": confidence, "timeout": timeout}
     scout = _study(model, {_DRAWN: {}}, "search", seed + 1, plan)
-    ranked = _searched(floor, scout, indicator, runs - judged, seed, maximise=maximise, **_at(where, "search"))
+    ranked = _searched(floor, scout, indicator, runs - judged, seed, maximise=maximise, **under(where, "search"))
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned, units = tuple(floor.turnable.turned(best)), len(floor.turnable.units)
     if not turned:
         return BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows))
     changed = floor.changes(best)
     fresh = _fresh(model, changed, judged, seed, plan)
-    fresh.run(**_at({"cache": True, **where}, "judged"))
+    fresh.run(**under({"cache": True, **where}, "judged"))
     gain, *elsewhere = (
         _gain(fresh, number, indicator, confidence, maximise=maximise) for number in range(0, len(fresh.points), 2)
     )
@@ -257,11 +256,6 @@ def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, plan: M
     made = Study(model, {"directions": {"cases": dict(cases)}}, name=name, seed=seed, **plan)
     made.plan = made.plan.unreplicated()
     return made
-
-
-def _at(where: Mapping[str, Any], name: str) -> dict[str, Any]:
-    out = where.get("out")
-    return {**where, "out": None if out is None else Path(out) / name}
 
 
 def _fresh(model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: Mapping[str, Any]) -> Study:

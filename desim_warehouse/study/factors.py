@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
@@ -17,6 +17,9 @@ from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
 from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 Label: TypeAlias = str | int | float | bool | None
 
@@ -305,6 +308,14 @@ def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | 
         low, high = form.between
         return Factor(key, between=Between(low, high, isinstance(low, int) and isinstance(high, int)))
     return Factor(key, tuple(form.levels(key)))
+
+
+def level_of(model: Model, key: str) -> Any:
+    """What a model says at a dotted key, as a file has it; None: nothing."""
+    found: Any = model.content()
+    for part in key.split("."):
+        found = found.get(part) if isinstance(found, Mapping) else found[int(part)] if isinstance(found, list) else None
+    return found
 
 
 def _steps(key: str) -> Keys:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
-_SHARE = 0.01
+ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
 
 
@@ -78,7 +78,7 @@ def best(
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
     more = more_is_better(indicator) if maximise is None else maximise
-    zone = {"share": _SHARE} if delta is None else {"delta": delta}
+    zone = {"share": ZONE} if delta is None else {"delta": delta}
     return _race(study, indicator, more, first, cap, where, **zone)
 
 
@@ -86,7 +86,7 @@ def most(
     study: Study,
     indicator: str = "throughput_per_hour",
     *,
-    share: float = _SHARE,
+    share: float = ZONE,
     first: int = 10,
     cap: int = 1000,
     **where: Any,

@@ -371,3 +371,9 @@ class Study:
     def __repr__(self) -> str:
         """Name, designs and finished runs."""
         return f"Study({self.plan.name}: {len(self.points)} designs, {len(self.rows)} runs)"
+
+
+def under(where: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Arguments of `Study.run` for one of several studies of a question: with `out`, a folder of its own in that."""
+    out = where.get("out")
+    return {**where, "out": None if out is None else Path(out) / name}

@@ -16,7 +16,6 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.study.best_of_many import missed
 from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.limits import UNCERTAIN_RUNS
 from desim_warehouse.study.statistics.procedure import request
@@ -184,7 +183,7 @@ def tipping_points(
             search = TippingSearch(tuple(ranges.values()), fleets, goal, number, runs, seed, exact=exact)
             return search.steps()
 
-        found = study.carry_out(runner, steps, goal.indicator, failed=missed(goal))
+        found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
     price = 0.0 if model.prices is None else model.prices.robot
     return found.answer(tuple(ranges), price, confidence)
 
@@ -264,9 +263,9 @@ class TippingSearch:
     def answer(self, keys: Sequence[str], price: float, confidence: float) -> TippingPoints:
         """What came out, with the price of a robot a year; 0: in robots."""
         fit = math.nan if self.need is None else self.need.fit
-        done, nothing = self.runs - self.left, TippingPoints
+        done = self.runs - self.left
         if self.need is None or self.worth is None:
-            return nothing(self.goal, fit, 0, 0, math.nan, math.nan, price > 0, (), done, confidence)
+            return TippingPoints(self.goal, fit, 0, 0, math.nan, math.nan, price > 0, (), done, confidence)
         found = worth(self.need, confidence)
         effects = [
             InputEffect(

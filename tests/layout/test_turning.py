@@ -83,3 +83,16 @@ def test_a_longer_route_with_fewer_turns_is_faster():
     travel = FreeTravel(graph, 1, 0, "time", (), 4.0)
     assert travel.way("A", "D") == ["A", "E", "D"]
     assert travel.time("A", "D") == 16
+
+
+@pytest.mark.parametrize("cost", ["hops", "length", "time"])
+def test_turns_worked_out_for_all_pairs_at_once_are_those_of_each_pair(cost, monkeypatch):
+    """Between nodes, edges, and goods at nodes, as origins and as goals."""
+    for number in range(10):
+        graph = network(number)
+        travel = FreeTravel(graph, SPEED, NODE_TIME, cost, ("n1",), TURN_TIME, slowness=0.7)
+        places = [*graph, *graph.edges, *((node, node) for node in graph)]
+        each = travel.between(places, places)
+        with monkeypatch.context() as patch:
+            patch.setattr("desim_warehouse.layout.travel.MANY", 0)
+            assert travel.between(places, places) == pytest.approx(each, rel=1e-12)

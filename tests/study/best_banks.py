@@ -15,7 +15,7 @@ from functools import cache
 
 from desim_warehouse.study.best_of_many import first_meeting_steps
 from desim_warehouse.study.search import Goal, LocalSearch
-from desim_warehouse.study.statistics import Budget, Judge
+from desim_warehouse.study.statistics import Budget, Judge, follow
 from desim_warehouse.study.target import read_target
 
 TARGET = read_target("on_time >= 95 %")
@@ -160,17 +160,6 @@ class NodeBank(MadeUpBank):
             yield from (tuple(sorted({*design} - {node} | {other})) for other in free[:6])
 
 
-def answers(steps, run):
-    """Carry out a procedure; `run` gives the value of a run."""
-    values = None
-    while True:
-        try:
-            asked = steps.send(values)
-        except StopIteration as end:
-            return end.value
-        values = [run(*one) for one in asked]
-
-
 def searched(bank, runs, seed=0):
     """The candidates of a search, the best first."""
     designs, reached = [], {}
@@ -186,7 +175,7 @@ def searched(bank, runs, seed=0):
 
     goal = None if bank.goal is None else Goal(bank.goal, lambda design, day: reached[design, day])
     random_ = random.Random(seed)
-    return answers(LocalSearch(bank, number, runs, random_, maximise=bank.maximise, goal=goal).steps(), run)
+    return follow(LocalSearch(bank, number, runs, random_, maximise=bank.maximise, goal=goal).steps(), run)
 
 
 def at_random(bank, runs, seed=0, each=3):
@@ -227,7 +216,7 @@ def chosen(bank, candidates, runs, seed=0):
     if bank.goal is None:
         return candidates[0], True
     judge = Judge(bank.goal, n0=10, cap=2 * runs // 5, within=(0.0, 1.0), budget=Budget(runs))
-    last = answers(
+    last = follow(
         first_meeting_steps(len(candidates), judge),
         lambda one, day: bank.run(candidates[one], f"fresh {seed} {day}")[1],
     )

@@ -16,6 +16,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.directions import Floor
 from desim_warehouse.study.search import LocalSearch
+from desim_warehouse.study.statistics import follow
 
 RUNS = 500
 DAYS = 12
@@ -91,14 +92,7 @@ def found(number):
     designs = list(runs)
     days = [random.Random(f"{number} {day}").randrange(DAYS) for day in range(RUNS)]
     steps = LocalSearch(floor, designs.index, RUNS * 4 // 5, random.Random(number), maximise=True).steps()
-    values = None
-    while True:
-        try:
-            asked = steps.send(values)
-        except StopIteration as end:
-            chosen = end.value[0]
-            break
-        values = [runs[designs[one]][days[day]] for one, day in asked]
+    chosen = follow(steps, lambda one, day: runs[designs[one]][days[day]])[0]
     means = {design: statistics.fmean(values) for design, values in runs.items()}
     best = max(means, key=means.get)
     gaps = [one - other for one, other in zip(runs[best], runs[chosen], strict=True)]

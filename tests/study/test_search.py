@@ -6,6 +6,7 @@ import random
 import pytest
 
 from desim_warehouse.study.search import LocalSearch
+from desim_warehouse.study.statistics import follow
 
 BITS = 9
 
@@ -67,13 +68,7 @@ def searched(landscape, space=None, runs=400, seed=0, **how):
         return numbers.index(design)
 
     steps = LocalSearch(space or Bits(), number, runs, random.Random(seed), **{"maximise": True, **how}).steps()
-    values = None
-    while True:
-        try:
-            asked = steps.send(values)
-        except StopIteration as end:
-            return end.value
-        values = [landscape.value(numbers[one], replication) for one, replication in asked]
+    return follow(steps, lambda one, replication: landscape.value(numbers[one], replication))
 
 
 def test_the_best_of_512_is_found_in_nine_of_ten_searches():

@@ -10,9 +10,9 @@ import random
 import sys
 from functools import cache
 
+from desim_warehouse.study.statistics import follow
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.tipping import TippingSearch
-from tests.study.best_banks import answers
 
 TARGET = read_target("on_time >= 95 %")
 SHARED, OWN = 0.03, 0.02
@@ -77,7 +77,7 @@ def searched(plant, runs=250, seed=0):
         return designs.index((values, robots))
 
     search = TippingSearch(plant.ranges, range(1, 41), TARGET, number, runs, seed)
-    answers(search.steps(), lambda design, day: plant.run(*designs[design], f"{seed} {day}"))
+    follow(search.steps(), lambda design, day: plant.run(*designs[design], f"{seed} {day}"))
     return search.answer(KEYS, 6000, 0.95)
 
 

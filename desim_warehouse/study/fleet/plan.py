@@ -8,9 +8,7 @@ a target, however well the run looks.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
@@ -18,16 +16,17 @@ from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.capped import PARTS, Capped, tried_cap, waits_much
+from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import Study, under
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
@@ -92,15 +91,12 @@ class _Planner:
 
     def follow(self, study: Study, make: Callable[[statistics.Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
-        out = self.where.get("out")
-        where = {**self.where, "out": None if out is None else Path(out) / study.plan.name.replace(" ", "-")}
-        with study.session(**where) as runner:
-            missed = self.target.value - self.target.sign * max(1.0, abs(self.target.value))
+        with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
                 self.target.indicator,
-                flat=missed,
+                flat=self.target.missed,
             )
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str) -> Sized:
@@ -140,7 +136,6 @@ class _Planner:
         rows = study.results.by_point[largest.verdict.value]
         if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
             return None
-        out = self.where.get("out")
         found, runs = tried_cap(
             self.model.replace({**changes, **largest.overrides}),
             self.target.indicator,
@@ -149,7 +144,7 @@ class _Planner:
             first=min(self.first, CAPPED),
             cap=CAPPED,
             timeout=self.timeout,
-            **{**self.where, "out": None if out is None else Path(out) / f"cap-{name}".replace(" ", "-")},
+            **under(self.where, f"cap-{name}".replace(" ", "-")),
         )
         self.budget.take(runs)
         return found
@@ -232,7 +227,7 @@ class _Planner:
 
     def _others(self, study: Study, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
         """The points of a study that have another strategy than the model, by what it is called."""
-        own = {key: _level(self.model, key) for key in factors}
+        own = {key: level_of(self.model, key) for key in factors}
         found: dict[str, list[Point]] = {}
         for point in study.points:
             if any(point.overrides.get(key) != own[key] for key in factors):
@@ -246,16 +241,6 @@ def _alike(one: Row, other: Row) -> bool:
         return False
     pairs = ((value, other.indicators[name]) for name, value in one.indicators.items())
     return all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in pairs)
-
-
-def _level(model: Model, key: str) -> Any:
-    """The value that a model has at a key."""
-    from desim_warehouse.model.sections.policy import PolicySpec
-
-    value: Any = model
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, Mapping) else getattr(value, part, None)
-    return value.content() if isinstance(value, PolicySpec) else value
 
 
 def plan_fleet(
@@ -319,7 +304,7 @@ def plan_fleet(
     )
     if better is not None:
         today, grown = _sizes(planner, growth, better.overrides, f" with {better.label}")
-    own = ", ".join(str(_level(model, key)) for key in strategies)
+    own = ", ".join(str(level_of(model, key)) for key in strategies)
     return FleetPlan(
         goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent, planner.untried
     )

@@ -30,7 +30,7 @@ def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
 
 
 def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
-    """The same for a design of a study."""
+    """`busy_shares` in the runs of a design."""
     rows = study.results.by_point[point.number]
     return busy_shares(rows, study.plan.base.replace(point.overrides), study.plan.confidence)
 

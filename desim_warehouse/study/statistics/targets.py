@@ -39,6 +39,11 @@ class Target:
         return gap >= 0.0 if self.sense in (">=", "<=") else gap > 0.0
 
     @property
+    def missed(self) -> float:
+        """A value that clearly misses it, for runs that could not go on."""
+        return self.value - self.sign * max(1.0, abs(self.value))
+
+    @property
     def text(self) -> str:
         """As it is read again: a plain number."""
         return f"{self.indicator} {self.sense} {self.value:.15g}"

@@ -185,7 +185,7 @@ class Robot:
             self.enter("awaiting")
         yield decided
         self.enter("empty" if self.job is not None else "returning")
-        if self.job is not None:
+        if self.bay is not None and self.job is not None:  # its slot is kept
             self.free_charger()
         yield Timeout(self.env, self.clear_time)
 
@@ -205,9 +205,13 @@ class Robot:
         else:
             bays = [bay for bay in self.bays.by_node.values() if self.bays.may_take(self, bay)]
             bay = self.bay_choice.choose(view, bays, must_charge=charging.must_charge)
+        self._take_slot(bay)
+
+    def _take_slot(self, bay: Bay) -> None:
+        """Reserve a slot, unless it has one elsewhere, where its declared route ends, and cannot change that safely."""
         elsewhere = self.bay is not None and bay is not self.bay
         if self.body.is_on_lanes and elsewhere and not self.itinerary.go(self.node, bay.node):
-            return  # to the bay where its declared route ends: from there it can go on
+            return  # from the bay where its route ends it can go on
         self.bays.take(self, bay)
 
     def free_charger(self) -> None:
@@ -215,11 +219,8 @@ class Robot:
 
         Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
         """
-        if self.bay is None or not self.bays.wants_room(self):
-            return
-        bay = self.bay_choice.parking(self.view(), self.bays.away_from(self))
-        if not self.body.is_on_lanes or self.itinerary.go(self.node, bay.node):
-            self.bays.take(self, bay)
+        if self.bays.wants_room(self):
+            self._take_slot(self.bay_choice.parking(self.view(), self.bays.away_from(self)))
 
     def go_to_bay(self) -> Steps:
         """Home, or wherever the policies say."""
