@@ -273,6 +273,7 @@ class Desk:
         shown = self._shown(design)
         if design.floor is None and count > shown and shown not in design.handles and shown in design.outcomes:
             return shown
+        count = min(count, design.n + _AHEAD * self.workers)  # runs count in order: none is far ahead of a slow one
         return next((r for r in range(count) if r not in design.outcomes and r not in design.handles), None)
 
     def _shown(self, design: Design) -> int:
@@ -349,6 +350,7 @@ class Desk:
             later = [pinned] if pinned is not None and pinned is not design else []
             left = sum(max(self.wanted(one, listener) - one.n, 0) for one in [design, *later])
             taken = [outcome.run_time for outcome in design.outcomes.values()]
+            clear = design.n > 0 and self._is_clear(design, design.n, listener.target)
             floor, notes = bool(design.floor), self.notes[-3:]
             tried = [one for one in self.designs.values() if one.outcomes.get(0)]
         scale = known.scale(self.main)
@@ -370,7 +372,7 @@ class Desk:
             done = "fails"
             more.append(f"Nothing more can be simulated: {self.error}")
         elif left <= 0:
-            done = "exact" if known.exact else "fails" if known.failed else "all" if known.n >= RUNS else "verdict"
+            done = "exact" if known.exact else "fails" if known.failed else "verdict" if clear else "all"
         measured = known.measured(other, together) if known.n else []
         if measured and measured[0].difference is not None:
             more.append(f"Difference, run by run: {measured[0].difference}.")
